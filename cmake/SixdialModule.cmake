@@ -1,0 +1,42 @@
+# sixdial_module(name LIBRARIES ...): one static library from every *.cpp of a folder and its
+# sub-folders. sixdial_tests(name LIBRARIES ...): one GoogleTest program from tests/<name>/*.cpp.
+
+add_library(sixdial_options INTERFACE)
+target_include_directories(sixdial_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(
+  sixdial_options
+  INTERFACE -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow
+            -Wdouble-promotion -Wnon-virtual-dtor -Woverloaded-virtual)
+target_compile_definitions(sixdial_options INTERFACE SIXDIAL_VERSION="${PROJECT_VERSION}")
+if(SIXDIAL_SANITIZE)
+  target_compile_options(sixdial_options INTERFACE -fsanitize=${SIXDIAL_SANITIZE}
+                                                   -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(sixdial_options INTERFACE -fsanitize=${SIXDIAL_SANITIZE})
+endif()
+
+find_program(SIXDIAL_CCACHE ccache)
+if(SIXDIAL_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${SIXDIAL_CCACHE})
+endif()
+
+function(sixdial_module name)
+  cmake_parse_arguments(ARG "" "" "LIBRARIES" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  add_library(sixdial_${name} STATIC ${sources})
+  add_library(sixdial::${name} ALIAS sixdial_${name})
+  target_link_libraries(sixdial_${name} PUBLIC sixdial_options ${ARG_LIBRARIES})
+endfunction()
+
+function(sixdial_tests name)
+  cmake_parse_arguments(ARG "" "" "LIBRARIES" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${name}/*.cpp)
+  add_executable(test_${name} ${sources})
+  target_link_libraries(test_${name} PRIVATE sixdial_options ${ARG_LIBRARIES} GTest::gtest
+                                             GTest::gmock GTest::gtest_main)
+  target_compile_definitions(
+    test_${name} PRIVATE SIXDIAL_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                         SIXDIAL_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data"
+                         SIXDIAL_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  gtest_discover_tests(test_${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 120
+                       PROPERTIES TIMEOUT 600)
+endfunction()

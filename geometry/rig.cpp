@@ -1,0 +1,69 @@
+#include "geometry/rig.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace sixdial::geometry {
+
+std::optional<std::size_t> Rig::find_dial(std::string_view id) const {
+  for (std::size_t i = 0; i < dials.size(); ++i) {
+    if (dials[i].id == id) return i;
+  }
+  return std::nullopt;
+}
+
+std::vector<DialGeometry> Rig::dial_geometries() const {
+  std::vector<DialGeometry> result;
+  result.reserve(dials.size());
+  for (const Dial& dial : dials) result.push_back(dial.geometry);
+  return result;
+}
+
+Rig default_rig() {
+  Rig rig;
+  rig.name = "five-bar rig";
+  rig.robot.nominal << 60, 60, 60, 60, 90, 0, 0, 0, 0, 0;
+  const auto add = [&](const char* id, double x, double y, double ax, double ay) {
+    Dial dial;
+    dial.id = id;
+    dial.geometry.position_mm = {x, y};
+    dial.geometry.axis = {ax, ay};
+    rig.dials.push_back(dial);
+  };
+  add("A", 52, 48, -1, 0);
+  add("B", 4, 48, 1, 0);
+  add("C", 16, 24, 0, 1);
+  add("D", 40, 24, 0, 1);
+  add("E", 16, 72, 0, -1);
+  add("F", 40, 72, 0, -1);
+  return rig;
+}
+
+ParameterVector table_2_robot() {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  ParameterVector v;
+  v << 59.742, 60.483, 60.341, 59.704, 89.511, 0.851, -0.556, 0.148 * kRadPerDeg,
+      -0.873 * kRadPerDeg, -1.032 * kRadPerDeg;
+  return v;
+}
+
+tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig) {
+  if (rig.cuboid.mount == Mount::kFree) return 0.0;
+  const Robot& robot = rig.robot;
+  const auto q = inverse(robot.nominal, rig.cuboid.reference_pose_mm, robot.working_mode);
+  if (!q) return tl::unexpected(q.error());
+  const auto assembly = assembly_at(robot.nominal, *q, rig.cuboid.reference_pose_mm);
+  if (!assembly) return tl::unexpected(assembly.error());
+  const auto pose = forward(robot.nominal, *q, *assembly);
+  if (!pose) return tl::unexpected(pose.error());
+  return pose->distal_angle(rig.cuboid.mount == Mount::kDistal1 ? 0 : 1);
+}
+
+double cuboid_angle(
+    const Rig& rig, double reference_angle_rad, const ForwardPose& pose, double clamp_rad) {
+  if (rig.cuboid.mount == Mount::kFree) return clamp_rad;
+  const double link = pose.distal_angle(rig.cuboid.mount == Mount::kDistal1 ? 0 : 1);
+  return std::remainder(link - reference_angle_rad, 2 * std::numbers::pi) + clamp_rad;
+}
+
+}  // namespace sixdial::geometry

@@ -1,0 +1,71 @@
+// The measurement rig as numbers: nominal robot, cuboid and dials (spec 1). A rig file (rig.toml)
+// is read and written by session/rig_file.h. Millimetre, radian, newton.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/contact.h"
+#include "geometry/five_bar.h"
+
+namespace sixdial::geometry {
+
+/// What the cuboid turns with.
+enum class Mount {
+  kDistal1,  // with the distal link of leg 1
+  kDistal2,  // with the distal link of leg 2
+  kFree,     // gamma is an unknown of each sample
+};
+
+struct Robot {
+  ParameterVector nominal = ParameterVector::Zero();
+  WorkingMode working_mode{};
+  Assembly assembly = Assembly::kLeft;
+  std::string connection;  // "modbus-tcp://host:port", "manual" or empty
+};
+
+struct Cuboid {
+  double side_mm = 80.0;
+  Mount mount = Mount::kDistal2;
+  Eigen::Vector2d reference_pose_mm{28.0, 48.0};  // gamma = clamp angle here
+};
+
+struct Dial {
+  std::string id;
+  DialGeometry geometry;
+  double resolution_mm = 0.001;
+  double accuracy_mm = 0.006;
+  double repeatability_mm = 0.002;  // standard deviation of one reading at rest
+  double force_n = 1.0;             // at zero displacement
+  double spring_n_per_mm = 0.03;
+  std::string connection;
+};
+
+struct Rig {
+  std::string name;
+  Robot robot;
+  Cuboid cuboid;
+  std::vector<Dial> dials;
+  /// Index of a dial by id.
+  [[nodiscard]] std::optional<std::size_t> find_dial(std::string_view id) const;
+  [[nodiscard]] std::vector<DialGeometry> dial_geometries() const;
+};
+
+/// The rig and robot of spec 1: centre (28, 48), side 80, dials A..F.
+[[nodiscard]] Rig default_rig();
+/// Table 2's identified parameters [mm, rad].
+[[nodiscard]] ParameterVector table_2_robot();
+
+/// Angle in W [rad] of the cuboid's distal link at the reference pose by nominal parameters;
+/// 0 for a free mount. Fails if the reference pose cannot be reached.
+[[nodiscard]] tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig);
+
+/// gamma [rad] at a pose: link angle now minus at the reference, plus the clamp angle; continuous
+/// around the reference (within +-pi). 0 + clamp for a free mount.
+[[nodiscard]] double cuboid_angle(
+    const Rig& rig, double reference_angle_rad, const ForwardPose& pose, double clamp_rad);
+
+}  // namespace sixdial::geometry
