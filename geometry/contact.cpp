@@ -58,8 +58,8 @@ std::vector<int> faces_of(
 }
 
 PoseEstimate estimate_of(
-    const CuboidPose& pose, const Matrix3d& covariance,
-    std::span<const DialReading> readings, const Eigen::VectorXd& residual) {
+    const CuboidPose& pose, const Matrix3d& covariance, std::span<const DialReading> readings,
+    const Eigen::VectorXd& residual) {
   PoseEstimate result{pose, covariance, {}, {}};
   for (std::size_t i = 0; i < readings.size(); ++i) {
     result.dials.push_back(readings[i].dial);
@@ -119,8 +119,7 @@ Contact contact_on_face(
   const double cosine = -dial.axis.dot(n);
   Contact contact;
   contact.face = face;
-  contact.displacement_mm =
-      (side_mm / 2 + dial.tip_radius_mm - p_ET.dot(n)) / cosine;
+  contact.displacement_mm = (side_mm / 2 + dial.tip_radius_mm - p_ET.dot(n)) / cosine;
   contact.along_mm = (p_ET - contact.displacement_mm * dial.axis).dot(t);
   contact.J << n.x() / cosine, n.y() / cosine, -contact.along_mm / cosine;
   return contact;
@@ -144,9 +143,9 @@ tl::expected<Contact, ContactTrouble> touch(
 }
 
 CuboidPose equation_39(
-    const Vector2d& position_B_mm, const Vector2d& position_C_mm,
-    const Vector2d& position_D_mm, double displacement_B_mm, double displacement_C_mm,
-    double displacement_D_mm, double side_mm) {
+    const Vector2d& position_B_mm, const Vector2d& position_C_mm, const Vector2d& position_D_mm,
+    double displacement_B_mm, double displacement_C_mm, double displacement_D_mm,
+    double side_mm) {
   const double xB = position_B_mm.x(), yB = position_B_mm.y();
   const double xC = position_C_mm.x(), yC = position_C_mm.y();
   const double xD = position_D_mm.x();
@@ -154,8 +153,7 @@ CuboidPose equation_39(
   const double gamma = std::atan2(dc - dd, xD - xC);
   Matrix2d A;
   A << dc - dd, xC - xD, xD - xC, dc - dd;
-  const Vector2d right(
-      xC * (yC - dd) - xD * (yC - dc), (xB - db) * (xD - xC) + yB * (dc - dd));
+  const Vector2d right(xC * (yC - dd) - xD * (yC - dc), (xB - db) * (xD - xC) + yB * (dc - dd));
   const Vector2d corner = A.inverse() * right;
   const Vector2d half_diagonal(
       side_mm / 2 * (std::cos(gamma) - std::sin(gamma)),
@@ -223,8 +221,7 @@ tl::expected<PoseEstimate, PoseTrouble> best_active_three(
     std::span<const DialGeometry> dials, std::span<const DialReading> readings, double side_mm,
     double gamma_guess_rad) {
   const std::vector<int> faces = faces_of(dials, readings, gamma_guess_rad);
-  tl::expected<PoseEstimate, PoseTrouble> best =
-      tl::unexpected(PoseTrouble::kTooFewContacts);
+  tl::expected<PoseEstimate, PoseTrouble> best = tl::unexpected(PoseTrouble::kTooFewContacts);
   double best_trace = 0.0;
   const std::size_t n = readings.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -268,8 +265,7 @@ tl::expected<PoseEstimate, PoseTrouble> least_squares_pose(
     pose.gamma_rad += change[2];
     if (change.head<2>().norm() < 1e-11 && std::abs(change[2]) < 1e-13) {
       return estimate_of(
-          pose, normal.inverse(), readings,
-          linearise(dials, readings, faces, pose, side_mm).r);
+          pose, normal.inverse(), readings, linearise(dials, readings, faces, pose, side_mm).r);
     }
   }
   return tl::unexpected(PoseTrouble::kNotConverged);

@@ -1,9 +1,10 @@
-// A ball-tipped dial indicator on a face of the cuboid, and the tool's pose from several of them.
+// A ball-tipped dial indicator on a face of the cuboid, and the tool's pose from several of
+// them.
 //
-//   face k (0 right, 1 top, 2 left, 3 bottom) has the outward normal n_k = (cos, sin)(gamma + k pi/2)
-//   ball centre at zero displacement: p_WT = position - rho axis
-//   touching:  (p_WT - delta axis - p_WE) . n = h + rho,   h = side/2                spec 1
-//   so         delta = (h + rho - (p_WT - p_WE) . n) / (-axis . n)
+//   face k (0 right, 1 top, 2 left, 3 bottom) has the outward normal n_k = (cos, sin)(gamma + k
+//   pi/2) ball centre at zero displacement: p_WT = position - rho axis touching:  (p_WT - delta
+//   axis - p_WE) . n = h + rho,   h = side/2                spec 1 so         delta = (h + rho
+//   - (p_WT - p_WE) . n) / (-axis . n)
 //
 // Lengths mm, angles rad, frame W. Degenerate: an axis along the face, a tip beyond the face's
 // edge, two dials of a face whose balls coincide, an active three without a neighbouring face.
@@ -84,8 +85,9 @@ enum class PoseTrouble {
 
 struct PoseEstimate {
   CuboidPose pose;
-  Eigen::Matrix3d covariance;  // of (x, y, gamma) [mm^2, mm rad, rad^2], from the readings' sigma
-  std::vector<int> dials;      // indices used; the active three: pair first, then the single dial
+  Eigen::Matrix3d
+      covariance;          // of (x, y, gamma) [mm^2, mm rad, rad^2], from the readings' sigma
+  std::vector<int> dials;  // indices used; the active three: pair first, then the single dial
   std::vector<double> residual_mm;  // measured - computed displacement, as `dials`
 };
 
@@ -95,7 +97,8 @@ struct PoseEstimate {
     std::span<const DialGeometry> dials, const std::array<DialReading, 3>& pair_then_single,
     double side_mm, double gamma_guess_rad = 0.0);
 
-/// The best conditioned active three among the readings: least trace of the position covariance.
+/// The best conditioned active three among the readings: least trace of the position
+/// covariance.
 [[nodiscard]] tl::expected<PoseEstimate, PoseTrouble> best_active_three(
     std::span<const DialGeometry> dials, std::span<const DialReading> readings, double side_mm,
     double gamma_guess_rad = 0.0);

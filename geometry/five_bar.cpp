@@ -61,7 +61,8 @@ ForwardPose in_world(const ParameterVector& v, const Closure& closure) {
   const Matrix2d R_WB = rotation(v[kAlpha]);
   const Vector2d p_WB(v[kX0], v[kY0]);
   return {
-      p_WB + R_WB * closure.p_E, p_WB + R_WB * closure.p_O3, p_WB + R_WB * closure.p_O4};  // (1)
+      p_WB + R_WB * closure.p_E, p_WB + R_WB * closure.p_O3,
+      p_WB + R_WB * closure.p_O4};  // (1)
 }
 
 }  // namespace
@@ -191,8 +192,8 @@ tl::expected<Vector2d, KinematicTrouble> inverse(
     double angle = std::atan2(to_E.y(), to_E.x()) + side * inner;
     angle = std::remainder(angle, 2 * std::numbers::pi) - v[kOffset1 + leg];
     if (near) {
-      angle += 2 * std::numbers::pi *
-               std::round(((*near)[leg] - angle) / (2 * std::numbers::pi));
+      angle +=
+          2 * std::numbers::pi * std::round(((*near)[leg] - angle) / (2 * std::numbers::pi));
     }
     q[leg] = angle;
   }

@@ -1,9 +1,11 @@
-// A planar five-bar's tool from its motor angles and back, equations (1)-(7) of Cao et al. 2021.
+// A planar five-bar's tool from its motor angles and back, equations (1)-(7) of Cao et al.
+// 2021.
 //
 //            E            tool            E = p_W0 + R(alpha) p_BE                        (1)
 //     l12  /   \  l22     distal links    |E - O3| = l12, |E - O4| = l22                  (2)
 //        O3     O4        elbows          frame B: origin midway between O1 and O2, Bx O1 -> O2
-//     l11 |     | l21     proximal links  frame W: the table; B sits at (x0, y0), turned by alpha
+//     l11 |     | l21     proximal links  frame W: the table; B sits at (x0, y0), turned by
+//     alpha
 //        O1--B--O2        motors, d apart
 //
 // Millimetres and radians; angles counter-clockwise and continuous (never wrapped at +-pi).
@@ -22,8 +24,8 @@ namespace sixdial::geometry {
 
 inline constexpr int kParameterCount = 10;
 
-/// The ten parameters in the order of equation (8): l11, l12, l21, l22, d, x0 and y0 [mm], alpha,
-/// dtheta1, dtheta2 [rad].
+/// The ten parameters in the order of equation (8): l11, l12, l21, l22, d, x0 and y0 [mm],
+/// alpha, dtheta1, dtheta2 [rad].
 using ParameterVector = Eigen::Matrix<double, kParameterCount, 1>;
 using ParameterMatrix = Eigen::Matrix<double, kParameterCount, kParameterCount>;
 /// d(p_WE)/d(parameters), 2x10 [mm/mm and mm/rad].
@@ -83,8 +85,8 @@ struct ForwardPose {
 
 struct ForwardDerivative {
   ForwardPose pose;
-  ParameterJacobian J_v;               // dp_WE/dv, equation (13)
-  Eigen::Matrix2d J_q;                 // dp_WE/dq [mm/rad]
+  ParameterJacobian J_v;  // dp_WE/dv, equation (13)
+  Eigen::Matrix2d J_q;    // dp_WE/dq [mm/rad]
   /// d(distal angle in W)/dv of leg 0 and 1, 2x10, and by q, 2x2.
   Eigen::Matrix<double, 2, kParameterCount> distal_J_v;
   Eigen::Matrix2d distal_J_q;

@@ -1,5 +1,5 @@
-// The measurement rig as numbers: nominal robot, cuboid and dials (spec 1). A rig file (rig.toml)
-// is read and written by session/rig_file.h. Millimetre, radian, newton.
+// The measurement rig as numbers: nominal robot, cuboid and dials (spec 1). A rig file
+// (rig.toml) is read and written by session/rig_file.h. Millimetre, radian, newton.
 #pragma once
 
 #include <Eigen/Core>
@@ -63,8 +63,8 @@ struct Rig {
 /// 0 for a free mount. Fails if the reference pose cannot be reached.
 [[nodiscard]] tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig);
 
-/// gamma [rad] at a pose: link angle now minus at the reference, plus the clamp angle; continuous
-/// around the reference (within +-pi). 0 + clamp for a free mount.
+/// gamma [rad] at a pose: link angle now minus at the reference, plus the clamp angle;
+/// continuous around the reference (within +-pi). 0 + clamp for a free mount.
 [[nodiscard]] double cuboid_angle(
     const Rig& rig, double reference_angle_rad, const ForwardPose& pose, double clamp_rad);
 

@@ -22,9 +22,9 @@ using TimePoint = std::chrono::sys_time<std::chrono::milliseconds>;
 enum class Quality { kGood, kUncertain, kBad };
 [[nodiscard]] std::string_view to_string(Quality quality);
 
-/// One dial's raw reading within a sample. Without a value: no contact, or none was obtained, and
-/// `reason` says which ("no contact", "timeout", "disconnected", "parse", "range", "unsettled",
-/// "stale", ...).
+/// One dial's raw reading within a sample. Without a value: no contact, or none was obtained,
+/// and `reason` says which ("no contact", "timeout", "disconnected", "parse", "range",
+/// "unsettled", "stale", ...).
 struct DialValue {
   std::optional<double> value_mm;
   Quality quality = Quality::kGood;
@@ -57,8 +57,8 @@ struct RejectedRow {
 struct Session {
   std::string name;
   geometry::Rig rig;
-  std::string rig_text;  // rig.toml as read, given back unchanged on export
-  std::string csv_header;    // header line as read; empty if measured here
+  std::string rig_text;    // rig.toml as read, given back unchanged on export
+  std::string csv_header;  // header line as read; empty if measured here
   std::string line_end = "\n";
   std::vector<Sample> samples;  // in time order
   std::vector<RejectedRow> rejected;
