@@ -125,28 +125,11 @@ TEST(Equation39, EqualsTheGeneralFormWithASharpTip) {
         kSide_mm);
     ASSERT_TRUE(general);
     // 1e-12 mm is 35 ulp of these numbers: both forms solve the same two lines.
-    ASSERT_LT((published.p_WE - general->pose.p_WE).norm(), 100 * kSharp_mm);
+    ASSERT_LT((published.p_WE - general->pose.p_WE).norm(), kSharp_mm);
     ASSERT_LT(std::abs(published.gamma_rad - general->pose.gamma_rad), 1e-14 * 10);
     ASSERT_LT((published.p_WE - pose.p_WE).norm(), kSolved_mm);
   }
   EXPECT_GT(compared, 2'000);
-}
-
-TEST(Equation39, AtSquareFacesEqualsTheGeneralFormTo1em12) {
-  Rig rig = default_rig();
-  for (Dial& dial : rig.dials) dial.geometry.tip_radius_mm = 0.0;
-  const auto dials = rig.dial_geometries();
-  for (const double gamma : {-0.3, -0.1, 0.0, 0.05, 0.2}) {
-    const CuboidPose pose{{28, 48}, gamma};
-    const double b = touch(dials[1], pose, kSide_mm)->displacement_mm;
-    const double c = touch(dials[2], pose, kSide_mm)->displacement_mm;
-    const double d = touch(dials[3], pose, kSide_mm)->displacement_mm;
-    const CuboidPose published = equation_39(
-        dials[1].position_mm, dials[2].position_mm, dials[3].position_mm, b, c, d, kSide_mm);
-    const auto general = active_three(
-        dials, {DialReading{2, c}, DialReading{3, d}, DialReading{1, b}}, kSide_mm);
-    EXPECT_LT((published.p_WE - general->pose.p_WE).norm(), kSharp_mm) << gamma;
-  }
 }
 
 TEST(Equation39, WithABallIsOffByTheBallsLift) {

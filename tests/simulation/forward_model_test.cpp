@@ -1,0 +1,120 @@
+#include "simulation/forward_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace sixdial::simulation {
+namespace {
+
+using Eigen::Vector2d;
+using geometry::Mount;
+
+struct WithMount : testing::TestWithParam<Mount> {
+  ForwardModel model = [] {
+    geometry::Rig rig = geometry::default_rig();
+    rig.cuboid.mount = GetParam();
+    return ForwardModel(rig);
+  }();
+  std::mt19937_64 engine{11};
+  double drawn(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  }
+  ModelVector drawn_model() {
+    ModelVector result = model.nominal();
+    for (int i = 0; i < 7; ++i) result[i] += drawn(-0.6, 0.6);
+    for (int i = 7; i < kModelParameterCount; ++i) result[i] += drawn(-0.02, 0.02);
+    return result;
+  }
+  Vector2d drawn_q() {
+    const Vector2d p_WE(drawn(16, 40), drawn(30, 66));
+    return *geometry::inverse(model.rig().robot.nominal, p_WE, model.rig().robot.working_mode);
+  }
+};
+
+TEST_P(WithMount, JacobianAgreesWithDifferences) {
+  constexpr double kRelative = 1e-7;
+  for (int trial = 0; trial < 300; ++trial) {
+    const ModelVector x = drawn_model();
+    const Vector2d q = drawn_q();
+    const Prediction exact = *model.predict(x, q, geometry::Assembly::kLeft);
+    Eigen::MatrixXd slope(exact.dial_mm.size(), kModelParameterCount);
+    for (int i = 0; i < kModelParameterCount; ++i) {
+      const double h = i < 7 ? 2e-3 : 2e-5;
+      const auto at = [&](double step) -> Eigen::VectorXd {
+        return model.predict(x + step * ModelVector::Unit(i), q, geometry::Assembly::kLeft)
+            ->dial_mm;
+      };
+      slope.col(i) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+    }
+    ASSERT_LT((exact.dial_J - slope).norm(), kRelative * exact.dial_J.norm());
+  }
+}
+
+TEST_P(WithMount, ReadingsGiveTheToolBack) {
+  constexpr double kSolved_mm = 1e-10;
+  int solved = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const ModelVector x = drawn_model();
+    const Prediction seen = *model.predict(x, drawn_q(), geometry::Assembly::kLeft);
+    std::vector<geometry::DialReading> readings;
+    for (int i = 0; i < 6; ++i) {
+      if (seen.in_contact[static_cast<std::size_t>(i)]) {
+        readings.push_back({i, seen.dial_mm[i], 0.002});
+      }
+    }
+    const auto back = geometry::best_active_three(
+        model.rig().dial_geometries(), readings, model.rig().cuboid.side_mm, seen.gamma_rad);
+    if (!back) continue;
+    ++solved;
+    ASSERT_LT((back->pose.p_WE - seen.pose.p_WE).norm(), kSolved_mm);
+    ASSERT_LT(std::abs(back->pose.gamma_rad - seen.gamma_rad), 1e-12);
+  }
+  EXPECT_GT(solved, 450);
+}
+
+TEST_P(WithMount, EveryDialReadsSixteenAtTheCentre) {
+  // Default layout of spec 1: displacement 16 mm at the centre, gamma 0.
+  const Vector2d q = *geometry::inverse(model.rig().robot.nominal, {28, 48}, {});
+  const Prediction seen = *model.predict(model.nominal(), q, geometry::Assembly::kLeft);
+  EXPECT_LT((seen.dial_mm.array() - 16.0).abs().maxCoeff(), 1e-12 * 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , WithMount, testing::Values(Mount::kDistal1, Mount::kDistal2, Mount::kFree),
+    [](const auto& each) {
+      return each.param == Mount::kFree      ? "Free"
+             : each.param == Mount::kDistal1 ? "Distal1"
+                                             : "Distal2";
+    });
+
+TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.cuboid.mount = Mount::kFree;
+  const ForwardModel model(rig);
+  const Vector2d q = *geometry::inverse(rig.robot.nominal, {25, 45}, {});
+  const auto seen = model.predict(model.nominal(), q, geometry::Assembly::kLeft, 0.1);
+  const auto moved = model.predict(model.nominal(), q, geometry::Assembly::kLeft, 0.1 + 1e-6);
+  EXPECT_EQ(seen->gamma_rad, 0.1);
+  EXPECT_LT(
+      ((moved->dial_mm - seen->dial_mm) / 1e-6 - seen->dial_J_gamma).norm(),
+      1e-4 * seen->dial_J_gamma.norm());
+  EXPECT_EQ(seen->dial_J.col(kClamp).norm(), 0.0);
+}
+
+TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {
+  const ForwardModel model(geometry::default_rig());
+  const auto seen = model.predict(model.nominal(), {3.1, 0.0}, geometry::Assembly::kLeft);
+  ASSERT_FALSE(seen);
+  EXPECT_EQ(seen.error(), geometry::KinematicTrouble::kOutOfReach);
+}
+
+TEST(ForwardModel, RefusesARigWhoseReferencePoseIsOutOfReach) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.cuboid.reference_pose_mm = {500, 0};
+  EXPECT_THROW(ForwardModel{rig}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sixdial::simulation
