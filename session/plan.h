@@ -17,8 +17,8 @@ struct PlanPoint {
   std::string set;
   int point = 0;
   int repeat = 0;
-  Eigen::Vector2d target_mm{0, 0};  // in W
-  Eigen::Vector2d q_rad{0, 0};      // joint angles to command, by nominal parameters
+  Eigen::Vector2d target_mm{0, 0};    // in W
+  Eigen::Vector2d q_rad{0, 0};        // joint angles to command, by nominal parameters
   std::array<int, 2> approach{0, 0};  // sign of each joint's last move; 0: as it comes
 };
 

@@ -20,11 +20,13 @@ using TimePoint = std::chrono::sys_time<std::chrono::milliseconds>;
 [[nodiscard]] std::optional<TimePoint> from_iso8601(std::string_view text);
 
 enum class Quality { kGood, kUncertain, kBad };
+/// "good", "uncertain", "bad".
 [[nodiscard]] std::string_view to_string(Quality quality);
+[[nodiscard]] std::optional<Quality> quality_from(std::string_view text);
 
-/// One dial's raw reading within a sample. Without a value: no contact, or none was obtained, and
-/// `reason` says which ("no contact", "timeout", "disconnected", "parse", "range", "unsettled",
-/// "stale", ...).
+/// One dial's raw reading within a sample. Without a value: no contact, or none was obtained,
+/// and `reason` says which ("no contact", "timeout", "disconnected", "parse", "range",
+/// "unsettled", "stale", ...).
 struct DialValue {
   std::optional<double> value_mm;
   Quality quality = Quality::kGood;
@@ -57,9 +59,10 @@ struct RejectedRow {
 struct Session {
   std::string name;
   geometry::Rig rig;
-  std::string rig_text;  // rig.toml as read, given back unchanged on export
-  std::string csv_header;    // header line as read; empty if measured here
+  std::string rig_text;    // rig.toml as read, given back unchanged on export
+  std::string csv_header;  // header line as read; empty if measured here
   std::string line_end = "\n";
+  std::string csv_end = "\n";   // what follows the last row: line_end, nothing, or blank lines
   std::vector<Sample> samples;  // in time order
   std::vector<RejectedRow> rejected;
 };
