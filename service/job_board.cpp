@@ -87,7 +87,7 @@ Job JobBoard::start(Job job, Work work) {
     auto entry = std::make_unique<Entry>();
     entry->job = job;
     entry->work = std::move(work);
-    entry->cancelled = std::make_shared<std::atomic<bool>>(stopping_);
+    if (stopping_) entry->stop.request_stop();
     entries_.emplace(job.id, std::move(entry));
     queue_.push_back(job.id);
   }
@@ -116,7 +116,7 @@ bool JobBoard::cancel(std::int64_t id) {
     const std::lock_guard lock(mutex_);
     const auto found = entries_.find(id);
     if (found == entries_.end() || is_final(found->second->job.state)) return false;
-    found->second->cancelled->store(true, std::memory_order_relaxed);
+    found->second->stop.request_stop();
     const auto queued = std::ranges::find(queue_, id);
     if (queued != queue_.end()) {
       queue_.erase(queued);

@@ -2,7 +2,6 @@
 // how far it is, can be cancelled, and outlives the client that asked for it.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -51,15 +51,16 @@ struct Job {
 class JobControl {
  public:
   using Report = std::function<void(JobProgress)>;
-  JobControl(std::shared_ptr<const std::atomic<bool>> cancelled, Report report)
-      : cancelled_(std::move(cancelled)), report_(std::move(report)) {}
-  [[nodiscard]] bool cancelled() const { return cancelled_->load(std::memory_order_relaxed); }
+  JobControl(std::stop_token stop, Report report)
+      : stop_(std::move(stop)), report_(std::move(report)) {}
+  [[nodiscard]] bool cancelled() const { return stop_.stop_requested(); }
+  [[nodiscard]] const std::stop_token& stop_token() const { return stop_; }
   /// Throws Error cancelled if so.
   void check() const;
   void report(JobProgress progress) const { report_(std::move(progress)); }
 
  private:
-  std::shared_ptr<const std::atomic<bool>> cancelled_;
+  std::stop_token stop_;
   Report report_;
 };
 
@@ -96,7 +97,7 @@ class JobBoard {
   struct Entry {
     Job job;
     Work work;
-    std::shared_ptr<std::atomic<bool>> cancelled;
+    std::stop_source stop;
     std::chrono::steady_clock::time_point stage_began;
     std::chrono::steady_clock::time_point last_told;
   };
