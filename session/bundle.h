@@ -38,6 +38,11 @@ struct ReadOptions {
 /// rig.toml as text: as read, else write_rig.
 [[nodiscard]] std::string rig_toml(const Session& session);
 
+/// SHA-256 of session_csv: says from which data a result is.
+[[nodiscard]] std::string data_sha256(const Session& session);
+/// SHA-256 of rig_toml.
+[[nodiscard]] std::string rig_sha256(const Session& session);
+
 /// Writes both files into `folder`, which is made if absent. Throws DataError.
 void write_bundle(const Session& session, const std::filesystem::path& folder);
 

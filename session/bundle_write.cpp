@@ -7,6 +7,7 @@
 #include "session/columns.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "session/sha256.h"
 
 namespace sixdial::session {
 namespace {
@@ -117,6 +118,9 @@ std::string session_csv(const Session& session) {
 std::string rig_toml(const Session& session) {
   return session.rig_text.empty() ? write_rig(session.rig) : session.rig_text;
 }
+
+std::string data_sha256(const Session& session) { return sha256(session_csv(session)); }
+std::string rig_sha256(const Session& session) { return sha256(rig_toml(session)); }
 
 void write_bundle(const Session& session, const std::filesystem::path& folder) {
   std::error_code error;

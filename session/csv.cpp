@@ -282,6 +282,10 @@ std::string decimal(double value, int least_digits) {
   return text;
 }
 
+double rounded_decimal(double value, int digits) {
+  return parse_number(fmt::format("{:.{}f}", value, digits)).value;
+}
+
 std::string read_file(const std::string& path) {
   const auto fail = [&](int code) {
     throw DataError(

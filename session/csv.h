@@ -60,6 +60,9 @@ struct ParsedNumber {
 /// change the value by over 1e-10.
 [[nodiscard]] std::string decimal(double value, int least_digits);
 
+/// Rounded to a number of digits after the point, as a double.
+[[nodiscard]] double rounded_decimal(double value, int digits);
+
 /// Whole file as bytes. Throws DataError if it cannot be read.
 [[nodiscard]] std::string read_file(const std::string& path);
 /// Writes beside and renames over, so a reader sees the old file or the new one. Throws

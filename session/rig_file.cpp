@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -86,10 +87,11 @@ class RigReader {
   }
 
   void stop_if_faulty() {
-    if (findings_.empty()) return;
-    std::stable_sort(findings_.begin(), findings_.end(), [](const auto& a, const auto& b) {
+    std::sort(unknown_.begin(), unknown_.end(), [](const Finding& a, const Finding& b) {
       return std::pair(a.line, a.column) < std::pair(b.line, b.column);
     });
+    findings_.insert(findings_.begin(), unknown_.begin(), unknown_.end());
+    if (findings_.empty()) return;
     const std::size_t total = findings_.size();
     throw DataError(file_, std::move(findings_), total);
   }
@@ -100,9 +102,11 @@ class RigReader {
     for (const auto& [key, node] : from) {
       const std::string name(key.str());
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      fault(
-          key.source(), shown_key(name), "unknown key in " + where,
-          fmt::format("the nearest known key is '{}'", nearest_word(name, known)));
+      const auto& place = key.source().begin;
+      unknown_.push_back(
+          {static_cast<int>(place.line), static_cast<int>(place.column), shown_key(name),
+           "unknown key in " + where,
+           fmt::format("the nearest known key is '{}'", nearest_word(name, known))});
     }
   }
 
@@ -117,7 +121,7 @@ class RigReader {
   const toml::table* table(const toml::table& top, const std::string& key) {
     const toml::node* node = top.get(key);
     if (node == nullptr) {
-      fault({}, key, fmt::format("there is no [{}] table", key), "add it, see doc/files");
+      fault({}, key, fmt::format("there is no [{}] table", key), "every rig file needs it");
       return nullptr;
     }
     if (!node->is_table()) {
@@ -378,6 +382,7 @@ class RigReader {
 
   std::string file_;
   std::vector<Finding> findings_;
+  std::vector<Finding> unknown_;  // told first: a key that is missing may be one misspelt
 };
 
 std::string toml_text(const std::string& text) {
