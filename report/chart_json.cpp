@@ -79,6 +79,7 @@ json axis_json(const Axis& a) {
   json out{{"label", valid_utf8(a.label)}};
   if (!a.unit.empty()) out["unit"] = valid_utf8(a.unit);
   if (a.logarithmic) out["log"] = true;
+  if (a.square_root) out["sqrt"] = true;
   if (a.low && std::isfinite(*a.low)) out["low"] = for_drawing(*a.low);
   if (a.high && std::isfinite(*a.high)) out["high"] = for_drawing(*a.high);
   return out;

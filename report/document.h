@@ -52,6 +52,7 @@ struct Axis {
   std::string label{};  // "position error"
   std::string unit{};   // "mm"
   bool logarithmic = false;
+  bool square_root = false;             // gives the first steps of a long run more room
   std::optional<double> low{}, high{};  // else from the data
 };
 

@@ -67,19 +67,35 @@ int set_style(const std::string& set) {
   return set == "G1" ? kStyleG1 : set == "G2" ? kStyleG2 : kStyleRival;
 }
 
-/// Length of the mean residual vector over the mean length: 1 if all point the same way, near 0
-/// if they point anywhere.
-std::optional<double> alignment(const ReportData& data, std::size_t method) {
-  Eigen::Vector2d sum{0, 0};
-  double lengths = 0.0;
+/// How far arrows agree with their nearest neighbour's: 1 if all are the same, 0 without order.
+/// Sum of e . e' over sum of |e| |e'|, for each point and the nearest other.
+std::optional<double> agreement(const ReportData& data, std::size_t method) {
+  std::vector<const PointRow*> points;
   for (const PointRow& p : data.points) {
-    if (const auto error = position_error(p, method)) {
-      sum += *p.residual_mm[method];
-      lengths += *error;
-    }
+    if (p.measured_mm && position_error(p, method)) points.push_back(&p);
   }
-  if (!(lengths > 0.0)) return std::nullopt;
-  return sum.norm() / lengths;
+  // Neighbours are looked for in a plain loop: two thousand points are enough for a percentage.
+  const std::size_t step = 1 + points.size() / 2000;
+  double together = 0.0;
+  double apart = 0.0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const PointRow* nearest = nullptr;
+    double nearest_mm = std::numeric_limits<double>::infinity();
+    for (const PointRow* other : points) {
+      const bool same_point = other->set == points[i]->set && other->point == points[i]->point;
+      const double distance_mm = (*other->measured_mm - *points[i]->measured_mm).norm();
+      if (same_point || distance_mm >= nearest_mm) continue;
+      nearest = other;
+      nearest_mm = distance_mm;
+    }
+    if (nearest == nullptr) continue;
+    const Eigen::Vector2d e = *points[i]->residual_mm[method];
+    const Eigen::Vector2d f = *nearest->residual_mm[method];
+    together += e.dot(f);
+    apart += e.norm() * f.norm();
+  }
+  if (!(apart > 0.0)) return std::nullopt;
+  return together / apart;
 }
 
 std::optional<double> largest_error(const ReportData& data, std::size_t method) {
@@ -128,12 +144,11 @@ std::string describe_convergence(const ReportData& data) {
         fixed(end, 6), reached - c.best_mm.begin(), c.best_mm.size() - 1);
   }
   if (data.rmse_mm && data.least_squares_rmse_mm) {
+    const double above_nm = (*data.rmse_mm - *data.least_squares_rmse_mm) * 1e6;
     out += fmt::format(
-        "The parameters' RMSE is {} mm; the least-squares minimum of the same objective is {} "
-        "mm, "
-        "{} nm below.",
-        fixed(*data.rmse_mm, 6), fixed(*data.least_squares_rmse_mm, 6),
-        fixed((*data.rmse_mm - *data.least_squares_rmse_mm) * 1e6, 1));
+        "The parameters' RMSE is {} mm, {} nm above the least-squares minimum.",
+        fixed(*data.rmse_mm, 6),
+        std::abs(above_nm) < 0.1 ? "less than 0.1" : fixed(above_nm, 1));
   }
   return out;
 }
@@ -170,24 +185,24 @@ std::optional<Figure> residual_map(const ReportData& data) {
   for (std::size_t m = 0; m < data.methods.size(); ++m) {
     if (!data.methods[m].on_map || !largest_error(data, m)) continue;
     out.chart.panels.push_back(map_panel(data, m, across, up, longest_mm));
-    if (const auto aligned = alignment(data, m)) {
-      here += fmt::format(
-          "{}: arrows up to {}, {} % in one common direction. ", data.methods[m].name,
-          length(*largest_error(data, m)), fixed(100.0 * *aligned, 0));
+    here += fmt::format("{}: up to {}", data.methods[m].name, length(*largest_error(data, m)));
+    if (const auto agreed = agreement(data, m)) {
+      here += fmt::format(", neighbours agree by {} %", fixed(100.0 * *agreed, 0));
     }
+    here += ". ";
   }
   if (out.chart.panels.empty()) return std::nullopt;
   out.chart.panels_in_a_row =
       static_cast<int>(std::min<std::size_t>(3, out.chart.panels.size()));
   out.shows =
       "Each arrow starts at a measured position and points from where the model puts the tool "
-      "to "
-      "where it was measured, enlarged as written over each map. Example of the sign: an arrow "
+      "to where it was measured, enlarged as written over each map. Example of the sign: an "
+      "arrow "
       "to the right, (+0.010, 0) mm, is a tool 0.010 mm further along +x than the model says.";
   out.good =
-      "Short arrows without order. Arrows that agree with their neighbours are an error that "
-      "the "
-      "model does not contain.";
+      "Short arrows without order: neighbours agree by less than about 20 %, a negative figure "
+      "is no order either. Arrows that agree (100 %: all the same) are an error that the model "
+      "does not contain.";
   out.here = here;
   out.table = residual_table(data);
   return out;
@@ -197,7 +212,7 @@ std::optional<Figure> error_by_point(const ReportData& data) {
   const std::vector<int> styles = method_styles(data);
   Figure out{.id = "error_by_point", .title = "Position error by point and method"};
   out.chart.panels_in_a_row = 1;
-  out.chart.panel_height = 230;
+  out.chart.panel_height = 195;
   Extent shared;
   for (const std::string& set : sets_of(data)) {
     Panel panel;
@@ -228,12 +243,10 @@ std::optional<Figure> error_by_point(const ReportData& data) {
   }
   out.shows =
       "The distance between measured and modelled position at every point, on a logarithmic "
-      "scale "
-      "(the paper's Fig. 10). G1 was fitted, G2 was not.";
+      "scale (the paper's Fig. 10). G1 was fitted, G2 was not.";
   out.good =
       "The lower curves lie equally low in G1 and in G2 and no point stands out. A result that "
-      "is "
-      "good in G1 alone has learned its points by heart.";
+      "is good in G1 alone has learned its points by heart.";
   if (const auto result = result_index(data)) {
     const Method& m = data.methods[*result];
     out.here = fmt::format("{}: ", m.name);
@@ -285,8 +298,7 @@ std::optional<Figure> convergence(const ReportData& data) {
       "paper's Fig. 8). QPSO-1 tunes the filter's noise matrices, QPSO-2 the parameters.";
   out.good =
       "The curve is flat long before its end, and QPSO-2 ends on the dashed line: no "
-      "parameters "
-      "fit G1 better than the least-squares minimum.";
+      "parameters fit G1 better than the least-squares minimum.";
   out.here = (settled ? "Flat in their second half. " : "Still falling in the second half. ") +
              describe_convergence(data);
   out.table = convergence_table(data, true);
@@ -305,7 +317,7 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
     const geometry::ParameterInfo& info = geometry::kParameters[k];
     Panel panel;
     panel.title = fmt::format("{} [{}]", symbol(info.name), info.shown_unit);
-    panel.x = {.label = "step", .unit = ""};
+    panel.x = {.label = "step", .unit = "", .square_root = true};
     panel.y = {.label = "", .unit = ""};
     double place = 0.0;
     int style = kStyleKinematic;
@@ -326,8 +338,10 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
   }
   out.shows =
       "Identified minus nominal value of each parameter, first as the filter takes in the "
-      "points, "
-      "then as QPSO-2 refines them (the paper's Fig. 9). Each panel has its own scale.";
+      "points, then as QPSO-2 refines them (the paper's Fig. 9). Each panel has its own scale; "
+      "steps "
+      "are spaced by their square root, so that the "
+      "first ones can be seen.";
   out.good =
       "Quick movement over the first dozens of points, then a level line. Two parameters that "
       "wander together cannot be told apart by these poses.";

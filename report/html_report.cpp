@@ -63,8 +63,7 @@ class Page {
     put("<header>\n<div class=\"title\">\n<p class=\"brand\">Sixdial</p>\n<h1>{}</h1>\n",
         escape_html(h.title));
     put("<p class=\"disclaimer\">Not an accredited certificate. It states what was measured "
-        "and "
-        "computed, with what, and how well.</p>\n</div>\n<dl class=\"facts\">\n");
+        "and computed, with what, and how well.</p>\n</div>\n<dl class=\"facts\">\n");
     fact("Session", h.session_name);
     fact("Rig", h.rig_name);
     fact("Robot", h.robot);
@@ -72,6 +71,9 @@ class Page {
     if (!h.place.empty()) fact("Place", h.place);
     fact("Measured", measured());
     fact("Report made", readable_time(h.reported));
+    const auto result = result_index(data_);
+    const std::string method = result ? data_.methods[*result].name : "";
+    fact("Method", h.profile.empty() || !result ? method : method + ", profile " + h.profile);
     fact(
         "Temperature", h.temperature_min_c && h.temperature_max_c
                            ? fmt::format(
@@ -111,10 +113,9 @@ class Page {
       const int decimals = v.after_mm < 0.02 ? 4 : 3;
       put("<div class=\"big\">\n<p class=\"numbers\"><span class=\"before\">{}</span><span "
           "class=\"to\" aria-label=\"became\">\u2192</span><span class=\"after\">{}</span> "
-          "<span "
-          "class=\"unit\">mm</span></p>\n<p class=\"basis\">mean position error before and "
-          "after, "
-          "{}</p>\n</div>\n",
+          "<span class=\"unit\">mm</span></p>\n<p class=\"basis\">mean position error before "
+          "and "
+          "after, {}</p>\n</div>\n",
           fixed(v.before_mm, decimals), fixed(v.after_mm, decimals), escape_html(v.basis));
     }
     put("<p class=\"headline\">{}</p>\n", escape_html(v.headline));
@@ -191,8 +192,9 @@ class Page {
     const std::size_t rows = std::min(t.rows.size(), t.rows_on_page);
     std::vector<bool> numeric(t.columns.size());
     for (std::size_t i = 0; i < numeric.size(); ++i) numeric[i] = is_numeric(t, i);
-    put("<div class=\"{}{}\" id=\"{}\">\n<table>\n<caption>{}{}</caption>\n", kind,
-        rows > 40 ? " long" : "", escape_html(t.id),
+    const bool narrow = t.columns.size() <= 3 && rows <= 20 && t.notes.empty();
+    put("<div class=\"{}{}{}\" id=\"{}\">\n<table>\n<caption>{}{}</caption>\n", kind,
+        rows > 40 ? " long" : "", narrow ? " narrow" : "", escape_html(t.id),
         title.empty() ? "" : "<b>" + escape_html(title) + "</b> ", escape_html(t.caption));
     column_heads(t, numeric);
     put("<tbody>\n");
@@ -213,8 +215,7 @@ class Page {
       put("<p class=\"note\">{}</p>\n", escape_html(note));
     if (rows < t.rows.size()) {
       put("<p class=\"note\">The first {} of {} rows; the CSV and JSON forms of this report "
-          "have "
-          "all.</p>\n",
+          "have all.</p>\n",
           rows, t.rows.size());
     }
     put("</div>\n");
@@ -253,8 +254,8 @@ class Page {
     }
     put("<footer>\n<p>Made by Sixdial {} from session <bdi>{}</bdi>, data <span "
         "class=\"hash\">{}</span>. Residuals are measured minus modelled; lengths in mm, "
-        "angles as "
-        "headed; times in UTC; frame: the table (WCS). Not an accredited certificate.</p>\n",
+        "angles as headed; times in UTC; frame: the table (WCS). Not an accredited "
+        "certificate.</p>\n",
         escape_html(data_.head.software_version), escape_html(data_.head.session_name),
         escape_html(data_.head.data_hash));
     put("</footer>\n");

@@ -12,6 +12,7 @@ namespace sixdial::report {
 namespace {
 
 constexpr std::size_t kWorstPoints = 8;
+constexpr double kNm_per_mm = 1e6;
 
 Column column(std::string key, std::string title, std::string unit = "") {
   return {
@@ -27,9 +28,9 @@ Section accuracy(const ReportData& data) {
   }
   out.blocks.emplace_back(
       "Distance between measured and modelled position, equation (41), over each set of "
-      "points. G1 "
-      "was used to calibrate, G2 only to validate.");
+      "points. G1 was used to calibrate, G2 only to validate.");
   out.blocks.emplace_back(accuracy_table(data, false));
+  if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
   if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
   Table worst = worst_points_table(data, kWorstPoints);
@@ -47,8 +48,7 @@ Section parameters(const ReportData& data) {
   if (data.condition_number) {
     out.blocks.emplace_back(fmt::format(
         "Condition number of the scaled Jacobian: {}. Below about 100 every parameter is "
-        "determined "
-        "well by itself; in the thousands some are only determined together.",
+        "determined well by itself; in the thousands some are only determined together.",
         fixed(*data.condition_number, *data.condition_number < 100.0 ? 1 : 0)));
   }
   if (!data.unidentifiable.empty()) {
@@ -68,8 +68,7 @@ Section parameters(const ReportData& data) {
     }
     t.notes.emplace_back(
         "Each of such a pair is less certain than the pair together; its interval above says "
-        "by how "
-        "much.");
+        "by how much.");
     out.blocks.emplace_back(std::move(t));
   } else if (data.parameters.front().sd) {
     out.blocks.emplace_back("No two parameters are correlated by more than 0.9.");
@@ -94,14 +93,14 @@ Section identification(const ReportData& data) {
   Section out{.id = "identification", .heading = "How the parameters were found"};
   if (data.rmse_mm && data.least_squares_rmse_mm) {
     Table t{.id = "objective", .caption = "Objective of the identification on G1"};
-    t.columns = {column("quantity", "quantity"), column("value_mm", "value", "mm")};
-    t.rows.push_back(
-        {std::string{"RMSE of the identified parameters"}, number(*data.rmse_mm, 6)});
-    t.rows.push_back(
-        {std::string{"least-squares minimum of the same objective"},
-         number(*data.least_squares_rmse_mm, 6)});
-    t.rows.push_back(
-        {std::string{"difference"}, number(*data.rmse_mm - *data.least_squares_rmse_mm, 9)});
+    t.columns = {
+        column("quantity", "quantity"), column("value", "value"), column("unit", "unit")};
+    const auto add = [&](std::string what, double value, int decimals, std::string unit) {
+      t.rows.push_back({std::move(what), number(value, decimals), std::move(unit)});
+    };
+    add("RMSE of the identified parameters", *data.rmse_mm, 6, "mm");
+    add("least-squares minimum of the same objective", *data.least_squares_rmse_mm, 6, "mm");
+    add("difference", (*data.rmse_mm - *data.least_squares_rmse_mm) * kNm_per_mm, 3, "nm");
     out.blocks.emplace_back(std::move(t));
   }
   if (auto figure = convergence(data)) out.blocks.emplace_back(std::move(*figure));

@@ -42,12 +42,19 @@ Column text_column(std::string key, std::string title) {
   return {.key = std::move(key), .title = std::move(title), .unit = "", .group = ""};
 }
 
-std::vector<Column> point_columns() {
+/// On the page, the repeat is shown only where there are any.
+bool has_repeats(const ReportData& data) {
+  return std::any_of(
+      data.points.begin(), data.points.end(), [](const PointRow& p) { return p.repeat != 0; });
+}
+std::vector<Column> point_columns(bool repeats) {
+  if (!repeats) return {text_column("set", "set"), text_column("point", "point")};
   return {
       text_column("set", "set"), text_column("point", "point"),
       text_column("repeat", "repeat")};
 }
-std::vector<Cell> point_cells(const PointRow& p) {
+std::vector<Cell> point_cells(const PointRow& p, bool repeats) {
+  if (!repeats) return {p.set, whole(p.point)};
   return {p.set, whole(p.point), whole(p.repeat)};
 }
 
@@ -133,8 +140,13 @@ Table parameter_table(const ReportData& data, bool plain) {
   out.columns.push_back({.key = "low", .title = "from", .unit = "", .group = "95 % interval"});
   out.columns.push_back({.key = "high", .title = "to", .unit = "", .group = "95 % interval"});
   if (plain) out.columns.push_back(text_column("held", "held"));
+  // One number of decimals for all, so that columns line up: enough for the best known
+  // parameter.
+  int decimals = 3;
   for (const ParameterRow& p : data.parameters) {
-    const int decimals = p.sd ? std::max(3, decimals_for(*p.sd)) : 4;
+    if (p.sd) decimals = std::max(decimals, decimals_for(*p.sd));
+  }
+  for (const ParameterRow& p : data.parameters) {
     std::vector<Cell> row{plain ? p.name : symbol(p.name)};
     if (!plain) {
       row.emplace_back(std::string{meaning(p.name)} + (p.held ? " (held at nominal)" : ""));
@@ -156,11 +168,6 @@ Table accuracy_table(const ReportData& data, bool plain) {
   Table out{.id = "table6", .caption = "Absolute position error before and after calibration"};
   if (plain) out.columns.push_back(text_column("method", "method"));
   out.columns.push_back(text_column("name", "method"));
-  const bool intervals = std::any_of(
-      data.methods.begin(), data.methods.end(),
-      [](const auto& m) { return (m.g1 && m.g1->mean_low_mm) || (m.g2 && m.g2->mean_low_mm); });
-  const bool timed = std::any_of(
-      data.methods.begin(), data.methods.end(), [](const auto& m) { return m.seconds; });
   const auto points = [&](auto member) {
     int most = 0;
     for (const Method& m : data.methods) {
@@ -173,28 +180,15 @@ Table accuracy_table(const ReportData& data, bool plain) {
     const std::string group = fmt::format(
         "{}, {}", second ? "G2 validation" : "G1 calibration",
         counted(points(second ? &Method::g2 : &Method::g1), "point", "points"));
-    const auto add = [&](std::string_view name, std::string_view title) {
-      out.columns.push_back(
-          {.key = fmt::format("{}{}_mm", key, name),
-           .title = std::string{title},
-           .unit = "mm",
-           .group = group});
-    };
-    if (plain) {
-      out.columns.push_back(
-          {.key = key + "points", .title = "points", .unit = "", .group = group});
+    if (plain) out.columns.push_back({key + "points", "points", "", group});
+    for (const std::string name : {"mean", "std", "max"}) {
+      out.columns.push_back({key + name + "_mm", name, "mm", group});
     }
-    add("mean", "mean");
-    add("std", "std");
-    add("max", "max");
-    if (intervals || plain) {
-      add("mean_low", "mean from");
-      add("mean_high", "mean to");
-    }
+    if (!plain) continue;
+    out.columns.push_back({key + "mean_low_mm", "mean from", "mm", group});
+    out.columns.push_back({key + "mean_high_mm", "mean to", "mm", group});
   }
-  if (timed || plain) {
-    out.columns.push_back({.key = "time_s", .title = "time", .unit = "s", .group = ""});
-  }
+  if (plain) out.columns.push_back({"time_s", "time", "s", ""});
   for (const Method& m : data.methods) {
     std::vector<Cell> row;
     if (plain) row.emplace_back(m.id);
@@ -204,24 +198,47 @@ Table accuracy_table(const ReportData& data, bool plain) {
       row.push_back(e ? number(e->mean_mm, kErrorDecimals) : Cell{});
       row.push_back(e ? number(e->std_mm, kErrorDecimals) : Cell{});
       row.push_back(e ? number(e->max_mm, kErrorDecimals) : Cell{});
-      if (intervals || plain) {
-        row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
-        row.push_back(e ? number(e->mean_high_mm, kErrorDecimals) : Cell{});
-      }
+      if (!plain) continue;
+      row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->mean_high_mm, kErrorDecimals) : Cell{});
     }
-    if (timed || plain) row.push_back(number(m.seconds, 3));
+    if (plain) row.push_back(number(m.seconds, 3));
     out.rows.push_back(std::move(row));
   }
   out.main_row = result_index(data);
-  if (intervals && !plain) {
-    out.notes.emplace_back("\"mean from, to\": 95 % interval of the mean.");
+  return out;
+}
+
+Table confidence_table(const ReportData& data) {
+  Table out{.id = "confidence", .caption = "How sure the mean errors are, and computing time"};
+  out.columns = {text_column("name", "method")};
+  const std::string g1 = "G1 mean, 95 % interval";
+  const std::string g2 = "G2 mean, 95 % interval";
+  out.columns.push_back({"g1_mean_low_mm", "from", "mm", g1});
+  out.columns.push_back({"g1_mean_high_mm", "to", "mm", g1});
+  out.columns.push_back({"g2_mean_low_mm", "from", "mm", g2});
+  out.columns.push_back({"g2_mean_high_mm", "to", "mm", g2});
+  out.columns.push_back({"time_s", "time", "s", ""});
+  bool any = false;
+  for (const Method& m : data.methods) {
+    std::vector<Cell> row{m.name};
+    for (const auto& e : {m.g1, m.g2}) {
+      row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->mean_high_mm, kErrorDecimals) : Cell{});
+      any = any || (e && e->mean_low_mm);
+    }
+    row.push_back(number(m.seconds, 3));
+    any = any || m.seconds;
+    out.rows.push_back(std::move(row));
   }
+  if (!any) out.rows.clear();
+  out.main_row = result_index(data);
   return out;
 }
 
 Table points_table(const ReportData& data) {
   Table out{.id = "points", .caption = "All measured points"};
-  out.columns = point_columns();
+  out.columns = point_columns(true);
   const auto add = [&](std::string key, std::string unit) {
     out.columns.push_back({.key = key, .title = key, .unit = std::move(unit), .group = ""});
   };
@@ -239,7 +256,7 @@ Table points_table(const ReportData& data) {
     add(key_of(m.id) + "_error_mm", "mm");
   }
   for (const PointRow& p : data.points) {
-    std::vector<Cell> row = point_cells(p);
+    std::vector<Cell> row = point_cells(p, true);
     for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
     for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
     for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
@@ -257,7 +274,7 @@ Table points_table(const ReportData& data) {
 
 Table residual_table(const ReportData& data) {
   Table out{.id = "residuals", .caption = "Measured minus modelled position"};
-  out.columns = point_columns();
+  out.columns = point_columns(has_repeats(data));
   out.columns.push_back({.key = "x_mm", .title = "x", .unit = "mm", .group = "measured at"});
   out.columns.push_back({.key = "y_mm", .title = "y", .unit = "mm", .group = "measured at"});
   std::vector<std::size_t> methods;
@@ -273,9 +290,10 @@ Table residual_table(const ReportData& data) {
            .group = data.methods[m].name});
     }
   }
+  const bool repeats = has_repeats(data);
   for (const PointRow& p : data.points) {
     if (!p.measured_mm) continue;
-    std::vector<Cell> row = point_cells(p);
+    std::vector<Cell> row = point_cells(p, repeats);
     for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
     for (const std::size_t m : methods) {
       for (const int i : {0, 1}) row.push_back(component(residual(p, m), i, kErrorDecimals));
@@ -289,13 +307,14 @@ namespace {
 
 Table error_table_of(const ReportData& data, const std::vector<std::size_t>& points) {
   Table out{.id = "errors", .caption = "Position error by point and method"};
-  out.columns = point_columns();
+  out.columns = point_columns(has_repeats(data));
   for (const Method& m : data.methods) {
     out.columns.push_back(
         {.key = key_of(m.id) + "_error_mm", .title = m.name, .unit = "mm", .group = ""});
   }
+  const bool repeats = has_repeats(data);
   for (const std::size_t i : points) {
-    std::vector<Cell> row = point_cells(data.points[i]);
+    std::vector<Cell> row = point_cells(data.points[i], repeats);
     for (std::size_t m = 0; m < data.methods.size(); ++m) {
       row.push_back(number(position_error(data.points[i], m), kErrorDecimals));
     }
@@ -333,7 +352,7 @@ Table worst_points_table(const ReportData& data, std::size_t how_many) {
 
 Table measurement_table(const ReportData& data) {
   Table out{.id = "measurements", .caption = "Measured positions"};
-  out.columns = point_columns();
+  out.columns = point_columns(has_repeats(data));
   out.columns.push_back({"theta1_rad", "\u03B8\u2081", "rad", "encoders"});
   out.columns.push_back({"theta2_rad", "\u03B8\u2082", "rad", "encoders"});
   out.columns.push_back({"target_x_mm", "x", "mm", "target"});
@@ -342,8 +361,9 @@ Table measurement_table(const ReportData& data) {
   out.columns.push_back({"y_mm", "y", "mm", "measured"});
   out.columns.push_back({"dials", "dials", "", ""});
   out.columns.push_back({"temperature_c", "temp.", "\u00B0C", ""});
+  const bool repeats = has_repeats(data);
   for (const PointRow& p : data.points) {
-    std::vector<Cell> row = point_cells(p);
+    std::vector<Cell> row = point_cells(p, repeats);
     for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
     for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
     for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));

@@ -22,6 +22,8 @@ namespace sixdial::report {
 [[nodiscard]] Table parameter_table(const ReportData& data, bool plain);
 /// Paper's Table 6.
 [[nodiscard]] Table accuracy_table(const ReportData& data, bool plain);
+/// 95 % intervals of Table 6's means and computing times; no rows if none are known.
+[[nodiscard]] Table confidence_table(const ReportData& data);
 /// Everything about every point: angles, target, position, residual and error by method.
 [[nodiscard]] Table points_table(const ReportData& data);
 /// Set, point, position, residual of the methods on the map.

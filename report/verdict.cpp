@@ -74,8 +74,7 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
         length(after.mean_mm));
     out.to_do.emplace_back(
         "Do not use the result. Check the rig file, the dials' order and the joint angles' "
-        "signs "
-        "first.");
+        "signs first.");
     return;
   }
   out.state = !c.on_g2               ? RobotState::kNotValidated
@@ -92,36 +91,30 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
 
 void advise(const ReportData& data, const Compared& c, Verdict& out) {
   if (out.state == RobotState::kNotImproved) return;
-  out.to_do.emplace_back(
-      "Enter the identified parameters in the controller, or command the joint angles computed "
-      "from them.");
+  out.to_do.emplace_back("Enter the identified parameters in the controller.");
   if (c.result->has_residual_model && c.kinematic != nullptr) {
     const double without = c.of(*c.kinematic).mean_mm;
     const double with = out.after_mm;
     if (with > without * (1.0 + kNoChange)) {
       out.cautions.push_back(fmt::format(
           "The residual model makes these points worse: {} with it, {} with the parameters "
-          "alone. "
-          "Use the parameters alone.",
+          "alone. Use the parameters alone.",
           length(with), length(without)));
     } else if (with > without * (1.0 - kNoChange)) {
       out.cautions.push_back(fmt::format(
           "The residual model brings nothing here ({} with it, {} without): the parameters "
-          "explain "
-          "what can be explained.",
+          "explain what can be explained.",
           length(with), length(without)));
     } else {
       out.to_do.push_back(fmt::format(
-          "Use the residual model ({}) on top, inside the measured area only: the parameters "
-          "alone "
+          "Use the residual model on top, inside the measured area only: the parameters alone "
           "leave {}.",
-          c.result->name, length(without)));
+          length(without)));
     }
   }
   if (!data.measured_again) {
     out.to_do.emplace_back(
-        "Confirm by commanding the compensated joint angles and measuring again: the figures "
-        "here "
+        "Confirm on the robot: command compensated angles and measure again. The figures here "
         "compare measured with modelled positions.");
   }
 }
@@ -132,8 +125,7 @@ void limit(const ReportData& data, const Compared& c, Verdict& out) {
     if (out.after_mm <= kAtTheNoise * noise) {
       out.cautions.push_back(fmt::format(
           "What remains is as small as the noise of the measured positions ({}): this rig "
-          "cannot "
-          "show more.",
+          "cannot show more.",
           length(noise)));
     } else {
       out.cautions.push_back(fmt::format(
@@ -146,8 +138,7 @@ void limit(const ReportData& data, const Compared& c, Verdict& out) {
       c.result->g2->mean_mm > kOverfit * c.result->g1->mean_mm) {
     out.cautions.push_back(fmt::format(
         "The mean error is {} on the fitted points and {} on the others: the fit follows its "
-        "own "
-        "points too closely. Believe the second figure.",
+        "own points too closely. Believe the second figure.",
         length(c.result->g1->mean_mm), length(c.result->g2->mean_mm)));
   }
 }
@@ -158,8 +149,7 @@ void question(const ReportData& data, Verdict& out) {
     if (above > kAtTheMinimum_mm) {
       out.cautions.push_back(fmt::format(
           "The identification stopped {} above the least-squares minimum of the same "
-          "objective: "
-          "the parameters can still be improved.",
+          "objective: the parameters can still be improved.",
           length(above)));
     }
   }
@@ -181,13 +171,13 @@ void question(const ReportData& data, Verdict& out) {
   }
   if (const int lost = points_without_position(data); lost > 0) {
     out.not_judged.push_back(fmt::format(
-        "{} of {} gave no position, for want of three dials in contact; they are kept and "
-        "listed.",
+        "{} of {} gave no position, for want of three dials in contact; kept, but not "
+        "compared.",
         lost, counted(data.samples, "sample", "samples")));
   }
   if (!data.rejected.empty()) {
     out.not_judged.push_back(fmt::format(
-        "{} of the data file left out as unreadable; they are listed.",
+        "{} left out of the data file as unreadable; see the list.",
         counted(static_cast<long long>(data.rejected.size()), "row was", "rows were")));
   }
 }
@@ -209,8 +199,7 @@ Verdict verdict(const ReportData& data) {
     if (!c.on_g2) {
       out.not_judged.emplace_back(
           "There are no validation points (G2): how the robot does away from the fitted points "
-          "is "
-          "not known. Measure some.");
+          "is not known. Measure some.");
     }
   }
   question(data, out);

@@ -76,6 +76,21 @@
     return [low, high];
   }
 
+  // Powers of ten, and 2 and 5 times them where there are few.
+  function log_ticks([low, high]) {
+    const steps = Math.log10(high / low) < 2 ? [1, 2, 5] : [1];
+    const powers = d3.range(Math.floor(Math.log10(low)), Math.ceil(Math.log10(high)) + 1);
+    return powers.flatMap((p) => steps.map((s) => s * 10 ** p)).filter((v) => v >= low && v <= high);
+  }
+
+  // Room for the widest number of an axis and its title.
+  function left_margin(y, small) {
+    const scale = d3.scaleLinear(y.domain, [0, 1]);
+    const numbers = Array.isArray(y.ticks) ? y.ticks.map(y.tickFormat) : scale.ticks(y.ticks).map(scale.tickFormat(y.ticks));
+    const letters = d3.max(numbers, (text) => text.length) || 1;
+    return Math.max(small ? 40 : 46, 7.2 * letters + 12 + (y.label ? 20 : 0));
+  }
+
   function draw_panel(panel, width, height, small) {
     const of = (name) => panel.series.flatMap((s) => s[name] || []);
     const ys = [...of("y"), ...of("high")];
@@ -84,7 +99,8 @@
     for (const [axis, spec] of [[x, panel.x], [y, panel.y]]) {
       axis.labelArrow = "none";
       axis.labelAnchor = "center";
-      if (spec.log) { axis.type = "log"; axis.ticks = 5; axis.tickFormat = (v) => `${+v.toPrecision(3)}`; }
+      if (spec.log) Object.assign(axis, {type: "log", ticks: log_ticks(axis.domain), tickFormat: (v) => `${+v.toPrecision(3)}`});
+      if (spec.sqrt) Object.assign(axis, {type: "sqrt", domain: [0, axis.domain[1]]});
     }
     const many = d3.max(panel.series, (s) => (s.x || []).length) > 60;
     const marks = [
@@ -101,7 +117,7 @@
     }
     const svg = Plot.plot({
       width, ...(panel.equal ? {aspectRatio: 1} : {height}),
-      marginLeft: small ? 44 : 58, marginRight: small ? 6 : 12, marginTop: 10, marginBottom: small ? 34 : 40,
+      marginLeft: left_margin(y, small), marginRight: small ? 6 : 12, marginTop: 10, marginBottom: small ? 34 : 40,
       x, y, style: font, marks, ariaLabel: panel.title,
     });
     svg.setAttribute("class", "plot");
@@ -113,7 +129,8 @@
     title.textContent = panel.title;
     if (panel.arrow_key) {
       const how = document.createElement("span");
-      how.textContent = `arrows drawn ${panel.arrow_scale || 1} times as long`;
+      const scale = panel.arrow_scale || 1;
+      how.textContent = scale === 1 ? "arrows in true length" : `arrows drawn ${scale} times as long`;
       title.append(how);
     }
     box.append(title, svg);
