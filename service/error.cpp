@@ -4,6 +4,8 @@
 #include <array>
 #include <system_error>
 
+#include "session/data_error.h"
+
 namespace sixdial::service {
 namespace {
 
@@ -109,6 +111,13 @@ Json to_error_object(const std::exception_ptr& thrown) {
     return object_of(error_kind(error.code()), error.what(), error.at(), error.hint());
   } catch (const RemoteError& error) {
     return error.error();
+  } catch (const session::DataError& error) {
+    Json at{{"file", error.file}};
+    if (error.line > 0) at["line"] = error.line;
+    if (error.column > 0) at["column"] = error.column;
+    if (!error.field.empty()) at["field"] = error.field;
+    if (error.total > 1) at["findings"] = error.total;
+    return object_of(error_kind(ErrorCode::kBadData), error.what(), at, error.hint);
   } catch (const std::system_error& error) {
     return object_of(error_kind(ErrorCode::kFile), error.what(), Json::object(), {});
   } catch (const std::exception& error) {

@@ -11,11 +11,14 @@
 #include "service/event_hub.h"
 #include "service/job_board.h"
 #include "service/method.h"
+#include "session/session.h"
 
 namespace sixdial::service {
 
 struct ServiceOptions {
   std::filesystem::path database{};
+  double clock_speed = 1.0;                           // of the rig, against the wall
+  std::optional<session::TimePoint> clock_start{};    // what the rig's clock begins with
 };
 
 class Service {

@@ -50,5 +50,7 @@ void add_job_commands(CLI::App& app, Cli& cli);        // job ...
 /// Follows a job with a progress line until it has ended; prints nothing else. Returns
 /// job.status. Throws the job's error.
 [[nodiscard]] Json follow_job(Cli& cli, std::int64_t job);
+/// A stored result's whole document, page by page.
+[[nodiscard]] Json fetch_result(Cli& cli, std::int64_t result);
 
 }  // namespace sixdial::service::cli
