@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <set>
 
 #include "acquisition/connection.h"
 #include "acquisition/modbus_bus.h"
