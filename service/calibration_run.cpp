@@ -1,12 +1,12 @@
 #include "service/calibration_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <thread>
-
-#include <fmt/format.h>
 
 #include "service/clock_text.h"
 #include "session/bundle.h"
@@ -30,9 +30,7 @@ Json matrix(const Eigen::Ref<const Eigen::MatrixXd>& values) {
   return rows;
 }
 
-std::string_view unit_of(int parameter) {
-  return parameter >= geometry::kAlpha ? "rad" : "mm";
-}
+std::string_view unit_of(int parameter) { return parameter >= geometry::kAlpha ? "rad" : "mm"; }
 
 calibration::Settings settings_of(const CalibrationRequest& request) {
   calibration::Settings settings = calibration::settings_for(request.profile);
@@ -65,7 +63,8 @@ Json settings_json(const calibration::Settings& settings) {
       {"qpso1", swarm(settings.qpso1)},
       {"qpso2", swarm(settings.qpso2)},
       {"anfis",
-       {{"kind", settings.anfis.kind == calibration::MembershipKind::kGaussian ? "gaussian" : "bell"},
+       {{"kind",
+         settings.anfis.kind == calibration::MembershipKind::kGaussian ? "gaussian" : "bell"},
         {"functions", settings.anfis.functions},
         {"epochs", settings.anfis.epochs},
         {"ridge", settings.anfis.ridge},
@@ -92,9 +91,8 @@ Json stats_json(const calibration::ErrorStats& stats) {
   if (stats.count == 0) return nullptr;
   const auto n = static_cast<double>(stats.count);
   const double half =
-      stats.count > 1
-          ? calibration::student_95(stats.count - 1) * stats.std_mm / std::sqrt(n)
-          : std::numeric_limits<double>::quiet_NaN();
+      stats.count > 1 ? calibration::student_95(stats.count - 1) * stats.std_mm / std::sqrt(n)
+                      : std::numeric_limits<double>::quiet_NaN();
   return {
       {"mean_mm", stats.mean_mm},
       {"std_mm", stats.std_mm},
@@ -106,8 +104,8 @@ Json stats_json(const calibration::ErrorStats& stats) {
       {"unreachable", stats.unreachable}};
 }
 
-/// Measured minus modelled position [mm] of one sample by a method of table_6; null where a pose
-/// cannot be reached.
+/// Measured minus modelled position [mm] of one sample by a method of table_6; null where a
+/// pose cannot be reached.
 Json residual(
     const calibration::Result& result, const std::string& method,
     const PositionObservations& set, int sample) {
@@ -120,8 +118,9 @@ Json residual(
     return {missed.x(), missed.y()};
   }
   const bool with_network = method.ends_with("+anfis");
-  const geometry::ParameterVector& v =
-      method == "before" ? result.nominal : with_network ? result.v : result.stage(method).v;
+  const geometry::ParameterVector& v = method == "before" ? result.nominal
+                                       : with_network     ? result.v
+                                                          : result.stage(method).v;
   const auto pose = geometry::forward(v, q_rad, set.assembly[row]);
   if (!pose) return nullptr;
   Eigen::Vector2d left = measured - pose->p_WE;
@@ -292,8 +291,8 @@ Json document_of(
       {"identification", identification_json(result)},
       {"methods", methods_json(result)},
       {"result_method", "ekf_dqpso+anfis"},
-      {"before_is", result.before_uses_targets ? "measured minus target"
-                                               : "measured minus nominal model"},
+      {"before_is",
+       result.before_uses_targets ? "measured minus target" : "measured minus nominal model"},
       {"rmse_mm", rmse_mm},
       {"least_squares_rmse_mm", result.stage("lm").rmse_g1_mm},
       {"above_minimum_mm", result.above_minimum_mm},
@@ -301,14 +300,12 @@ Json document_of(
       {"not_finite_evaluations", result.not_finite},
       {"seconds", result.total_seconds},
       {"stages", std::move(stages)},
-      {"convergence",
-       Json::array(
-           {{{"name", "QPSO-1"}, {"best_mm", result.qpso1_history_mm}},
-            {{"name", "QPSO-2"}, {"best_mm", result.qpso2_history_mm}}})},
-      {"traces",
-       Json::array(
-           {trace_json("EKF", "point", result.filter_history),
-            trace_json("QPSO-2", "iteration", result.qpso2_history)})},
+      {"convergence", Json::array(
+                          {{{"name", "QPSO-1"}, {"best_mm", result.qpso1_history_mm}},
+                           {{"name", "QPSO-2"}, {"best_mm", result.qpso2_history_mm}}})},
+      {"traces", Json::array(
+                     {trace_json("EKF", "point", result.filter_history),
+                      trace_json("QPSO-2", "iteration", result.qpso2_history)})},
       {"anfis", {{"x", network_json(result.anfis_x)}, {"y", network_json(result.anfis_y)}}},
       {"points", std::move(points)}};
 }
@@ -364,22 +361,28 @@ Json result_summary(const Json& document) {
 
 std::string method_name(const std::string& id) {
   constexpr std::array kNames{
-      std::pair{"before", "before calibration"},  std::pair{"ekf", "EKF"},
-      std::pair{"ekf_qpso1", "EKF-QPSO-1"},       std::pair{"ekf_dqpso", "EKF-DQPSO"},
-      std::pair{"ekf_dqpso+anfis", "EKF-DQPSO + ANFIS"}, std::pair{"lm", "least squares (LM)"}};
-  const auto* found = std::ranges::find(kNames, id, [](const auto& pair) { return std::string(pair.first); });
+      std::pair{"before", "before calibration"},
+      std::pair{"ekf", "EKF"},
+      std::pair{"ekf_qpso1", "EKF-QPSO-1"},
+      std::pair{"ekf_dqpso", "EKF-DQPSO"},
+      std::pair{"ekf_dqpso+anfis", "EKF-DQPSO + ANFIS"},
+      std::pair{"lm", "least squares (LM)"}};
+  const auto* found =
+      std::ranges::find(kNames, id, [](const auto& pair) { return std::string(pair.first); });
   return found == kNames.end() ? id : found->second;
 }
 
 std::string table_6_text(const Json& document) {
   constexpr std::array<const char*, 3> kRows{"before", "ekf_dqpso", "ekf_dqpso+anfis"};
   std::string text = fmt::format(
-      "{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n",
+      "{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} "
+      "{:>8}\n",
       "position error, mm", "G1", "", "", "G2", "", "", "", "mean", "std", "max", "mean", "std",
       "max");
   const auto cell = [](const Json& set, const char* key) {
-    return set.is_object() && set[key].is_number() ? fmt::format("{:8.4f}", set[key].get<double>())
-                                                   : fmt::format("{:>8}", "-");
+    return set.is_object() && set[key].is_number()
+               ? fmt::format("{:8.4f}", set[key].get<double>())
+               : fmt::format("{:>8}", "-");
   };
   for (const char* id : kRows) {
     for (const Json& method : document.at("methods")) {

@@ -1,5 +1,6 @@
 #include "service/client.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -9,8 +10,6 @@
 #include <cerrno>
 #include <csignal>
 #include <system_error>
-
-#include <fmt/format.h>
 
 #include "service/request.h"
 
@@ -42,7 +41,8 @@ Client::Client(const std::filesystem::path& socket_path) {
   }
   path.copy(address.sun_path, path.size());
   fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd_ < 0 || ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+  if (fd_ < 0 ||
+      ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     const std::string reason = std::generic_category().message(errno);
     if (fd_ >= 0) ::close(fd_);
     unreachable(fmt::format("no service answers on {}: {}", path, reason), socket_path);
@@ -92,8 +92,8 @@ std::optional<Json> Client::next_event(std::chrono::milliseconds timeout) {
 }
 
 std::optional<Json> Client::read_line(std::optional<std::chrono::milliseconds> timeout) {
-  const auto end = std::chrono::steady_clock::now() +
-                   timeout.value_or(std::chrono::milliseconds(0));
+  const auto end =
+      std::chrono::steady_clock::now() + timeout.value_or(std::chrono::milliseconds(0));
   for (;;) {
     const std::size_t newline = buffer_.find('\n', searched_);
     if (newline != std::string::npos) {

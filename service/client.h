@@ -1,4 +1,5 @@
-// The other end of the socket: asks a service, one line out and one line back, and takes events.
+// The other end of the socket: asks a service, one line out and one line back, and takes
+// events.
 #pragma once
 
 #include <chrono>

@@ -1,16 +1,17 @@
 #include "service/daemon.h"
 
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdlib>
 #include <thread>
 
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include "service/method.h"
 #include "service/server.h"
 #include "service/service.h"
+#include "session/session.h"
 
 namespace sixdial::service {
 namespace {
@@ -57,7 +58,8 @@ ServiceOptions service_options(const DaemonOptions& options) {
 
 std::filesystem::path default_database_path() {
   constexpr const char* kFile = "sixdial.db";
-  if (const auto state = directory_from("STATE_DIRECTORY"); !state.empty()) return state / kFile;
+  if (const auto state = directory_from("STATE_DIRECTORY"); !state.empty())
+    return state / kFile;
   if (const auto data = directory_from("XDG_DATA_HOME"); !data.empty()) {
     return data / "sixdial" / kFile;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <system_error>
 
+#include "db/store_error.h"
 #include "session/data_error.h"
 
 namespace sixdial::service {
@@ -84,6 +85,22 @@ constexpr std::array kTable{
         "Start sixdiald, or name its socket with --socket."},
 };
 
+ErrorCode code_of(db::StoreTrouble trouble) {
+  switch (trouble) {
+    case db::StoreTrouble::kNotFound:
+      return ErrorCode::kNotFound;
+    case db::StoreTrouble::kNameTaken:
+    case db::StoreTrouble::kAlreadyThere:
+      return ErrorCode::kAlreadyExists;
+    case db::StoreTrouble::kRefused:
+      return ErrorCode::kBadData;
+    case db::StoreTrouble::kLocked:
+      return ErrorCode::kWrongState;
+    default:
+      return ErrorCode::kStorage;
+  }
+}
+
 Json object_of(
     const ErrorKind& kind, const std::string& message, const Json& at, std::string_view hint) {
   return {
@@ -118,6 +135,9 @@ Json to_error_object(const std::exception_ptr& thrown) {
     if (!error.field.empty()) at["field"] = error.field;
     if (error.total > 1) at["findings"] = error.total;
     return object_of(error_kind(ErrorCode::kBadData), error.what(), at, error.hint);
+  } catch (const db::StoreError& error) {
+    return object_of(
+        error_kind(code_of(error.trouble)), error.problem, {{"file", error.path}}, error.hint);
   } catch (const std::system_error& error) {
     return object_of(error_kind(ErrorCode::kFile), error.what(), Json::object(), {});
   } catch (const std::exception& error) {

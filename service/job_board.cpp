@@ -28,8 +28,6 @@ std::string_view to_string(JobState state) {
       return "failed";
     case JobState::kCancelled:
       return "cancelled";
-    case JobState::kInterrupted:
-      return "interrupted";
   }
   return "";
 }
@@ -54,7 +52,7 @@ Json to_json(const Job& job) {
       {"job", job.id},
       {"kind", job.kind},
       {"session", job.session},
-      {"operator", job.operator_name},
+      {"operator", job.caller.operator_name},
       {"params", job.params},
       {"state", to_string(job.state)},
       {"progress", std::move(progress)},

@@ -18,10 +18,11 @@
 
 #include "service/error.h"
 #include "service/event_hub.h"
+#include "service/method.h"
 
 namespace sixdial::service {
 
-enum class JobState { kQueued, kRunning, kDone, kFailed, kCancelled, kInterrupted };
+enum class JobState { kQueued, kRunning, kDone, kFailed, kCancelled };
 [[nodiscard]] std::string_view to_string(JobState state);
 [[nodiscard]] bool is_final(JobState state);
 
@@ -37,7 +38,7 @@ struct Job {
   std::int64_t id = 0;
   std::string kind{};
   std::string session{};
-  std::string operator_name{};
+  Caller caller{};
   Json params{};
   JobState state = JobState::kQueued;
   JobProgress progress{};

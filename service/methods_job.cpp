@@ -70,8 +70,8 @@ constexpr std::array kListParams{
         .max = 100}};
 
 constexpr std::string_view kJobResult =
-    "job, kind, session, operator, params, state (queued, running, done, failed, cancelled, "
-    "interrupted), progress {stage, done, total, best_mm, eta_s}, created_utc, started_utc, "
+    "job, kind, session, operator, params, state (queued, running, done, failed, cancelled), "
+    "progress {stage, done, total, best_mm, eta_s}, created_utc, started_utc, "
     "finished_utc, result (number for result.get), error";
 
 constexpr std::array kMethods{

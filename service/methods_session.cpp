@@ -1,12 +1,14 @@
 // Sessions and plans: create, list, show, import, export; plans for a session's rig.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <filesystem>
-
-#include <fmt/format.h>
+#include <functional>
 
 #include "service/sample_json.h"
 #include "service/service.h"
-#include "service/store.h"
+#include "service/store_json.h"
 #include "session/bundle.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
@@ -27,7 +29,8 @@ void check_name(const std::string& name) {
                         std::string::npos;
   if (!fine) {
     throw Error(
-        ErrorCode::kInvalidParams, fmt::format("'{}' cannot be a session's name", name.substr(0, kLongest)),
+        ErrorCode::kInvalidParams,
+        fmt::format("'{}' cannot be a session's name", name.substr(0, kLongest)),
         {{"param", "name"}}, "Letters, digits, '.', '_' and '-', at most 80 of them.");
   }
 }
@@ -43,36 +46,50 @@ std::filesystem::path absolute_path(const Call& call) {
   return path;
 }
 
+Json info_json(Service& service, db::SessionId id) {
+  Json json = to_json(service.reader().session_info(id));
+  json["rig_name"] = service.reader().load_rig(id).name;
+  return json;
+}
+
+session::Session loaded(const Call& call) {
+  db::Store& reader = call.service.reader();
+  return reader.load_session(reader.find_session(session_name(call)));
+}
+
+geometry::Rig rig_of(const Call& call) {
+  db::Store& reader = call.service.reader();
+  return reader.load_rig(reader.find_session(session_name(call)));
+}
+
 Json create(const Call& call) {
   const std::string name = session_name(call, "name");
   check_name(name);
-  session::Session made;
-  made.name = name;
-  made.rig_text = call.params.at("rig_toml").get<std::string>();
-  made.rig = session::parse_rig(made.rig_text, "rig.toml");
-  call.service.store().add_session(made, call.caller.operator_name);
-  return to_json(call.service.store().session_info(name));
+  const db::SessionId id = call.service.store().create_session(
+      name, call.params.at("rig_toml").get<std::string>(), to_operator(call.caller));
+  return info_json(call.service, id);
 }
 
 Json list(const Call& call) {
   const auto limit = param_or<std::int64_t>(call.params, "limit", 50);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
-  const std::vector<SessionInfo> all = call.service.store().sessions();
+  std::vector<db::SessionInfo> all = call.service.reader().list_sessions();
+  std::ranges::sort(all, std::greater{}, [](const auto& info) { return info.id.value; });
   Json rows = Json::array();
   for (auto i = offset; i < std::min(offset + limit, std::ssize(all)); ++i) {
-    rows.push_back(to_json(all[static_cast<std::size_t>(i)]));
+    rows.push_back(info_json(call.service, all[static_cast<std::size_t>(i)].id));
   }
   return {{"sessions", std::move(rows)}, {"total", all.size()}};
 }
 
 Json show(const Call& call) {
-  Store& store = call.service.store();
-  const SessionInfo info = store.session_info(session_name(call));
-  Json answer = to_json(info);
+  db::Store& reader = call.service.reader();
+  const db::SessionId id = reader.find_session(session_name(call));
+  Json answer = info_json(call.service, id);
   const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
   if (limit > 0) {
-    const session::Session session = store.session(info.name);
+    const session::Session session = reader.load_session(id);
     Json samples = Json::array();
     for (auto i = offset; i < std::min(offset + limit, std::ssize(session.samples)); ++i) {
       samples.push_back(sample_json(session.rig, session.samples[static_cast<std::size_t>(i)]));
@@ -89,8 +106,8 @@ Json import_bundle(const Call& call) {
   const session::Session read = session::read_bundle(
       path, {.skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name});
   check_name(read.name);
-  call.service.store().add_session(read, call.caller.operator_name);
-  Json answer = to_json(call.service.store().session_info(read.name));
+  const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
+  Json answer = info_json(call.service, id);
   answer["rejected"] = Json::array();
   constexpr std::size_t kMostShown = 100;
   for (const session::RejectedRow& row : read.rejected) {
@@ -102,7 +119,7 @@ Json import_bundle(const Call& call) {
 
 Json export_bundle(const Call& call) {
   const std::filesystem::path path = absolute_path(call);
-  const session::Session session = call.service.store().session(session_name(call));
+  const session::Session session = loaded(call);
   session::write_bundle(session, path);
   return {
       {"path", path.string()},
@@ -132,18 +149,16 @@ Json plan_answer(const tl::expected<session::Plan, session::PlanRefusal>& plan) 
 }
 
 Json plan_grid(const Call& call) {
-  const session::Session session = call.service.store().session(session_name(call));
-  return plan_answer(
-      session::plan_grid(
-          session.rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
-          plan_options(call.params)));
+  const geometry::Rig rig = rig_of(call);
+  return plan_answer(session::plan_grid(
+      rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
+      plan_options(call.params)));
 }
 
 Json plan_random(const Call& call) {
-  const session::Session session = call.service.store().session(session_name(call));
+  const geometry::Rig rig = rig_of(call);
   return plan_answer(
-      session::plan_random(
-          session.rig, call.params.at("count").get<int>(), plan_options(call.params)));
+      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
 }
 
 constexpr Param kSession{.name = "session", .required = true, .doc = "name of the session"};
@@ -160,7 +175,8 @@ constexpr std::array kImportParams{
     Param{
         .name = "path",
         .required = true,
-        .doc = "absolute path of a folder with session.csv and rig.toml, as the service sees it"},
+        .doc =
+            "absolute path of a folder with session.csv and rig.toml, as the service sees it"},
     Param{.name = "name", .doc = "of the session; default: the folder's"},
     Param{
         .name = "skip_bad_rows",
@@ -172,11 +188,31 @@ constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate"
 constexpr std::array kPlanCommon{
     kSession,
     Param{.name = "set", .doc = "G1, G2 or another name; default G1"},
-    Param{.name = "repeats", .type = ParamType::kInteger, .doc = "readings of each point", .min = 1, .max = 1000},
-    Param{.name = "seed", .type = ParamType::kInteger, .doc = "of order and places; default 1", .min = 0},
-    Param{.name = "margin_mm", .type = ParamType::kNumber, .doc = "kept free inside the edge", .min = 0},
-    Param{.name = "first_point", .type = ParamType::kInteger, .doc = "number of the first point", .min = 0},
-    Param{.name = "approach", .doc = "from which side points are reached", .one_of = kApproaches}};
+    Param{
+        .name = "repeats",
+        .type = ParamType::kInteger,
+        .doc = "readings of each point",
+        .min = 1,
+        .max = 1000},
+    Param{
+        .name = "seed",
+        .type = ParamType::kInteger,
+        .doc = "of order and places; default 1",
+        .min = 0},
+    Param{
+        .name = "margin_mm",
+        .type = ParamType::kNumber,
+        .doc = "kept free inside the edge",
+        .min = 0},
+    Param{
+        .name = "first_point",
+        .type = ParamType::kInteger,
+        .doc = "number of the first point",
+        .min = 0},
+    Param{
+        .name = "approach",
+        .doc = "from which side points are reached",
+        .one_of = kApproaches}};
 
 template <std::size_t N>
 constexpr auto with_common(const std::array<Param, N>& own) {
@@ -185,13 +221,28 @@ constexpr auto with_common(const std::array<Param, N>& own) {
   for (std::size_t i = 0; i < N; ++i) all[kPlanCommon.size() + i] = own[i];
   return all;
 }
-constexpr auto kGridParams = with_common(
-    std::array{
-        Param{.name = "nx", .type = ParamType::kInteger, .required = true, .doc = "points along x", .min = 1, .max = 1000},
-        Param{.name = "ny", .type = ParamType::kInteger, .required = true, .doc = "points along y", .min = 1, .max = 1000}});
-constexpr auto kRandomParams = with_common(
-    std::array{
-        Param{.name = "count", .type = ParamType::kInteger, .required = true, .doc = "points", .min = 1, .max = 10000}});
+constexpr auto kGridParams = with_common(std::array{
+    Param{
+        .name = "nx",
+        .type = ParamType::kInteger,
+        .required = true,
+        .doc = "points along x",
+        .min = 1,
+        .max = 1000},
+    Param{
+        .name = "ny",
+        .type = ParamType::kInteger,
+        .required = true,
+        .doc = "points along y",
+        .min = 1,
+        .max = 1000}});
+constexpr auto kRandomParams = with_common(std::array{Param{
+    .name = "count",
+    .type = ParamType::kInteger,
+    .required = true,
+    .doc = "points",
+    .min = 1,
+    .max = 10000}});
 
 constexpr std::string_view kInfo =
     "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, plan_points, "

@@ -1,10 +1,10 @@
 #include "service/report_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "report/csv_report.h"
 #include "report/html_report.h"
@@ -45,7 +45,8 @@ void check_belongs_together(const Json& document, const session::Session& sessio
   if (document["inputs"]["data_hash"] != now) {
     throw Error(
         ErrorCode::kBadData,
-        fmt::format("the session {} has other data than the result was made from", session.name),
+        fmt::format(
+            "the session {} has other data than the result was made from", session.name),
         {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
   }
 }

@@ -5,9 +5,13 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 
+#include "acquisition/clock.h"
+#include "db/store.h"
+#include "service/collection.h"
 #include "service/event_hub.h"
 #include "service/job_board.h"
 #include "service/method.h"
@@ -17,8 +21,8 @@ namespace sixdial::service {
 
 struct ServiceOptions {
   std::filesystem::path database{};
-  double clock_speed = 1.0;                           // of the rig, against the wall
-  std::optional<session::TimePoint> clock_start{};    // what the rig's clock begins with
+  double clock_speed = 1.0;                         // of the rig, against the wall
+  std::optional<session::TimePoint> clock_start{};  // what the rig's clock begins with
 };
 
 class Service {
@@ -30,6 +34,11 @@ class Service {
 
   [[nodiscard]] EventHub& events() { return events_; }
   [[nodiscard]] JobBoard& jobs() { return jobs_; }
+  [[nodiscard]] Collection& collection() { return collection_; }
+  /// The one connection that writes.
+  [[nodiscard]] db::Store& store() { return store_; }
+  /// Another connection, for reading: it never holds up a sample that is being stored.
+  [[nodiscard]] db::Store& reader() { return reader_; }
   /// A job of this or an earlier run. Throws Error not_found.
   [[nodiscard]] Job job(std::int64_t id);
   /// The newest first; `session` empty: of all sessions.
@@ -44,16 +53,23 @@ class Service {
   void announce_change();
   void request_shut_down();
 
-  /// Finishes or rolls back the point in hand, cancels the jobs, and waits for both.
+  /// Rolls back the point in hand, cancels the jobs, waits for both, and moves the write-ahead
+  /// log into the database.
   void stop();
 
  private:
+  [[nodiscard]] JobRecorder recorder();
+
   const ServiceOptions options_;
+  std::unique_ptr<acquisition::Clock> clock_;
+  db::Store store_;
+  db::Store reader_;
   EventHub events_;
   std::atomic<bool> stopping_ = false;
   std::mutex listener_mutex_;
   std::function<void()> changed_, shut_down_;
   JobBoard jobs_;
+  Collection collection_;
 };
 
 }  // namespace sixdial::service

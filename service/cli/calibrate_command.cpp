@@ -1,8 +1,9 @@
-// sixdial calibrate SESSION|BUNDLE: as a job of the service, or here on a bundle; the same code.
+// sixdial calibrate SESSION|BUNDLE: as a job of the service, or here on a bundle; the same
+// code.
+#include <fmt/format.h>
+
 #include <csignal>
 #include <fstream>
-
-#include <fmt/format.h>
 
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
@@ -122,8 +123,9 @@ Json fetch_result(Cli& cli, std::int64_t result) {
 
 void add_calibrate_command(CLI::App& app, Cli& cli) {
   CLI::App* command = app.add_subcommand(
-      "calibrate", "Identifies the robot: EKF, two QPSO searches, ANFIS. A session of the service, "
-                   "or a bundle without one.");
+      "calibrate",
+      "Identifies the robot: EKF, two QPSO searches, ANFIS. A session of the service, "
+      "or a bundle without one.");
   const auto options = std::make_shared<CalibrateOptions>();
   command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
       ->required();
@@ -133,7 +135,8 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
   command->add_option("--seed", options->seed, "of the searches")->capture_default_str();
   command->add_option("--threads", options->threads, "0: as many as there are; same result")
       ->check(CLI::Range(0, 256));
-  command->add_option("--particles", options->particles, "instead of 50")->check(CLI::Range(4, 10000));
+  command->add_option("--particles", options->particles, "instead of 50")
+      ->check(CLI::Range(4, 10000));
   command->add_option("--qpso1-iterations", options->qpso1, "instead of 100")
       ->check(CLI::Range(1, 100000));
   command->add_option("--qpso2-iterations", options->qpso2, "instead of 400")

@@ -1,11 +1,10 @@
 #include "service/cli/cli.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <exception>
-
-#include <fmt/format.h>
 
 #include "service/method.h"
 #include "service/server.h"
@@ -15,7 +14,8 @@ namespace {
 
 constexpr const char* kAbout =
     "Six dial indicators to a calibrated five-bar robot.\n"
-    "Data go to stdout, everything else to stderr. Exit codes: 0 ok, 1 failed, 2 usage, 3 service "
+    "Data go to stdout, everything else to stderr. Exit codes: 0 ok, 1 failed, 2 usage, 3 "
+    "service "
     "unreachable,\n4 device, 5 data quality, 6 cancelled, 130 interrupted.";
 
 bool colour_wanted() {
@@ -41,7 +41,8 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   app.require_subcommand(1);
   app.fallthrough();
   app.set_version_flag("--version", SIXDIAL_VERSION);
-  app.add_option("--socket", cli.socket_path, "the service's socket")->envname("SIXDIAL_SOCKET");
+  app.add_option("--socket", cli.socket_path, "the service's socket")
+      ->envname("SIXDIAL_SOCKET");
   app.add_flag("--json", cli.console.json, "one line of JSON with a schema version on stdout");
   app.add_flag("-q,--quiet", cli.console.quiet, "no progress on stderr");
   add_session_commands(app, cli);
@@ -70,7 +71,9 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   }
 }
 
-std::string summary_of(std::string_view method) { return std::string(find_method(method).summary); }
+std::string summary_of(std::string_view method) {
+  return std::string(find_method(method).summary);
+}
 
 bool is_bundle(const std::string& argument) {
   const std::filesystem::path path(argument);

@@ -1,9 +1,9 @@
 #include "service/cli/console.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "service/request.h"
 

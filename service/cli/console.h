@@ -1,5 +1,5 @@
-// What a command prints: data on stdout, everything else on stderr, JSON with a schema version on
-// request, colour and progress bars only where a person looks.
+// What a command prints: data on stdout, everything else on stderr, JSON with a schema version
+// on request, colour and progress bars only where a person looks.
 #pragma once
 
 #include <chrono>
@@ -48,8 +48,8 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
   /// `eta_s` empty: not known yet.
   void show(
-      std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
-      std::string_view remark);
+      std::string_view stage, std::int64_t done, std::int64_t total,
+      std::optional<double> eta_s, std::string_view remark);
   /// Takes the line off the terminal so that other text can be printed.
   void clear();
 

@@ -20,7 +20,8 @@ struct PlanCommand {
 void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("--rig", plan.rig_file, "rig.toml")->required();
   command.add_option("-o,--output", plan.output, "the plan file; default: stdout");
-  command.add_option("--set", plan.options.set, "G1, G2 or another name")->capture_default_str();
+  command.add_option("--set", plan.options.set, "G1, G2 or another name")
+      ->capture_default_str();
   command.add_option("--repeats", plan.options.repeats, "readings of each point")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -28,7 +29,8 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("--margin", plan.options.margin_mm, "mm kept free inside the edge")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--first-point", plan.options.first_point, "number of the first point");
-  command.add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
+  command
+      .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
   command.add_option("--approach", plan.approach, "from which side points are reached")
       ->check(CLI::IsMember({"as-it-comes", "alternate", "both-sides"}));
@@ -77,15 +79,18 @@ ExitCode write(
 }  // namespace
 
 void add_plan_commands(CLI::App& app, Cli& cli) {
-  CLI::App* group = app.add_subcommand("plan", "What to measure, as a CSV file people can edit.");
+  CLI::App* group =
+      app.add_subcommand("plan", "What to measure, as a CSV file people can edit.");
   group->require_subcommand(1);
   const auto plan = std::make_shared<PlanCommand>();
 
   CLI::App* grid = group->add_subcommand("grid", "A grid of targets that the rig can measure.");
   add_common(*grid, *plan);
-  grid->add_option("--nx", plan->nx, "points along x")->check(CLI::Range(1, 1000))
+  grid->add_option("--nx", plan->nx, "points along x")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  grid->add_option("--ny", plan->ny, "points along y")->check(CLI::Range(1, 1000))
+  grid->add_option("--ny", plan->ny, "points along y")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   grid->add_flag("--serpentine", plan->serpentine, "in the grid's order instead of shuffled");
   grid->callback([&cli, plan] {
@@ -95,9 +100,11 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
     };
   });
 
-  CLI::App* random = group->add_subcommand("random", "Random targets that the rig can measure.");
+  CLI::App* random =
+      group->add_subcommand("random", "Random targets that the rig can measure.");
   add_common(*random, *plan);
-  random->add_option("--count", plan->count, "points")->check(CLI::Range(1, 100000))
+  random->add_option("--count", plan->count, "points")
+      ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   random->callback([&cli, plan] {
     cli.action = [&cli, plan] {

@@ -1,11 +1,10 @@
-// sixdial report SESSION|BUNDLE: the report files from a stored result, or from a bundle that is
-// calibrated here.
+// sixdial report SESSION|BUNDLE: the report files from a stored result, or from a bundle that
+// is calibrated here.
+#include <fmt/format.h>
 #include <pwd.h>
 #include <unistd.h>
 
 #include <filesystem>
-
-#include <fmt/format.h>
 
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
@@ -25,8 +24,7 @@ struct ReportOptions {
 };
 
 void print_files(Cli& cli, const Json& answer) {
-  cli.console.print(
-      "report", answer, answer["path"].get<std::string>() + "/report.html\n");
+  cli.console.print("report", answer, answer["path"].get<std::string>() + "/report.html\n");
 }
 
 ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string& folder) {
@@ -55,16 +53,20 @@ void add_report_command(CLI::App& app, Cli& cli) {
   command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
       ->required();
   command->add_option("-o,--output", options->output, "folder; default: <session>-report");
-  command->add_option("--result", options->result, "number of a stored result; default: the newest");
-  command->add_option("--calibration", options->result_file,
-                      "of a bundle: result file of `calibrate -o` instead of calibrating now");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")->capture_default_str();
+  command->add_option(
+      "--result", options->result, "number of a stored result; default: the newest");
+  command->add_option(
+      "--calibration", options->result_file,
+      "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command->add_option("--seed", options->seed, "of a bundle's calibration")
+      ->capture_default_str();
   command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       const std::filesystem::path subject(options->subject);
-      const std::string name = subject.filename().empty() ? subject.parent_path().filename().string()
-                                                          : subject.stem().string();
+      const std::string name = subject.filename().empty()
+                                   ? subject.parent_path().filename().string()
+                                   : subject.stem().string();
       const std::string folder =
           absolute(options->output.empty() ? name + "-report" : options->output);
       if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);

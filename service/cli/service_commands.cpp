@@ -20,7 +20,8 @@ void add_service_commands(CLI::App& app, Cli& cli) {
       return ExitCode::kOk;
     };
   });
-  CLI::App* protocol = app.add_subcommand("protocol", "The socket protocol, from the method table.");
+  CLI::App* protocol =
+      app.add_subcommand("protocol", "The socket protocol, from the method table.");
   protocol->add_flag("--markdown", "as doc/protocol.md (the default without --json)");
   protocol->callback([&cli] {
     cli.action = [&cli] {

@@ -79,9 +79,8 @@ void add_show(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>& 
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       const Json info = cli.call(
-          "session.show", {{"session", options->name},
-                           {"limit", options->limit},
-                           {"offset", options->offset}});
+          "session.show",
+          {{"session", options->name}, {"limit", options->limit}, {"offset", options->offset}});
       std::string text = info_text(info);
       for (const Json& sample : info.value("page", Json::array())) {
         text += fmt::format(
@@ -96,7 +95,8 @@ void add_show(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>& 
 
 void add_import(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>& options) {
   CLI::App* command = group.add_subcommand("import", summary_of("session.import"));
-  command->add_option("BUNDLE", options->path, "folder with session.csv and rig.toml")->required();
+  command->add_option("BUNDLE", options->path, "folder with session.csv and rig.toml")
+      ->required();
   command->add_option("--name", options->name, "of the session; default: the folder's");
   command->add_flag(
       "--skip-bad-rows", options->skip_bad_rows, "leave bad rows out, count and list them");
