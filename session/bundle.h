@@ -46,8 +46,9 @@ struct ReadOptions {
 /// Writes both files into `folder`, which is made if absent. Throws DataError.
 void write_bundle(const Session& session, const std::filesystem::path& folder);
 
-/// What is wrong with a sample measured here, in words; empty: nothing. The same limits as for
-/// a row of a file: finite numbers, reachable angles, one value for each dial.
+/// What is wrong with the values of a sample measured here, in words; empty: nothing. Finite
+/// numbers, a set, one value for each dial; angles that the nominal robot cannot take are a
+/// measurement all the same.
 [[nodiscard]] std::string sample_problem(const geometry::Rig& rig, const Sample& sample);
 
 }  // namespace sixdial::session

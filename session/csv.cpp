@@ -282,6 +282,21 @@ std::string decimal(double value, int least_digits) {
   return text;
 }
 
+std::string as_utf8(std::string_view bytes) {
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size();) {
+    const std::size_t length = utf8_length(bytes.substr(i));
+    if (length == 0 || bytes[i] == '\0') {
+      text += '?';
+      ++i;
+    } else {
+      text += bytes.substr(i, length);
+      i += length;
+    }
+  }
+  return text;
+}
+
 double rounded_decimal(double value, int digits) {
   return parse_number(fmt::format("{:.{}f}", value, digits)).value;
 }

@@ -63,6 +63,10 @@ struct ParsedNumber {
 /// Rounded to a number of digits after the point, as a double.
 [[nodiscard]] double rounded_decimal(double value, int digits);
 
+/// The text with every byte that is no UTF-8 character, and NUL, as '?': what a device sent may
+/// be anything, and JSON and databases want text.
+[[nodiscard]] std::string as_utf8(std::string_view bytes);
+
 /// Whole file as bytes. Throws DataError if it cannot be read.
 [[nodiscard]] std::string read_file(const std::string& path);
 /// Writes beside and renames over, so a reader sees the old file or the new one. Throws

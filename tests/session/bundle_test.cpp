@@ -355,7 +355,9 @@ TEST(MeasuredSession, SaysWhatIsWrongWithASample) {
   EXPECT_EQ(sample_problem(rig, sample), "there are 5 dial readings for 6 dials");
   sample = measured(0);
   sample.q_rad[1] = 0.1;
-  EXPECT_THAT(sample_problem(rig, sample), HasSubstr("out of reach"));
+  EXPECT_EQ(sample_problem(rig, sample), "") << "out of nominal reach is still a measurement";
+  sample.q_rad[1] = INFINITY;
+  EXPECT_EQ(sample_problem(rig, sample), "a joint angle is not finite");
 }
 
 TEST(Bundle, IsWrittenToAFolderAndReadAgain) {
