@@ -5,11 +5,14 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "geometry/rig.h"
+#include "session/data_error.h"
 
 namespace sixdial::session {
 
@@ -20,10 +23,83 @@ struct PlanPoint {
   Eigen::Vector2d target_mm{0, 0};    // in W
   Eigen::Vector2d q_rad{0, 0};        // joint angles to command, by nominal parameters
   std::array<int, 2> approach{0, 0};  // sign of each joint's last move; 0: as it comes
+  friend bool operator==(const PlanPoint&, const PlanPoint&) = default;
 };
 
 struct Plan {
   std::vector<PlanPoint> points;
+  friend bool operator==(const Plan&, const Plan&) = default;
 };
+
+struct Rectangle {
+  Eigen::Vector2d min_mm{16, 30};
+  Eigen::Vector2d max_mm{40, 66};
+};
+
+enum class ApproachRule {
+  kAsItComes,  // approach 0, 0
+  kAlternate,  // one side for each point: ++, --, +-, -+ in turn
+  kBothSides,  // every `every`-th point twice, from ++ and from --; the others as with
+               // kAlternate
+};
+/// "as-it-comes", "alternate", "both-sides".
+[[nodiscard]] std::string_view to_string(ApproachRule rule);
+[[nodiscard]] std::optional<ApproachRule> approach_rule_from(std::string_view text);
+
+struct PlanOptions {
+  std::string set = "G1";
+  int first_point = 0;    // points are numbered from here in the order of measurement
+  Rectangle rectangle{};  // of targets, W
+  /// Kept free inside the rectangle's edge. Along the left edge of the default rectangle a
+  /// robot that is 4 mm off has no active three.
+  double margin_mm = 1.0;
+  /// Contacts must hold for a tool that is off by this much in any direction.
+  double robot_error_mm = 4.0;
+  int repeats = 1;
+  ApproachRule approach = ApproachRule::kAsItComes;
+  int every = 1;                                        // of kBothSides
+  std::optional<geometry::WorkingMode> working_mode{};  // empty: the rig's
+  bool shuffle = true;                                  // a grid's order; false: serpentine
+  std::uint64_t seed = 1;
+};
+
+/// A point that cannot be planned.
+struct PlanRefusal {
+  int point = -1;  // -1: the request as a whole
+  Eigen::Vector2d target_mm{0, 0};
+  std::string reason;
+  std::string advice;
+};
+/// "point 7 at (40.000, 66.000) mm: ...; ...".
+[[nodiscard]] std::string describe(const PlanRefusal& refusal);
+
+/// nx x ny points over the rectangle, edges included. Refused as a whole if one cannot be
+/// measured.
+[[nodiscard]] tl::expected<Plan, PlanRefusal> plan_grid(
+    const geometry::Rig& rig, int nx, int ny, const PlanOptions& options = {});
+
+/// `count` uniformly random points. One that cannot be measured is drawn again, up to
+/// kMostDrawsPerPoint draws a point on average. The same seed and set give the same plan.
+[[nodiscard]] tl::expected<Plan, PlanRefusal> plan_random(
+    const geometry::Rig& rig, int count, const PlanOptions& options = {});
+inline constexpr int kMostDrawsPerPoint = 100;
+
+/// Joint angles for a target that the robot can reach and the dials can measure, near `near`;
+/// else why not. An instrument's rig, without dials, needs no contacts.
+[[nodiscard]] tl::expected<Eigen::Vector2d, PlanRefusal> measurable(
+    const geometry::Rig& rig, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode,
+    double robot_error_mm, const Eigen::Vector2d& near);
+
+/// Reads a plan file. Columns may stand in any order; repeat, the angles and the approaches may
+/// be absent or empty: repeat 0, angles by nominal inverse kinematics in the rig's working
+/// mode, approach 0. Throws DataError with file, line and column, also for angles out of reach.
+[[nodiscard]] Plan parse_plan(
+    std::string_view text, const std::string& file_name, const geometry::Rig& rig);
+[[nodiscard]] Plan read_plan(const std::string& path, const geometry::Rig& rig);
+
+/// The plan as CSV; parse_plan gives back an equal plan if its numbers have at most 9 decimals,
+/// as those of plan_grid and plan_random.
+[[nodiscard]] std::string plan_csv(const Plan& plan);
+void write_plan(const Plan& plan, const std::string& path);
 
 }  // namespace sixdial::session

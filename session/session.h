@@ -20,7 +20,9 @@ using TimePoint = std::chrono::sys_time<std::chrono::milliseconds>;
 [[nodiscard]] std::optional<TimePoint> from_iso8601(std::string_view text);
 
 enum class Quality { kGood, kUncertain, kBad };
+/// "good", "uncertain", "bad".
 [[nodiscard]] std::string_view to_string(Quality quality);
+[[nodiscard]] std::optional<Quality> quality_from(std::string_view text);
 
 /// One dial's raw reading within a sample. Without a value: no contact, or none was obtained,
 /// and `reason` says which ("no contact", "timeout", "disconnected", "parse", "range",
@@ -60,6 +62,7 @@ struct Session {
   std::string rig_text;    // rig.toml as read, given back unchanged on export
   std::string csv_header;  // header line as read; empty if measured here
   std::string line_end = "\n";
+  std::string csv_end = "\n";   // what follows the last row: line_end, nothing, or blank lines
   std::vector<Sample> samples;  // in time order
   std::vector<RejectedRow> rejected;
 };

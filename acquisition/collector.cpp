@@ -1,0 +1,502 @@
+#include "acquisition/collector.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace sixdial::acquisition {
+namespace {
+
+using session::Quality;
+
+// A joint that was asked to move less than this was not moved; encoders jitter by less.
+constexpr double kMoved_rad = 2e-6;
+constexpr double kLeastSpread_mm = 0.005;
+// Readings at rest: 99.9 % of the spreads of some ten readings are below six sigma.
+constexpr double kSpreadPerSigma = 6.0;
+constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
+
+bool is_fault(const Reading& reading) {
+  return reading.quality == Quality::kBad && !reading.value_mm;
+}
+
+struct Moment {
+  DeviceTime requested{0};
+  std::optional<double> value_mm;
+};
+
+// The newest readings of one dial, just as many as judging needs.
+class History {
+ public:
+  void forget() { moments_.clear(); }
+  void add(const Reading& reading, int least, DeviceTime window) {
+    moments_.push_back({reading.requested, reading.value_mm});
+    while (moments_.size() > static_cast<std::size_t>(least) &&
+           moments_.back().requested - moments_[1].requested >= window) {
+      moments_.pop_front();
+    }
+  }
+  [[nodiscard]] bool settled(int least, DeviceTime window, double spread_mm) const {
+    if (moments_.size() < static_cast<std::size_t>(least)) return false;
+    if (moments_.back().requested - moments_.front().requested < window) return false;
+    const bool touching = moments_.front().value_mm.has_value();
+    double low = moments_.front().value_mm.value_or(0.0);
+    double high = low;
+    for (const Moment& each : moments_) {
+      if (each.value_mm.has_value() != touching) return false;
+      low = std::min(low, each.value_mm.value_or(low));
+      high = std::max(high, each.value_mm.value_or(high));
+    }
+    return high - low <= spread_mm;
+  }
+
+ private:
+  std::deque<Moment> moments_;
+};
+
+}  // namespace
+
+std::string_view to_string(CollectorStage stage) {
+  switch (stage) {
+    case CollectorStage::kMoving:
+      return "moving";
+    case CollectorStage::kSettling:
+      return "settling";
+    case CollectorStage::kStored:
+      return "stored";
+    case CollectorStage::kSkipped:
+      return "skipped";
+    case CollectorStage::kFailed:
+      return "failed";
+    case CollectorStage::kPaused:
+      return "paused";
+    case CollectorStage::kFinished:
+      return "finished";
+    case CollectorStage::kStopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+Collector::Collector(
+    geometry::Rig rig, session::Plan plan, RobotPort& robot, DialSource& dials, Clock& clock,
+    Callbacks callbacks, CollectorSettings settings)
+    : rig_(std::move(rig)),
+      plan_(std::move(plan)),
+      robot_(robot),
+      dials_(dials),
+      clock_(clock),
+      callbacks_(std::move(callbacks)),
+      settings_(settings),
+      plausibility_(rig_, settings.implausible_mm),
+      attempts_(plan_.points.size(), 0),
+      counted_(plan_.points.size(), false) {
+  if (!callbacks_.store)
+    throw std::invalid_argument("collector: nothing to store samples with");
+  if (dials_.size() != rig_.dials.size()) {
+    throw std::invalid_argument(fmt::format(
+        "collector: {} dials are connected, the rig has {}", dials_.size(), rig_.dials.size()));
+  }
+}
+
+CollectorResult Collector::run(const std::stop_token& stop) {
+  started_ = clock_.monotonic();
+  for (std::size_t i = 0; i < plan_.points.size(); ++i) {
+    if (callbacks_.done && callbacks_.done(plan_.points[i])) {
+      counted_[i] = true;
+      ++done_;
+      ++result_.already_done;
+    } else {
+      pending_.push_back(i);
+    }
+  }
+  while (!stop.stop_requested()) {
+    bool pause = false;
+    {
+      const std::lock_guard lock(mutex_);
+      pause = pause_wanted_;
+    }
+    if (pause) {
+      const std::optional<std::size_t> next =
+          pending_.empty() ? std::nullopt : std::optional(pending_.front());
+      const Wish wish = wait_paused(next, "", stop);
+      if (wish == Wish::kSkip && next) {
+        pending_.pop_front();
+        (void)skipped(*next, "skipped by the operator");
+      } else if (wish == Wish::kRetake && last_stored_) {
+        retake(*last_stored_);
+      }
+      continue;
+    }
+    const std::optional<std::size_t> index = next_point();
+    if (!index) break;
+    if (point(*index, stop) == Outcome::kAgain) pending_.push_front(*index);
+  }
+  result_.complete = !stop.stop_requested();
+  report(result_.complete ? CollectorStage::kFinished : CollectorStage::kStopped, std::nullopt);
+  return result_;
+}
+
+std::optional<std::size_t> Collector::next_point() {
+  {
+    const std::lock_guard lock(mutex_);
+    // Asked for after the last point was stored and before this one began.
+    if (wish_ == Wish::kRetake && last_stored_) retakes_.push_back(*last_stored_);
+    wish_ = Wish::kNone;
+    here_.emplace();
+    if (!retakes_.empty()) {
+      const std::size_t index = retakes_.front();
+      retakes_.pop_front();
+      return index;
+    }
+  }
+  if (pending_.empty()) return std::nullopt;
+  const std::size_t index = pending_.front();
+  pending_.pop_front();
+  return index;
+}
+
+Collector::Outcome Collector::point(std::size_t index, const std::stop_token& stop) {
+  std::stop_source here = [&] {
+    const std::lock_guard lock(mutex_);
+    return *here_;
+  }();
+  const std::stop_callback relay(stop, [&] { here.request_stop(); });
+  remarks_.clear();
+  const Outcome outcome = measure(index, here.get_token(), stop);
+  const std::lock_guard lock(mutex_);
+  here_.reset();
+  return outcome;
+}
+
+Collector::Outcome Collector::measure(
+    std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
+  report(CollectorStage::kMoving, index);
+  if (const auto there = go(index, here, stop); !there) return there.error();
+  auto measured = settle(index, here, stop);
+  if (!measured) return measured.error();
+  if (!measured->faulty.empty()) {
+    std::vector<std::string> faults;
+    for (const std::size_t i : measured->faulty) {
+      const Reading& reading = measured->readings[i];
+      faults.push_back(
+          fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
+    }
+    const bool none = measured->faulty.size() == rig_.dials.size();
+    if (none || settings_.on_dial_fault == OnDialFault::kPause) {
+      const std::string why = fmt::format(
+          "{}{}; resume measures again, accept stores the point as it is, skip leaves it out",
+          none ? "no dial answers: " : "", fmt::join(faults, "; "));
+      switch (wait_paused(index, why, stop)) {
+        case Wish::kAccept:
+          break;
+        case Wish::kSkip:
+          return skipped(
+              index, fmt::format("skipped by the operator: {}", fmt::join(faults, "; ")));
+        case Wish::kNone:
+        case Wish::kRetake:
+          return stop.stop_requested() ? Outcome::kStopped : Outcome::kAgain;
+      }
+    }
+    remarks_.insert(remarks_.end(), faults.begin(), faults.end());
+  }
+  // Angles of now: an arm that is let go after the move must not be taken for where it was.
+  const auto state = robot_.state(here);
+  if (!state) {
+    return here.stop_requested() ? interrupted(index, stop)
+                                 : robot_trouble(index, state.error(), stop);
+  }
+  return store(index, *state, std::move(measured->readings));
+}
+
+// Where to come from, so that each joint arrives from its asked side; nearer if that is out of
+// reach, empty if no side is asked for or none can be had.
+std::optional<Eigen::Vector2d> Collector::pre_position(const session::PlanPoint& point) const {
+  if (point.approach[0] == 0 && point.approach[1] == 0) return std::nullopt;
+  double away_rad = settings_.approach_rad;
+  for (int halving = 0; halving <= kHalvings; ++halving, away_rad /= 2) {
+    const Eigen::Vector2d q =
+        point.q_rad - away_rad * Eigen::Vector2d(point.approach[0], point.approach[1]);
+    if (geometry::forward(rig_.robot.nominal, q, rig_.robot.assembly)) return q;
+  }
+  return std::nullopt;
+}
+
+Collector::OrOutcome<RobotState> Collector::go(
+    std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
+  const session::PlanPoint& point = plan_.points[index];
+  const auto failed = [&](const RobotFault& fault) {
+    return tl::unexpected(
+        here.stop_requested() ? interrupted(index, stop) : robot_trouble(index, fault, stop));
+  };
+  const std::optional<Eigen::Vector2d> pre = pre_position(point);
+  if (pre) {
+    const auto arrived = move(*pre, here);
+    if (!arrived && arrived.error().kind != RobotFaultKind::kUnreachable) {
+      return failed(arrived.error());
+    }
+    if (!arrived) remarks_.push_back("the asked approach cannot be reached");
+  } else if (point.approach[0] != 0 || point.approach[1] != 0) {
+    remarks_.push_back("the asked approach cannot be reached");
+  }
+  const auto arrived = move(point.q_rad, here);
+  if (!arrived) return failed(arrived.error());
+  return *arrived;
+}
+
+tl::expected<RobotState, RobotFault> Collector::move(
+    const Eigen::Vector2d& q_rad, const std::stop_token& here) {
+  for (int attempt = 0;; ++attempt) {
+    if (!last_q_rad_) {
+      const auto now = robot_.state(here);
+      if (!now) return now;
+      if (now->motion != Motion::kIdle) last_q_rad_ = now->q_rad;
+    }
+    if (last_q_rad_) {
+      for (std::size_t joint = 0; joint < 2; ++joint) {
+        const auto j = static_cast<Eigen::Index>(joint);
+        const double way_rad = q_rad[j] - (*last_q_rad_)[j];
+        if (std::abs(way_rad) > kMoved_rad) last_move_[joint] = way_rad > 0 ? 1 : -1;
+      }
+    }
+    const auto arrived = robot_.move_to(q_rad, settings_.move_timeout, here);
+    if (arrived) {
+      last_q_rad_ = arrived->q_rad;
+      return arrived;
+    }
+    // Stopped anywhere on the way: the next move starts from where it then is.
+    last_q_rad_.reset();
+    last_move_ = {0, 0};
+    const RobotFaultKind kind = arrived.error().kind;
+    const bool again = kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere;
+    if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
+  }
+}
+
+Collector::OrOutcome<Collector::Measured> Collector::settle(
+    std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
+  const std::size_t count = rig_.dials.size();
+  const DeviceTime deadline = clock_.monotonic() + settings_.settle_timeout;
+  std::vector<History> histories(count);
+  std::vector<int> faults(count, 0);
+  for (;;) {
+    Measured measured{dials_.read_since(clock_.monotonic(), here), {}};
+    if (here.stop_requested()) return tl::unexpected(interrupted(index, stop));
+    bool ready = true;
+    bool late = clock_.monotonic() >= deadline;
+    for (std::size_t i = 0; i < count; ++i) {
+      Reading& reading = measured.readings[i];
+      if (is_fault(reading)) {
+        measured.faulty.push_back(i);
+        histories[i].forget();
+        ready = ++faults[i] > settings_.fault_retries && ready;
+        continue;
+      }
+      faults[i] = 0;
+      histories[i].add(reading, settings_.settle_readings, settings_.settle_window);
+      const double spread_mm =
+          settings_.settle_spread_mm > 0
+              ? settings_.settle_spread_mm
+              : std::max(kLeastSpread_mm, kSpreadPerSigma * rig_.dials[i].repeatability_mm);
+      if (histories[i].settled(settings_.settle_readings, settings_.settle_window, spread_mm)) {
+        continue;
+      }
+      ready = false;
+      if (late && reading.quality == Quality::kGood) {
+        reading.quality = Quality::kUncertain;
+        reading.reason = "unsettled";
+        reading.detail = fmt::format("moves by more than {:.3f} mm", spread_mm);
+        remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
+      }
+    }
+    report(CollectorStage::kSettling, index, "", measured.readings);
+    if (ready || late) return measured;
+    if (!measured.faulty.empty()) clock_.sleep_for(settings_.retry_pause, here);
+  }
+}
+
+Collector::Outcome Collector::store(
+    std::size_t index, const RobotState& state, std::vector<Reading> readings) {
+  const session::PlanPoint& point = plan_.points[index];
+  std::vector<ExpectedDial> expected = plausibility_.expected_at(state.q_rad);
+  plausibility_.judge(readings, expected);
+  Plausibility::judge_frozen(readings, expected, last_readings_, last_expected_);
+
+  CollectedSample collected;
+  collected.plan_index = index;
+  collected.attempt = attempts_[index] + 1;
+  session::Sample& sample = collected.sample;
+  sample.set = point.set;
+  sample.point = point.point;
+  sample.repeat = point.repeat;
+  sample.time_utc = clock_.now_utc();
+  sample.q_rad = state.q_rad;
+  sample.target_mm = point.target_mm;
+  sample.approach = {last_move_[0], last_move_[1]};
+  sample.temperature_c = state.temperature_c;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const Reading& reading = readings[i];
+    sample.dials.push_back(
+        {reading.value_mm, reading.quality, reading.reason, reading.time_utc});
+    if (reading.quality != Quality::kGood && !is_fault(reading) &&
+        reading.reason != "unsettled") {
+      remarks_.push_back(
+          fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
+    }
+  }
+  collected.remarks = remarks_;
+  callbacks_.store(collected);
+
+  ++attempts_[index];
+  ++result_.stored;
+  if (!counted_[index]) {
+    counted_[index] = true;
+    ++done_;
+  }
+  last_stored_ = index;
+  report(
+      CollectorStage::kStored, index, fmt::format("{}", fmt::join(collected.remarks, "; ")),
+      readings);
+  last_readings_ = std::move(readings);
+  last_expected_ = std::move(expected);
+  return Outcome::kStored;
+}
+
+Collector::Outcome Collector::robot_trouble(
+    std::size_t index, const RobotFault& fault, const std::stop_token& stop) {
+  const std::string why = fmt::format("{}: {}", describe(fault.kind), fault.detail);
+  if (fault.kind == RobotFaultKind::kUnreachable) {
+    result_.failed.push_back({index, why});
+    if (!counted_[index]) {
+      counted_[index] = true;
+      ++done_;
+    }
+    report(CollectorStage::kFailed, index, why);
+    return Outcome::kFailed;
+  }
+  const Wish wish = wait_paused(
+      index, fmt::format("{}; resume tries again, skip leaves the point out", why), stop);
+  if (stop.stop_requested()) return Outcome::kStopped;
+  return wish == Wish::kSkip ? skipped(index, fmt::format("skipped by the operator: {}", why))
+                             : Outcome::kAgain;
+}
+
+Collector::Outcome Collector::skipped(std::size_t index, const std::string& why) {
+  result_.skipped.push_back({index, why});
+  if (!counted_[index]) {
+    counted_[index] = true;
+    ++done_;
+  }
+  report(CollectorStage::kSkipped, index, why);
+  return Outcome::kSkipped;
+}
+
+// The point in hand was stopped: from outside, or by a wish.
+Collector::Outcome Collector::interrupted(std::size_t index, const std::stop_token& stop) {
+  if (stop.stop_requested()) return Outcome::kStopped;
+  return take_wish() == Wish::kSkip ? skipped(index, "skipped by the operator")
+                                    : Outcome::kAgain;
+}
+
+Collector::Wish Collector::wait_paused(
+    std::optional<std::size_t> index, const std::string& why, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    pause_wanted_ = true;
+    paused_ = true;
+    wish_ = Wish::kNone;
+  }
+  const DeviceTime start = clock_.monotonic();
+  report(CollectorStage::kPaused, index, why);
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, stop, [&] { return !pause_wanted_; });
+  pause_wanted_ = false;
+  paused_ = false;
+  paused_for_ += clock_.monotonic() - start;
+  return std::exchange(wish_, Wish::kNone);
+}
+
+Collector::Wish Collector::take_wish() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(wish_, Wish::kNone);
+}
+
+void Collector::wish(Wish wish) {
+  std::optional<std::stop_source> here;
+  {
+    const std::lock_guard lock(mutex_);
+    wish_ = wish;
+    if (paused_) {
+      pause_wanted_ = false;
+    } else {
+      here = here_;
+    }
+  }
+  changed_.notify_all();
+  if (here) here->request_stop();
+}
+
+void Collector::pause() {
+  const std::lock_guard lock(mutex_);
+  pause_wanted_ = true;
+}
+
+void Collector::resume() {
+  {
+    const std::lock_guard lock(mutex_);
+    pause_wanted_ = false;
+  }
+  changed_.notify_all();
+}
+
+void Collector::skip() { wish(Wish::kSkip); }
+void Collector::retake() { wish(Wish::kRetake); }
+
+void Collector::retake(std::size_t plan_index) {
+  if (plan_index >= plan_.points.size()) {
+    throw std::invalid_argument(
+        fmt::format("retake: point {} of a plan of {}", plan_index, plan_.points.size()));
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    retakes_.push_back(plan_index);
+    if (paused_) pause_wanted_ = false;
+  }
+  changed_.notify_all();
+}
+
+void Collector::accept() {
+  const std::lock_guard lock(mutex_);
+  if (!paused_) return;
+  wish_ = Wish::kAccept;
+  pause_wanted_ = false;
+  changed_.notify_all();
+}
+
+void Collector::report(
+    CollectorStage stage, std::optional<std::size_t> index, std::string message,
+    std::vector<Reading> readings) {
+  if (!callbacks_.progress) return;
+  CollectorProgress progress;
+  progress.stage = stage;
+  progress.done = done_;
+  progress.total = plan_.points.size();
+  progress.plan_index = index;
+  progress.eta_s = eta_s();
+  progress.message = std::move(message);
+  progress.readings = std::move(readings);
+  callbacks_.progress(progress);
+}
+
+std::optional<double> Collector::eta_s() const {
+  if (result_.stored == 0) return std::nullopt;
+  const DeviceTime worked = clock_.monotonic() - started_ - paused_for_;
+  const double each = static_cast<double>(clock_.wall(worked).count()) * 1e-9 /
+                      static_cast<double>(result_.stored);
+  return each * static_cast<double>(plan_.points.size() - done_);
+}
+
+}  // namespace sixdial::acquisition

@@ -1,0 +1,192 @@
+// Runs a plan: for each point move, wait until the readings settle, read all dials with times
+// and quality, check them against the nominal robot, have them stored, next.
+//
+// Nothing is dropped in silence: a dial without a good reading is stored as such, a point that
+// could not be measured is in the result with its reason, and a rig that does not answer at all
+// pauses the run with a message.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "acquisition/clock.h"
+#include "acquisition/plausibility.h"
+#include "acquisition/reading.h"
+#include "acquisition/robot.h"
+#include "geometry/rig.h"
+#include "session/plan.h"
+#include "session/session.h"
+
+namespace sixdial::acquisition {
+
+enum class OnDialFault {
+  kStore,  // store the point with that dial marked bad, go on
+  kPause,  // pause until a person says resume (measure again), accept or skip
+};
+
+/// Times are device time.
+struct CollectorSettings {
+  /// Settled: at least this many readings of a dial, over at least this long, within the
+  /// spread.
+  int settle_readings = 3;
+  std::chrono::milliseconds settle_window{150};
+  double settle_spread_mm = 0.0;  // 0: six times the dial's repeatability, at least 0.005
+  std::chrono::milliseconds settle_timeout{10'000};
+  int fault_retries = 3;  // more readings asked of a dial that did not answer well
+  std::chrono::milliseconds retry_pause{200};
+  OnDialFault on_dial_fault = OnDialFault::kStore;
+  std::chrono::milliseconds move_timeout{60'000};
+  int robot_retries = 2;
+  double approach_rad = 0.01;   // from how far a joint comes when its side is asked for
+  double implausible_mm = 5.0;  // from the nominal robot
+};
+
+enum class CollectorStage {
+  kMoving,
+  kSettling,
+  kStored,
+  kSkipped,
+  kFailed,  // this point cannot be measured; the run goes on
+  kPaused,
+  kFinished,
+  kStopped,
+};
+[[nodiscard]] std::string_view to_string(CollectorStage stage);
+
+struct CollectorProgress {
+  CollectorStage stage = CollectorStage::kMoving;
+  std::size_t done = 0;   // stored, also before this run, and skipped or failed
+  std::size_t total = 0;  // points of the plan
+  std::optional<std::size_t> plan_index;
+  std::optional<double> eta_s;  // on the wall
+  std::string message;          // what is wrong, or worth knowing
+  std::vector<Reading> readings;
+};
+
+struct CollectedSample {
+  session::Sample sample;
+  std::size_t plan_index = 0;
+  int attempt = 1;                   // above 1: a retake in this run
+  std::vector<std::string> remarks;  // "dial C: timeout, no answer"
+};
+
+struct CollectorResult {
+  struct Point {
+    std::size_t plan_index = 0;
+    std::string why;
+  };
+  bool complete = false;  // false: stopped
+  std::size_t stored = 0;
+  std::size_t already_done = 0;
+  std::vector<Point> skipped;
+  std::vector<Point> failed;
+};
+
+class Collector {
+ public:
+  struct Callbacks {
+    /// Must have stored the sample for good when it returns; what it throws ends the run and
+    /// comes out of run().
+    std::function<void(const CollectedSample&)> store;
+    std::function<void(const CollectorProgress&)> progress;  // may be empty
+    std::function<bool(const session::PlanPoint&)>
+        done;  // stored in an earlier run; may be empty
+  };
+
+  /// Robot, dials and clock must outlive the collector. Throws std::invalid_argument if there
+  /// is nothing to store with, or the dials are not the rig's.
+  Collector(
+      geometry::Rig rig, session::Plan plan, RobotPort& robot, DialSource& dials, Clock& clock,
+      Callbacks callbacks, CollectorSettings settings = {});
+
+  /// Blocks until done or stopped. Callbacks come from this thread. Once.
+  CollectorResult run(const std::stop_token& stop);
+
+  // From any thread, also from the callbacks. Each but pause() also ends a pause.
+  void pause();   // after the point in hand
+  void resume();  // goes on; with the same point if it was the reason for the pause
+  void skip();    // the point in hand; while paused, the next one
+  /// The point in hand starts again; between points, and while paused between points, the last
+  /// stored one is measured again, as a new row.
+  void retake();
+  void retake(std::size_t plan_index);  // that point, as the next one
+  void accept();  // while paused for a dial fault: store the point as it is
+
+ private:
+  enum class Wish { kNone, kSkip, kRetake, kAccept };
+  enum class Outcome { kStored, kSkipped, kFailed, kAgain, kStopped };
+  struct Measured {
+    std::vector<Reading> readings;
+    std::vector<std::size_t> faulty;
+  };
+  template <typename T>
+  using OrOutcome = tl::expected<T, Outcome>;
+
+  std::optional<std::size_t> next_point();
+  Outcome point(std::size_t index, const std::stop_token& stop);
+  Outcome measure(std::size_t index, const std::stop_token& here, const std::stop_token& stop);
+  OrOutcome<RobotState> go(
+      std::size_t index, const std::stop_token& here, const std::stop_token& stop);
+  tl::expected<RobotState, RobotFault> move(
+      const Eigen::Vector2d& q_rad, const std::stop_token& here);
+  [[nodiscard]] std::optional<Eigen::Vector2d> pre_position(
+      const session::PlanPoint& point) const;
+  OrOutcome<Measured> settle(
+      std::size_t index, const std::stop_token& here, const std::stop_token& stop);
+  Outcome store(std::size_t index, const RobotState& state, std::vector<Reading> readings);
+  Outcome robot_trouble(
+      std::size_t index, const RobotFault& fault, const std::stop_token& stop);
+  Outcome skipped(std::size_t index, const std::string& why);
+  Outcome interrupted(std::size_t index, const std::stop_token& stop);
+  Wish wait_paused(
+      std::optional<std::size_t> index, const std::string& why, const std::stop_token& stop);
+  Wish take_wish();
+  void wish(Wish wish);
+  void report(
+      CollectorStage stage, std::optional<std::size_t> index, std::string message = {},
+      std::vector<Reading> readings = {});
+  [[nodiscard]] std::optional<double> eta_s() const;
+
+  geometry::Rig rig_;
+  session::Plan plan_;
+  RobotPort& robot_;
+  DialSource& dials_;
+  Clock& clock_;
+  Callbacks callbacks_;
+  CollectorSettings settings_;
+  Plausibility plausibility_;
+  CollectorResult result_;
+
+  std::deque<std::size_t> pending_;
+  std::vector<int> attempts_;
+  std::vector<bool> counted_;  // in done_
+  std::size_t done_ = 0;
+  std::optional<std::size_t> last_stored_;
+  std::vector<Reading> last_readings_;
+  std::vector<ExpectedDial> last_expected_;
+  std::array<int, 2> last_move_{0, 0};  // sign of each joint's
+  std::optional<Eigen::Vector2d> last_q_rad_;
+  std::vector<std::string> remarks_;  // of the point in hand
+  DeviceTime started_{0};
+  DeviceTime paused_for_{0};
+
+  mutable std::mutex mutex_;  // for what commands touch, from here on
+  std::condition_variable_any changed_;
+  bool pause_wanted_ = false;
+  bool paused_ = false;
+  Wish wish_ = Wish::kNone;
+  std::deque<std::size_t> retakes_;
+  std::optional<std::stop_source> here_;  // stops the point in hand
+};
+
+}  // namespace sixdial::acquisition

@@ -1,0 +1,53 @@
+#include "acquisition/dial_protocol.h"
+
+#include <array>
+#include <cmath>
+
+namespace sixdial::acquisition {
+
+extern const DialProtocol sylvac;
+extern const DialProtocol mahr;
+extern const DialProtocol mux10;
+extern const DialProtocol mw;
+
+namespace {
+
+constexpr std::array kProtocols{&sylvac, &mahr, &mux10, &mw};
+// A zero set a little off, or the end stop's rubber: still a reading.
+constexpr double kBeyondTravel_mm = 0.5;
+
+int decimals_of(double resolution_mm) {
+  int decimals = 0;
+  for (double step = 1.0; step > resolution_mm * 1.000001 && decimals < 6; step /= 10.0) {
+    ++decimals;
+  }
+  return decimals;
+}
+
+}  // namespace
+
+std::span<const DialProtocol* const> dial_protocols() { return kProtocols; }
+
+const DialProtocol* find_dial_protocol(std::string_view name) {
+  for (const DialProtocol* protocol : kProtocols) {
+    if (protocol->name == name) return protocol;
+  }
+  return nullptr;
+}
+
+bool within_travel(double value_mm, double travel_mm) noexcept {
+  return std::isfinite(value_mm) && value_mm >= -kBeyondTravel_mm &&
+         value_mm <= travel_mm + kBeyondTravel_mm;
+}
+
+tl::expected<double, FaultKind> displacement_mm(
+    const DialFrame& frame, double resolution_mm, double travel_mm) noexcept {
+  if (frame.unit == Unit::kInch) return tl::unexpected(FaultKind::kUnit);
+  if (frame.unit == Unit::kUnsaid && frame.decimals > decimals_of(resolution_mm)) {
+    return tl::unexpected(FaultKind::kUnit);
+  }
+  if (!within_travel(frame.value, travel_mm)) return tl::unexpected(FaultKind::kRange);
+  return frame.value;
+}
+
+}  // namespace sixdial::acquisition

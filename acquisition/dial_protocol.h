@@ -1,0 +1,65 @@
+// The dialect a dial speaks on a serial line: what to ask, how the line is set, and a pure
+// parser from the bytes of one answer to a value with its unit. One file a dialect in dials/; a
+// new one is such a file and a row in dial_protocol.cpp.
+#pragma once
+
+#include <chrono>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "acquisition/fault.h"
+
+namespace sixdial::acquisition {
+
+enum class Parity { kNone, kEven, kOdd };
+
+struct LineSettings {
+  int baud = 9600;
+  int data_bits = 8;
+  Parity parity = Parity::kNone;
+  int stop_bits = 1;
+  bool dtr = true;
+  bool rts = true;
+};
+
+enum class Unit { kMillimetre, kInch, kUnsaid };
+
+struct DialFrame {
+  double value = 0.0;  // in `unit`
+  Unit unit = Unit::kUnsaid;
+  int decimals = 0;  // digits after the point: the only hint where the unit is unsaid
+};
+
+struct DialProtocol {
+  std::string_view name;  // dialect=...
+  LineSettings line;
+  std::string_view frame_end;
+  int channels = 0;  // of a multiplexer; 0: one dial a cable
+  /// Unanswered until then [device time]: silent.
+  std::chrono::milliseconds timeout{300};
+  /// Asks the dial who it is; empty where the dialect has no such question.
+  std::string_view identity_request;
+  std::string (*request)(int channel) = nullptr;
+  /// Whole-line match of one frame, its end included. `channel` is the one that was asked.
+  tl::expected<DialFrame, FaultKind> (*parse)(std::string_view frame, int channel) noexcept =
+      nullptr;
+  /// A line that a dial sends by itself (power-on) and that answers no question.
+  bool (*unasked)(std::string_view frame) noexcept = nullptr;
+};
+
+/// All dialects, by name.
+[[nodiscard]] std::span<const DialProtocol* const> dial_protocols();
+/// nullptr if there is none of that name.
+[[nodiscard]] const DialProtocol* find_dial_protocol(std::string_view name);
+
+/// Value in mm. Inch is refused (its steps are coarser than the rig's accuracy), also where the
+/// dialect does not say the unit but more decimals come than a dial of this resolution shows in
+/// mm. Outside -0.5 .. travel + 0.5 mm is kRange.
+[[nodiscard]] tl::expected<double, FaultKind> displacement_mm(
+    const DialFrame& frame, double resolution_mm, double travel_mm) noexcept;
+/// The same range check for values that come in mm.
+[[nodiscard]] bool within_travel(double value_mm, double travel_mm) noexcept;
+
+}  // namespace sixdial::acquisition

@@ -1,0 +1,51 @@
+// Sylvac and kin on an Opto-RS232 cable: "?\r" -> "+012.345\r". Sign + - or blank, digits vary,
+// a tolerance sign < = > may follow; "ERR0".."ERR3". No unit is sent: inch shows by its
+// decimals.
+#include "acquisition/dials/decimal.h"
+
+namespace sixdial::acquisition {
+namespace {
+
+tl::expected<DialFrame, FaultKind> parse(std::string_view frame, int) noexcept {
+  const auto bad = tl::unexpected(FaultKind::kBadFrame);
+  if (frame.size() < 2 || frame.size() > 16 || frame.back() != '\r') return bad;
+  frame.remove_suffix(1);
+  if (frame.starts_with("ERR")) {
+    if (frame == "ERR3") return tl::unexpected(FaultKind::kRange);
+    if (frame == "ERR0" || frame == "ERR1" || frame == "ERR2") {
+      return tl::unexpected(FaultKind::kDevice);
+    }
+    return bad;
+  }
+  const char sign = frame.front();
+  if (sign != '+' && sign != '-' && sign != ' ') return bad;
+  frame.remove_prefix(1);
+  if (!frame.empty() && std::string_view("<=>").find(frame.back()) != std::string_view::npos) {
+    frame.remove_suffix(1);
+  }
+  return parse_decimal(frame, sign, Unit::kUnsaid);
+}
+
+bool unasked(std::string_view frame) noexcept { return frame.starts_with("SY"); }
+
+std::string request(int) { return "?\r"; }
+
+}  // namespace
+
+// A duplex Opto-RS232 cable is fed by the modem lines: DTR high, RTS low.
+extern constinit const DialProtocol sylvac{
+    .name = "sylvac",
+    .line =
+        {.baud = 4800,
+         .data_bits = 7,
+         .parity = Parity::kEven,
+         .stop_bits = 2,
+         .dtr = true,
+         .rts = false},
+    .frame_end = "\r",
+    .identity_request = "ID?\r",
+    .request = request,
+    .parse = parse,
+    .unasked = unasked};
+
+}  // namespace sixdial::acquisition

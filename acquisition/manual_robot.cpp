@@ -1,0 +1,26 @@
+#include "acquisition/robot.h"
+
+namespace sixdial::acquisition {
+
+tl::expected<RobotState, RobotFault> ManualRobot::state(const std::stop_token&) {
+  return state_;
+}
+
+tl::expected<RobotState, RobotFault> ManualRobot::move_to(
+    const Eigen::Vector2d& q_rad, std::chrono::milliseconds, const std::stop_token& stop) {
+  const auto answer = ask_(q_rad, stop);
+  if (!answer) {
+    return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, "nobody confirmed the move"});
+  }
+  if (!answer->done) {
+    return tl::unexpected(RobotFault{
+        RobotFaultKind::kUnreachable, "the operator says the point cannot be reached"});
+  }
+  ++state_.moves;
+  state_.motion = Motion::kInPosition;
+  state_.q_rad = answer->q_rad.value_or(q_rad);
+  state_.temperature_c = answer->temperature_c;
+  return state_;
+}
+
+}  // namespace sixdial::acquisition

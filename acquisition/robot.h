@@ -1,0 +1,116 @@
+// The five-bar's controller as the collector sees it: go there, tell when there, tell where.
+// ModbusRobot speaks to a controller (doc/devices.md), ManualRobot asks a person.
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "acquisition/clock.h"
+#include "acquisition/modbus_link.h"
+
+namespace sixdial::acquisition {
+
+enum class RobotFaultKind {
+  kLink,         // the controller does not answer, or not well
+  kUnreachable,  // refused: target out of reach
+  kHalted,       // stopped on its way by someone else
+  kNotThere,     // not in position in time
+  kController,   // another fault code
+  kCancelled,    // we were asked to stop
+};
+struct RobotFault {
+  RobotFaultKind kind = RobotFaultKind::kLink;
+  std::string detail;
+};
+[[nodiscard]] std::string_view describe(RobotFaultKind kind);
+
+enum class Motion { kIdle = 0, kMoving = 1, kInPosition = 2, kFault = 3 };
+
+struct RobotState {
+  Eigen::Vector2d q_rad{0, 0};  // encoder angles
+  Motion motion = Motion::kIdle;
+  int fault_code = 0;
+  std::optional<double> temperature_c;
+  std::uint16_t moves = 0;  // started, modulo 65536
+  std::uint16_t cycle = 0;  // control cycles, modulo 65536: stands still if the controller does
+};
+
+class RobotPort {
+ public:
+  virtual ~RobotPort() = default;
+  [[nodiscard]] virtual tl::expected<RobotState, RobotFault> state(
+      const std::stop_token& stop) = 0;
+  /// Starts the move and waits for it to end [device time]. When stopped, the robot is halted.
+  [[nodiscard]] virtual tl::expected<RobotState, RobotFault> move_to(
+      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const std::stop_token& stop) = 0;
+};
+
+/// Angles on the wire are int32 of 1e-8 rad; what does not fit is refused as unreachable.
+inline constexpr double kRadPerCount = 1e-8;
+
+/// Any thread: one exchange at a time.
+class ModbusRobot final : public RobotPort {
+ public:
+  /// `clock` must outlive the robot.
+  ModbusRobot(const ModbusConnection& connection, Clock& clock);
+  [[nodiscard]] tl::expected<RobotState, RobotFault> state(
+      const std::stop_token& stop) override;
+  [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
+      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const std::stop_token& stop) override;
+  /// Percent of full speed, 1..100.
+  [[nodiscard]] tl::expected<void, RobotFault> set_speed(
+      int percent, const std::stop_token& stop);
+  [[nodiscard]] tl::expected<void, RobotFault> halt(const std::stop_token& stop);
+  [[nodiscard]] LinkState link_state() const;
+
+ private:
+  tl::expected<Words, Fault> read(
+      int function, int address, int count, const std::stop_token& stop);
+  tl::expected<void, Fault> write(int address, const Words& words, const std::stop_token& stop);
+  tl::expected<void, RobotFault> start(
+      const Eigen::Vector2d& q_rad, std::uint16_t moves_before, const std::stop_token& stop);
+  tl::expected<RobotState, RobotFault> wait_in_position(
+      std::uint16_t moves_before, DeviceTime deadline, const std::stop_token& stop);
+
+  int unit_;
+  Clock& clock_;
+  mutable std::mutex mutex_;
+  ModbusLink link_;
+};
+
+/// What a person says after moving the robot.
+struct ManualAnswer {
+  bool done = true;                      // false: this point cannot be reached
+  std::optional<Eigen::Vector2d> q_rad;  // as shown by the encoders; else as asked for
+  std::optional<double> temperature_c;
+};
+
+class ManualRobot final : public RobotPort {
+ public:
+  /// Asks a person to bring the joints to q [rad] and comes back with the answer; empty if
+  /// stopped or timed out. Called from the collector's thread.
+  using Ask = std::function<std::optional<ManualAnswer>(
+      const Eigen::Vector2d& q_rad, const std::stop_token& stop)>;
+  explicit ManualRobot(Ask ask) : ask_(std::move(ask)) {}
+  [[nodiscard]] tl::expected<RobotState, RobotFault> state(
+      const std::stop_token& stop) override;
+  /// No time limit: people take the time they need.
+  [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
+      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const std::stop_token& stop) override;
+
+ private:
+  Ask ask_;
+  RobotState state_;
+};
+
+}  // namespace sixdial::acquisition

@@ -1,0 +1,153 @@
+// sixdial-mock-rig: a rig that is not there. Prints one line of JSON with its ports when ready,
+// serves until SIGINT or SIGTERM.
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+
+#include "geometry/rig.h"
+#include "mock_devices/iso_time.h"
+#include "mock_devices/mock_rig.h"
+#include "mock_devices/session_generator.h"
+
+namespace {
+
+using namespace sixdial;
+
+struct Arguments {
+  mock_devices::MockRigOptions rig;
+  std::string robot = "table2";
+  std::optional<double> clamp_deg;
+  std::vector<std::string> hide;
+  std::optional<std::uint64_t> hide_seed;
+  std::string hide_pool = "catalogue";
+  std::string reveal_file;
+};
+
+mock_devices::Pool pool_of(const std::string& name) {
+  if (name == "outside") return mock_devices::Pool::kOutside;
+  return name == "all" ? mock_devices::Pool::kAll : mock_devices::Pool::kCatalogue;
+}
+
+void make_world(Arguments& arguments) {
+  mock_devices::World& world = arguments.rig.world;
+  const mock_devices::TrueRobot drawn = mock_devices::drawn_robot(world.rig, world.seed);
+  if (arguments.robot == "drawn") {
+    world.robot.parameters = drawn.parameters;
+  } else if (arguments.robot == "nominal") {
+    world.robot.parameters = world.rig.robot.nominal;
+  } else {
+    world.robot.parameters = geometry::table_2_robot();
+  }
+  world.robot.clamp_rad =
+      arguments.clamp_deg ? *arguments.clamp_deg * std::numbers::pi / 180.0 : drawn.clamp_rad;
+  std::uint64_t seed = world.seed;
+  for (const std::string& text : arguments.hide) {
+    world.effects.push_back(mock_devices::parse_effect(world.rig, text, seed++));
+  }
+  if (arguments.hide_seed) {
+    world.effects.push_back(mock_devices::draw_effect(
+        world.rig, *arguments.hide_seed, pool_of(arguments.hide_pool)));
+  }
+  if (!arguments.reveal_file.empty()) {
+    std::ofstream file(arguments.reveal_file);
+    file << mock_devices::answer_json(world);
+    if (!file.flush()) {
+      throw std::runtime_error(fmt::format("--reveal: cannot write {}", arguments.reveal_file));
+    }
+  }
+}
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  mock_devices::MockRigOptions& rig = arguments.rig;
+  mock_devices::World& world = rig.world;
+  app.add_option("--address", rig.address, "Loopback address to listen on")
+      ->capture_default_str();
+  app.add_option("--dial-port", rig.dial_port, "Modbus TCP port of the six dials, 0: any free");
+  app.add_option("--robot-port", rig.robot_port, "Modbus TCP port of the robot, 0: any free");
+  app.add_option("--pty-dir", rig.pty_directory, "Folder for links to the serial dials");
+  app.add_option("--dialects", rig.dialects, "Serial dialects: mux10 sylvac mahr mw modbus_rtu")
+      ->delimiter(',');
+  app.add_option("--speed", rig.clock_speed, "Mock seconds a second")->capture_default_str();
+  app.add_option("--start-time", rig.start_time, "Mock UTC at the start")
+      ->capture_default_str();
+  app.add_option("--seed", world.seed, "Seed of everything that is drawn")
+      ->capture_default_str();
+  app.add_option("--robot", arguments.robot, "The true robot")
+      ->check(CLI::IsMember({"table2", "drawn", "nominal"}))
+      ->capture_default_str();
+  app.add_option("--clamp", arguments.clamp_deg, "Clamp angle of the cuboid [deg], else drawn");
+  app.add_option("--noise", world.dials.noise_sd_mm, "Noise of a reading, sd [mm]")
+      ->capture_default_str();
+  app.add_option("--quantum", world.dials.quantum_mm, "Resolution [mm], 0: none")
+      ->capture_default_str();
+  app.add_option("--hysteresis", world.dials.hysteresis_mm, "Hysteresis of each dial [mm]")
+      ->capture_default_str();
+  app.add_option("--curve", world.dials.curve_mm, "Bound of each dial's error curve [mm]")
+      ->capture_default_str();
+  app.add_option("--warm-up", world.warm_up.rise_c, "Rise of the temperature [K]")
+      ->capture_default_str();
+  app.add_option("--warp", world.warp.amplitude_mm, "Smooth non-kinematic XY error, rms [mm]")
+      ->capture_default_str();
+  app.add_option("--warp-wavelength", world.warp.wavelength_mm, "Its wavelength [mm]")
+      ->capture_default_str();
+  app.add_option("--hide", arguments.hide, "Hidden effect, cause[:where[:amplitude]]");
+  app.add_option("--hide-seed", arguments.hide_seed, "Hide an effect drawn from this seed");
+  app.add_option("--hide-pool", arguments.hide_pool, "What --hide-seed draws from")
+      ->check(CLI::IsMember({"catalogue", "outside", "all"}))
+      ->capture_default_str();
+  app.add_option("--reveal", arguments.reveal_file, "Write what is hidden to this JSON file");
+}
+
+std::string ready_line(const mock_devices::MockRig& rig, const Arguments& arguments) {
+  const mock_devices::MockPorts ports = rig.ports();
+  nlohmann::ordered_json line;
+  line["ready"] = true;
+  line["address"] = arguments.rig.address;
+  line["dial_port"] = ports.dials;
+  line["robot_port"] = ports.robot;
+  line["serial"] = nlohmann::ordered_json::object();
+  for (const auto& [name, path] : ports.serial) line["serial"][name] = path.string();
+  line["speed"] = arguments.rig.clock_speed;
+  line["start_time"] = arguments.rig.start_time;
+  line["now"] = mock_devices::iso8601(rig.utc_ms());
+  line["seed"] = arguments.rig.world.seed;
+  return line.dump();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Mock rig: robot controller and six dials on Modbus TCP and pseudo-terminals"};
+  app.set_version_flag("--version", SIXDIAL_VERSION);
+  Arguments arguments;
+  arguments.rig.world.rig = geometry::default_rig();
+  add_options(app, arguments);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    // Blocked before any thread starts, so that only sigwait sees them.
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    make_world(arguments);
+    mock_devices::MockRig rig(arguments.rig);
+    rig.start();
+    fmt::print("{}\n", ready_line(rig, arguments));
+    std::fflush(stdout);
+    int received = 0;
+    sigwait(&signals, &received);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "sixdial-mock-rig: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,185 @@
+#include "calibration/anfis.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace sixdial::calibration {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double membership_of(MembershipKind kind, double x, double c, double a, double b) {
+  const double z = (x - c) / a;
+  if (kind == MembershipKind::kGaussian) return std::exp(-std::min(z * z, 600.0));
+  return 1.0 / (1.0 + std::pow(std::abs(z), 2 * b));
+}
+
+int power(int base, int exponent) {
+  double result = 1.0;
+  for (int i = 0; i < exponent; ++i) result *= base;
+  if (result > kMostRules) {
+    throw std::invalid_argument(
+        "ANFIS: functions^inputs is more rules than can be trained (4096); take fewer "
+        "functions");
+  }
+  return static_cast<int>(result);
+}
+
+VectorXd clamped(const AnfisModel& model, const Eigen::Ref<const VectorXd>& input) {
+  return input.cwiseMax(model.box_low).cwiseMin(model.box_high);
+}
+
+/// Normalised rule strengths (36) at a standardised input.
+VectorXd strengths(const AnfisModel& model, const VectorXd& x) {
+  VectorXd w = VectorXd::Ones(1);
+  for (int i = 0; i < model.inputs; ++i) {
+    VectorXd mu(model.functions);
+    for (int k = 0; k < model.functions; ++k) {
+      mu[k] = membership_of(
+          model.kind, x[i], model.centre(k, i), model.width(k, i),
+          model.slope.size() > 0 ? model.slope(k, i) : 0.0);
+    }
+    mu /= std::max(mu.sum(), 1e-300);
+    VectorXd next(w.size() * mu.size());
+    for (Eigen::Index k = 0; k < mu.size(); ++k) {
+      next.segment(k * w.size(), w.size()) = mu[k] * w;
+    }
+    w = std::move(next);
+  }
+  return w;
+}
+
+VectorXd standardised(const AnfisModel& model, const VectorXd& input) {
+  return (input - model.input_mean).cwiseQuotient(model.input_scale);
+}
+
+}  // namespace
+
+int AnfisModel::rules() const { return functions == 0 ? 0 : power(functions, inputs); }
+
+double AnfisModel::predict(const Eigen::Ref<const VectorXd>& input) const {
+  if (functions == 0) return 0.0;
+  const VectorXd x = standardised(*this, clamped(*this, input));
+  const VectorXd w = strengths(*this, x);
+  double sum = w.dot(consequents.col(0));
+  for (int i = 0; i < inputs; ++i) sum += x[i] * w.dot(consequents.col(i + 1));
+  return std::clamp(sum, output_low, output_high);
+}
+
+VectorXd AnfisModel::membership(int input, double value) const {
+  VectorXd mu(functions);
+  const double x = (value - input_mean[input]) / input_scale[input];
+  for (int k = 0; k < functions; ++k) {
+    mu[k] = membership_of(
+        kind, x, centre(k, input), width(k, input), slope.size() > 0 ? slope(k, input) : 0.0);
+  }
+  return mu;
+}
+
+AnfisModel zero_anfis(int inputs) {
+  AnfisModel model;
+  model.inputs = inputs;
+  model.input_mean = VectorXd::Zero(inputs);
+  model.input_scale = VectorXd::Ones(inputs);
+  model.box_low = VectorXd::Zero(inputs);
+  model.box_high = VectorXd::Zero(inputs);
+  return model;
+}
+
+AnfisModel initial_anfis(const MatrixXd& inputs, MembershipKind kind, int functions) {
+  if (inputs.rows() < 1 || inputs.cols() < 1 || functions < 1 || !inputs.allFinite()) {
+    throw std::invalid_argument(
+        "ANFIS: at least one sample with finite inputs and one function per input are needed");
+  }
+  AnfisModel model;
+  model.kind = kind;
+  model.inputs = static_cast<int>(inputs.cols());
+  model.functions = functions;
+  power(functions, model.inputs);
+  model.box_low = inputs.colwise().minCoeff();
+  model.box_high = inputs.colwise().maxCoeff();
+  model.input_mean = inputs.colwise().mean();
+  model.input_scale.resize(model.inputs);
+  model.centre.resize(functions, model.inputs);
+  model.width.resize(functions, model.inputs);
+  if (kind == MembershipKind::kBell) {
+    model.slope = MatrixXd::Constant(functions, model.inputs, 2.0);
+  }
+  for (int i = 0; i < model.inputs; ++i) {
+    const double variance = (inputs.col(i).array() - model.input_mean[i]).square().mean();
+    model.input_scale[i] = variance > 0.0 ? std::sqrt(variance) : 1.0;
+    const double low = (model.box_low[i] - model.input_mean[i]) / model.input_scale[i];
+    const double high = (model.box_high[i] - model.input_mean[i]) / model.input_scale[i];
+    const double range = high > low ? high - low : 1.0;
+    for (int k = 0; k < functions; ++k) {
+      const double part = functions > 1 ? static_cast<double>(k) / (functions - 1) : 0.5;
+      model.centre(k, i) = low + range * part;
+    }
+    const double half_gap = range / std::max(functions - 1, 1) / 2;
+    model.width.col(i).setConstant(
+        kind == MembershipKind::kBell ? half_gap : half_gap / std::sqrt(std::numbers::ln2));
+  }
+  model.consequents = MatrixXd::Zero(model.rules(), model.inputs + 1);
+  return model;
+}
+
+MatrixXd design_matrix(const AnfisModel& model, const MatrixXd& inputs) {
+  const int rules = model.rules();
+  const int per_rule = model.inputs + 1;
+  MatrixXd A(inputs.rows(), rules * per_rule);
+  for (Eigen::Index a = 0; a < inputs.rows(); ++a) {
+    const VectorXd x = standardised(model, clamped(model, inputs.row(a).transpose()));
+    const VectorXd w = strengths(model, x);
+    for (int r = 0; r < rules; ++r) {
+      A(a, r * per_rule) = w[r];
+      for (int i = 0; i < model.inputs; ++i) A(a, r * per_rule + 1 + i) = w[r] * x[i];
+    }
+  }
+  return A;
+}
+
+AnfisModel refit_consequents(
+    const AnfisModel& model, const MatrixXd& inputs, const VectorXd& targets, double ridge,
+    double output_margin) {
+  AnfisModel result = model;
+  if (model.functions == 0) return result;
+  result.box_low = inputs.colwise().minCoeff();
+  result.box_high = inputs.colwise().maxCoeff();
+  const MatrixXd A = design_matrix(result, inputs);
+  const auto n = A.rows();
+  const auto columns = A.cols();
+  VectorXd theta;
+  if (n <= columns) {  // dual: (AA' + ridge I) alpha = y, theta = A'alpha
+    MatrixXd K = A * A.transpose();
+    K.diagonal().array() += ridge;
+    const Eigen::LLT<MatrixXd> llt(K);
+    theta = A.transpose() * llt.solve(targets);
+    result.effective_parameters =
+        static_cast<double>(n) - ridge * llt.solve(MatrixXd::Identity(n, n)).trace();
+  } else {
+    MatrixXd G = A.transpose() * A;
+    G.diagonal().array() += ridge;
+    const Eigen::LLT<MatrixXd> llt(G);
+    theta = llt.solve(A.transpose() * targets);
+    result.effective_parameters =
+        static_cast<double>(columns) -
+        ridge * llt.solve(MatrixXd::Identity(columns, columns)).trace();
+  }
+  const int per_rule = model.inputs + 1;
+  result.consequents.resize(model.rules(), per_rule);
+  for (int r = 0; r < model.rules(); ++r) {
+    result.consequents.row(r) = theta.segment(r * per_rule, per_rule).transpose();
+  }
+  result.ridge = ridge;
+  const VectorXd learned = A * theta;
+  const double range = learned.maxCoeff() - learned.minCoeff();
+  result.output_low = learned.minCoeff() - output_margin * range;
+  result.output_high = learned.maxCoeff() + output_margin * range;
+  return result;
+}
+
+}  // namespace sixdial::calibration

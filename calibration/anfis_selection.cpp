@@ -1,0 +1,96 @@
+#include "calibration/anfis_selection.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace sixdial::calibration {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd leave_one_out_errors(
+    const MatrixXd& A, const VectorXd& targets, const std::vector<double>& ridges,
+    std::vector<double>& effective) {
+  const auto n = A.rows();
+  MatrixXd errors(n, static_cast<Eigen::Index>(ridges.size()));
+  effective.clear();
+  if (n <= A.cols()) {
+    // residual_i without i = alpha_i / M_ii with M = (AA' + ridge I)^-1, alpha = M y
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A * A.transpose());
+    const MatrixXd& U = eigen.eigenvectors();
+    const VectorXd projected = U.transpose() * targets;
+    for (std::size_t k = 0; k < ridges.size(); ++k) {
+      const VectorXd weight = (eigen.eigenvalues().cwiseMax(0.0).array() + ridges[k]).inverse();
+      const VectorXd alpha = U * weight.cwiseProduct(projected);
+      const VectorXd diagonal = U.cwiseAbs2() * weight;
+      errors.col(static_cast<Eigen::Index>(k)) = alpha.cwiseQuotient(diagonal);
+      effective.push_back(static_cast<double>(n) - ridges[k] * weight.sum());
+    }
+    return errors;
+  }
+  // residual_i without i = residual_i / (1 - H_ii)
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A.transpose() * A);
+  const MatrixXd B = A * eigen.eigenvectors();
+  const VectorXd projected = B.transpose() * targets;
+  for (std::size_t k = 0; k < ridges.size(); ++k) {
+    const VectorXd values = eigen.eigenvalues().cwiseMax(0.0);
+    const VectorXd weight = (values.array() + ridges[k]).inverse();
+    const VectorXd fitted = B * weight.cwiseProduct(projected);
+    const VectorXd hat = B.cwiseAbs2() * weight;
+    errors.col(static_cast<Eigen::Index>(k)) =
+        (targets - fitted).array() / (1.0 - hat.array()).max(1e-12);
+    effective.push_back(values.cwiseProduct(weight).sum());
+  }
+  return errors;
+}
+
+AnfisSelection select_anfis(
+    const MatrixXd& inputs, const VectorXd& targets, MembershipKind kind,
+    const AnfisSelectionSettings& settings) {
+  AnfisSelection result;
+  const auto n = static_cast<double>(targets.size());
+  result.rmse_without = std::sqrt(targets.squaredNorm() / n);
+  result.chosen.loo_rmse = result.rmse_without;
+  result.candidates.push_back(result.chosen);
+  double best_rmse = result.rmse_without;
+  AnfisCandidate best;
+  VectorXd best_error = targets;
+  for (const int functions : settings.functions) {
+    const AnfisModel model = initial_anfis(inputs, kind, functions);
+    std::vector<double> effective;
+    const MatrixXd errors =
+        leave_one_out_errors(design_matrix(model, inputs), targets, settings.ridges, effective);
+    for (std::size_t k = 0; k < settings.ridges.size(); ++k) {
+      const auto error = errors.col(static_cast<Eigen::Index>(k));
+      const double rmse = std::sqrt(error.squaredNorm() / n);
+      result.candidates.push_back({functions, settings.ridges[k], rmse, effective[k]});
+      if (rmse < best_rmse) {
+        best_rmse = rmse;
+        best = result.candidates.back();
+        best_error = error;
+      }
+    }
+  }
+  if (best.functions == 0) return result;
+  // Paired comparison with no network, sample by sample.
+  const VectorXd gained = targets.cwiseAbs2() - best_error.cwiseAbs2();
+  const double mean = gained.mean();
+  const double spread = std::sqrt((gained.array() - mean).square().sum() / (n - 1.0) / n);
+  result.standard_errors = spread > 0.0 ? mean / spread : 0.0;
+  if (result.standard_errors < settings.required_standard_errors) return result;
+  result.chosen = best;
+  const VectorXd predicted = targets - best_error;
+  result.gain =
+      std::clamp(predicted.dot(targets) / std::max(predicted.squaredNorm(), 1e-300), 0.0, 1.0);
+  return result;
+}
+
+AnfisModel scaled(AnfisModel model, double gain) {
+  model.consequents *= gain;
+  model.output_low *= gain;
+  model.output_high *= gain;
+  return model;
+}
+
+}  // namespace sixdial::calibration

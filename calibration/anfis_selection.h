@@ -1,0 +1,48 @@
+// Which network, if any: the number of functions and the ridge by leave-one-out errors, which
+// ridge least squares gives in closed form. "No network" is a candidate, and keeps its place
+// unless another is better beyond chance: a network that learned noise makes the robot worse.
+#pragma once
+
+#include <vector>
+
+#include "calibration/anfis.h"
+
+namespace sixdial::calibration {
+
+struct AnfisCandidate {
+  int functions = 0;
+  double ridge = 0.0;
+  double loo_rmse = 0.0;  // leave-one-out root mean squared error
+  double effective_parameters = 0.0;
+};
+
+struct AnfisSelectionSettings {
+  std::vector<int> functions{1, 2, 3, 4, 6};
+  std::vector<double> ridges{1e-4, 1e-3, 1e-2, 1e-1, 1.0};
+  /// How many standard errors better than no network the best one must be.
+  double required_standard_errors = 2.0;
+};
+
+struct AnfisSelection {
+  AnfisCandidate chosen;  // functions 0: no network
+  double gain = 1.0;      // outputs are multiplied by this (0..1): what leave-one-out supports
+  double standard_errors = 0.0;  // by which the best candidate beats no network
+  double rmse_without = 0.0;     // of the targets themselves
+  std::vector<AnfisCandidate> candidates;
+};
+
+/// Inputs: samples x inputs; targets: samples.
+[[nodiscard]] AnfisSelection select_anfis(
+    const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets, MembershipKind kind,
+    const AnfisSelectionSettings& settings = {});
+
+/// Leave-one-out errors of ridge least squares, target - prediction without it: samples x
+/// ridges. `effective`: the trace of the hat matrix for each ridge.
+[[nodiscard]] Eigen::MatrixXd leave_one_out_errors(
+    const Eigen::MatrixXd& A, const Eigen::VectorXd& targets, const std::vector<double>& ridges,
+    std::vector<double>& effective);
+
+/// The network times `gain`, bounds included.
+[[nodiscard]] AnfisModel scaled(AnfisModel model, double gain);
+
+}  // namespace sixdial::calibration

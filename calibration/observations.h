@@ -1,0 +1,55 @@
+// What the position methods fit: joint angles and where the tool was measured, sample by
+// sample. Made from Trials, of which only those with a position count (the rest serve the dial
+// space).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/five_bar.h"
+#include "simulation/trial.h"
+
+namespace sixdial::calibration {
+
+/// Column i of each matrix is one sample. Lengths mm, angles rad, frame W.
+struct PositionObservations {
+  Eigen::Matrix2Xd q_rad;  // encoder angles
+  Eigen::Matrix2Xd p_WE;   // measured tool positions
+  std::vector<geometry::Assembly> assembly;
+  std::vector<Eigen::Matrix2d> covariance_mm2;  // zero where nobody knows
+  std::vector<std::optional<Eigen::Vector2d>> target_mm;
+  std::vector<int> sample;  // row in the session
+  std::vector<int> point;
+  std::vector<int> repeat;
+
+  [[nodiscard]] int size() const { return static_cast<int>(q_rad.cols()); }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  /// The chosen samples, in the order given.
+  [[nodiscard]] PositionObservations subset(std::span<const int> indices) const;
+};
+
+/// Samples without a position, or with a number that is not finite, are left out.
+[[nodiscard]] PositionObservations position_observations(
+    std::span<const simulation::Trial> trials);
+
+/// measured - f(v), 2xn [mm]; a column is NaN where the pose cannot be reached.
+[[nodiscard]] Eigen::Matrix2Xd position_residuals(
+    const PositionObservations& observations, const geometry::ParameterVector& v);
+
+/// Equations (29), (31): root of the mean squared distance [mm]; +inf if a pose is out of
+/// reach.
+[[nodiscard]] double position_rmse(
+    const PositionObservations& observations, const geometry::ParameterVector& v);
+
+/// Standard deviation [mm] of one axis of a measured position, pooled from repeats of the same
+/// point at the same angles, with its degrees of freedom. Empty without repeats.
+struct RepeatNoise {
+  double sigma_mm = 0.0;
+  int degrees_of_freedom = 0;
+};
+[[nodiscard]] std::optional<RepeatNoise> noise_from_repeats(
+    const PositionObservations& observations);
+
+}  // namespace sixdial::calibration

@@ -1,0 +1,142 @@
+// The paper's method from beginning to end: EKF, QPSO-1, QPSO-2, ANFIS for x and for y, beside
+// the least-squares minimum that the same objective has. G1 is fitted, G2 only judged.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "calibration/anfis_selection.h"
+#include "calibration/dqpso.h"
+#include "calibration/identifiability.h"
+
+namespace sixdial::calibration {
+
+enum class Profile {
+  kDefault,  // filter at its estimate, whitened search, network by cross-validation
+  kPaper,    // as printed: filter linear at nominal, raw coordinates, six functions, ridge 1e-6
+};
+[[nodiscard]] std::string_view to_string(Profile profile);
+[[nodiscard]] std::optional<Profile> profile_from(std::string_view text);
+
+struct Settings {
+  Profile profile = Profile::kDefault;
+  std::uint64_t seed = 1;
+  int threads = 1;
+  Linearisation linearisation = Linearisation::kEstimate;
+  SearchCoordinates coordinates = SearchCoordinates::kWhitened;
+  FilterNoise first_noise;  // Q and R before QPSO-1
+  geometry::ParameterVector p0 = geometry::ParameterVector::Ones();
+  SwarmSize qpso1{50, 100};
+  SwarmSize qpso2{50, 400};
+  AnfisSettings anfis;            // functions and ridge are replaced where cross_validate
+  bool cross_validate = true;     // choose functions, ridge or no network at all
+  double holdout_fraction = 0.2;  // of G1, for choosing the epoch
+  FixedParameters fixed{};
+};
+[[nodiscard]] Settings settings_for(Profile profile);
+
+enum class Stage { kFilter, kNoiseSearch, kParameterSearch, kReference, kResidual, kReport };
+[[nodiscard]] std::string_view to_string(Stage stage);
+
+struct Progress {
+  Stage stage = Stage::kFilter;
+  double fraction = 0.0;  // of the whole calibration, 0..1
+  int iteration = 0;      // of a search
+  int iterations = 0;
+  double rmse_mm = 0.0;  // best so far, 0 before there is one
+};
+using ProgressCallback = std::function<void(const Progress&)>;
+
+struct ErrorStats {
+  int count = 0;
+  double mean_mm = 0.0;
+  double std_mm = 0.0;  // n - 1
+  double max_mm = 0.0;
+  double rmse_mm = 0.0;
+  int unreachable = 0;  // poses the parameters cannot reach; not in the figures
+};
+[[nodiscard]] ErrorStats error_stats(std::span<const double> errors_mm);
+
+/// One row of Table 6: absolute position errors (41), by sample in the order given; NaN where a
+/// pose cannot be reached.
+struct MethodErrors {
+  std::string method;  // "before", "ekf", "ekf_qpso1", "ekf_dqpso", "ekf_dqpso+anfis", "lm"
+  std::vector<double> g1_mm;
+  std::vector<double> g2_mm;
+  ErrorStats g1;
+  ErrorStats g2;
+};
+
+struct StageResult {
+  std::string name;  // "ekf", "ekf_qpso1", "ekf_dqpso", "lm"
+  geometry::ParameterVector v = geometry::ParameterVector::Zero();
+  double rmse_g1_mm = 0.0;
+  double seconds = 0.0;  // of this stage alone
+};
+
+/// One network (for x or for y) and how it came about.
+struct AnfisReport {
+  AnfisModel model;
+  std::optional<AnfisSelection> selection;  // where cross-validated
+  std::vector<double> train_rmse_mm;        // by epoch
+  std::vector<double> check_rmse_mm;
+  int best_epoch = 0;
+  int target_reached = 0;
+};
+
+struct Result {
+  Settings settings;
+  geometry::ParameterVector nominal = geometry::ParameterVector::Zero();
+  std::vector<StageResult> stages;
+  FilterNoise noise;                                                // of QPSO-1
+  geometry::ParameterVector v = geometry::ParameterVector::Zero();  // identified (QPSO-2)
+  geometry::ParameterMatrix covariance = geometry::ParameterMatrix::Zero();
+  double sigma_mm = 0.0;  // of one measured axis, from the residuals
+  int degrees_of_freedom = 0;
+  std::vector<ParameterEstimate> parameters;  // Table 2
+  Identifiability identifiability;
+  /// RMSE of DQPSO minus that of the least-squares minimum [mm]; about 0 when converged.
+  double above_minimum_mm = 0.0;
+  FitStatus lm_status = FitStatus::kConverged;
+  int lm_iterations = 0;
+
+  std::vector<double> qpso1_history_mm;  // Fig. 8; entry 0 is the start
+  std::vector<double> qpso2_history_mm;
+  std::vector<geometry::ParameterVector> filter_history;  // Fig. 9: errors after each sample
+  std::vector<geometry::ParameterVector> qpso2_history;   // parameter errors by iteration
+  std::int64_t not_finite = 0;  // particles that counted as infinitely bad
+
+  AnfisReport anfis_x;
+  AnfisReport anfis_y;
+  std::vector<MethodErrors> table_6;
+  std::vector<int> g1_sample;  // rows of the session, as the errors
+  std::vector<int> g2_sample;
+  bool before_uses_targets = false;  // else measured - f(nominal)
+  double anfis_seconds = 0.0;
+  double total_seconds = 0.0;
+
+  [[nodiscard]] const StageResult& stage(std::string_view name) const;
+  [[nodiscard]] const MethodErrors& errors(std::string_view method) const;
+};
+
+struct Trouble {
+  enum class Kind { kTooFewSamples, kUnreachable, kCancelled } kind;
+  std::string message;  // what, where, what to do
+};
+
+[[nodiscard]] tl::expected<Result, Trouble> run_dqpso_anfis(
+    const PositionObservations& g1, const PositionObservations& g2,
+    const geometry::ParameterVector& nominal, const Settings& settings = {},
+    const ProgressCallback& progress = {}, std::stop_token stop = {});
+
+/// The learned correction at joint angles [mm]: add it to f(v).
+[[nodiscard]] Eigen::Vector2d anfis_correction(
+    const AnfisModel& x, const AnfisModel& y, const Eigen::Vector2d& q_rad);
+
+}  // namespace sixdial::calibration

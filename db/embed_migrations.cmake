@@ -1,0 +1,15 @@
+# cmake -DOUT=file.cpp -DSQL=a.sql;b.sql -P embed_migrations.cmake: the migrations as C++ text,
+# numbered 1, 2, ... without a gap.
+set(text "#include \"db/migrations.h\"\n\nnamespace sixdial::db {\n\nconst std::vector<Migration>& migrations() {\n  static const std::vector<Migration> all{\n")
+set(number 0)
+foreach(file ${SQL})
+  math(EXPR number "${number} + 1")
+  get_filename_component(name ${file} NAME_WE)
+  if(NOT name MATCHES "^0*${number}_")
+    message(FATAL_ERROR "${name} should be number ${number}")
+  endif()
+  file(READ ${file} sql)
+  string(APPEND text "      {${number}, \"${name}\", R\"sql(${sql})sql\"},\n")
+endforeach()
+string(APPEND text "  };\n  return all;\n}\n\n}  // namespace sixdial::db\n")
+file(WRITE ${OUT} "${text}")

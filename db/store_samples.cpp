@@ -1,0 +1,150 @@
+// Raw samples: appended, retaken, withdrawn. Nothing is changed or deleted.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "db/sample_writer.h"
+#include "db/store_steps.h"
+#include "session/bundle.h"
+#include "session/csv.h"
+
+namespace sixdial::db {
+namespace {
+
+std::optional<std::string> text_of(const std::optional<session::TimePoint>& time) {
+  return time ? std::optional(session::to_iso8601(*time)) : std::nullopt;
+}
+
+std::optional<double> coordinate(const std::optional<Eigen::Vector2d>& point, int axis) {
+  return point ? std::optional((*point)[axis]) : std::nullopt;
+}
+
+}  // namespace
+
+SampleWriter::SampleWriter(Database& database)
+    : database_(database),
+      sample_(
+          database,
+          "INSERT INTO samples (session_id, set_name, point, repeat, time_utc, theta1_rad, "
+          "theta2_rad, target_x_mm, target_y_mm, approach1, approach2, temperature_c, x_mm, "
+          "y_mm, line, source_row, supersedes, stored_utc) "
+          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      reading_(
+          database,
+          "INSERT INTO readings (sample_id, dial_index, dial, value_mm, quality, reason, "
+          "time_utc) VALUES (?, ?, ?, ?, ?, ?, ?)") {}
+
+SampleId SampleWriter::write(
+    SessionId session, const session::Sample& sample, std::optional<SampleId> supersedes,
+    const geometry::Rig& rig) {
+  std::optional<std::int64_t> replaced;
+  if (supersedes) replaced = supersedes->value;
+  sample_
+      .bind(
+          session.value, session::as_utf8(sample.set), sample.point, sample.repeat,
+          text_of(sample.time_utc), sample.q_rad[0], sample.q_rad[1],
+          coordinate(sample.target_mm, 0), coordinate(sample.target_mm, 1), sample.approach[0],
+          sample.approach[1], sample.temperature_c, coordinate(sample.position_mm, 0),
+          coordinate(sample.position_mm, 1), sample.line, sample.source_row, replaced,
+          now_utc())
+      .run();
+  const SampleId id{database_.last_row_id()};
+  for (std::size_t i = 0; i < sample.dials.size(); ++i) {
+    const session::DialValue& dial = sample.dials[i];
+    reading_
+        .bind(
+            id.value, static_cast<int>(i), rig.dials[i].id, dial.value_mm,
+            session::to_string(dial.quality), session::as_utf8(dial.reason),
+            text_of(dial.time_utc))
+        .run();
+  }
+  return id;
+}
+
+void Store::refuse_bad_sample(SessionId id, const session::Sample& sample) {
+  const std::string problem = session::sample_problem(rig_of(id), sample);
+  if (problem.empty()) return;
+  throw StoreError(
+      StoreTrouble::kRefused, path_,
+      fmt::format(
+          "set {}, point {}, repeat {} cannot be stored: {}", session::as_utf8(sample.set),
+          sample.point, sample.repeat, problem),
+      "");
+}
+
+std::optional<SampleId> Store::live_sample(SessionId id, const session::Sample& sample) {
+  Statement query(
+      *database_,
+      "SELECT id FROM live_samples WHERE session_id = ? AND set_name = ? AND point = ? AND "
+      "repeat = ?");
+  query.bind(id.value, session::as_utf8(sample.set), sample.point, sample.repeat);
+  if (!query.step()) return std::nullopt;
+  return SampleId{query.number(0)};
+}
+
+SampleId Store::append_sample(SessionId id, const session::Sample& sample) {
+  return writing([&] {
+    refuse_bad_sample(id, sample);
+    if (live_sample(id, sample)) {
+      throw StoreError(
+          StoreTrouble::kAlreadyThere, path_,
+          fmt::format(
+              "set {}, point {}, repeat {} is measured already", sample.set, sample.point,
+              sample.repeat),
+          "retake it, or give it the next repeat number");
+    }
+    return SampleWriter(*database_).write(id, sample, std::nullopt, rig_of(id));
+  });
+}
+
+SampleId Store::retake_sample(SessionId id, const session::Sample& sample) {
+  return writing([&] {
+    refuse_bad_sample(id, sample);
+    const auto replaced = live_sample(id, sample);
+    if (!replaced) {
+      not_found(
+          fmt::format(
+              "set {}, point {}, repeat {} is not measured yet", sample.set, sample.point,
+              sample.repeat),
+          "append it instead");
+    }
+    return SampleWriter(*database_).write(id, sample, replaced, rig_of(id));
+  });
+}
+
+void Store::insert_withdrawal(SampleId id, const std::string& reason, const Operator& who) {
+  Statement(
+      *database_,
+      "INSERT INTO withdrawals (sample_id, reason, operator, stored_utc) VALUES (?, ?, ?, ?)")
+      .bind(id.value, reason, who.name, now_utc())
+      .run();
+}
+
+void Store::withdraw_sample(SampleId id, const std::string& reason, const Operator& who) {
+  writing([&] {
+    Statement live(*database_, "SELECT 1 FROM live_samples WHERE id = ?");
+    live.bind(id.value);
+    if (!live.step()) {
+      not_found(
+          fmt::format("there is no sample number {} that counts", id.value),
+          "it was retaken or undone already");
+    }
+    insert_withdrawal(id, reason, who);
+  });
+}
+
+std::optional<SampleId> Store::undo_last(
+    SessionId id, const std::string& reason, const Operator& who) {
+  return writing([&]() -> std::optional<SampleId> {
+    (void)rig_of(id);
+    Statement newest(*database_, "SELECT max(id) FROM live_samples WHERE session_id = ?");
+    newest.bind(id.value);
+    newest.step();
+    if (newest.is_null(0)) return std::nullopt;
+    const SampleId last{newest.number(0)};
+    insert_withdrawal(last, reason, who);
+    return last;
+  });
+}
+
+}  // namespace sixdial::db

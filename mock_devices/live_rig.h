@@ -1,0 +1,90 @@
+// The true rig in time: a controller that moves the joints, and dials that follow, settle, hold
+// their last value at their own rate and lag behind fast moves. Time is handed in by the caller
+// and must not run backwards by more than a dial's hold; one thread at a time.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "mock_devices/motion.h"
+#include "mock_devices/world.h"
+
+namespace sixdial::mock_devices {
+
+enum class RobotState : std::uint16_t { kIdle = 0, kMoving = 1, kInPosition = 2, kFault = 3 };
+enum class RobotFault : std::uint16_t { kNone = 0, kOutOfReach = 1, kStopped = 2 };
+
+struct RobotReport {
+  RobotState state = RobotState::kIdle;
+  RobotFault fault = RobotFault::kNone;
+  Eigen::Vector2d q_rad{0, 0};  // by the encoders
+  std::uint16_t moves_started = 0;
+  double temperature_c = 20.0;
+  std::uint16_t cycles = 0;
+};
+
+/// What a dial's display shows.
+struct DialFace {
+  double value_mm = 0.0;
+  bool in_contact = false;
+  bool at_travel_end = false;
+  bool moving_fast = false;
+};
+
+struct LiveRigHabits {
+  MotionLimits motion;
+  double encoder_step_rad = 2.0 * 3.14159265358979323846 / 4194304.0;  // 22 bit
+  double cycle_s = 0.004;
+  /// Above this speed of its plunger a dial has no valid value.
+  double fast_mm_s = 15.0;
+  double hysteresis_play_mm = 0.002;  // a reversal shorter than this keeps the direction
+};
+
+class LiveRig {
+ public:
+  explicit LiveRig(const World& world, const LiveRigHabits& habits = {});
+
+  /// False: refused, out of reach on the way or at the target; the robot stays where it is.
+  bool start_move(const Eigen::Vector2d& q_rad, int speed_percent, double time_s);
+  void stop(double time_s);
+  [[nodiscard]] RobotReport robot(double time_s) const;
+  [[nodiscard]] DialFace dial(std::size_t name, double time_s);
+
+  /// Tool, cuboid and plungers as they truly are.
+  [[nodiscard]] TruePose true_pose(double time_s) const;
+  [[nodiscard]] const WorldModel& model() const { return model_; }
+  /// Readings a second and settling time constant [s] of a dial.
+  [[nodiscard]] double rate_hz(std::size_t dial) const { return dials_[dial].rate_hz; }
+  [[nodiscard]] double settling_s(std::size_t dial) const { return dials_[dial].tau_s; }
+
+ private:
+  struct Dial {
+    double rate_hz, phase, tau_s;
+    std::int64_t tick = -1;
+    double plunger_mm = 0.0;  // follows the true displacement
+    double turning_mm = 0.0;  // furthest point in the present direction
+    int direction = 0;
+    DialFace face;
+    double before_move_mm = 0.0;
+  };
+
+  [[nodiscard]] Moment moment(double time_s) const;
+  [[nodiscard]] const Move& move_at(double time_s) const;
+  void advance(double time_s);
+  void advance(std::size_t index, double time_s);
+  void follow(Dial& dial, std::size_t index, double from_s, double to_s, bool at_rest);
+
+  WorldModel model_;
+  LiveRigHabits habits_;
+  std::deque<Move> moves_;
+  std::vector<Dial> dials_;
+  RobotState resting_state_ = RobotState::kIdle;
+  RobotFault fault_ = RobotFault::kNone;
+  std::int64_t moves_started_ = 0;
+  std::array<int, 2> approach_{0, 0};
+};
+
+}  // namespace sixdial::mock_devices

@@ -1,0 +1,87 @@
+#include "mock_devices/mock_rig.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "mock_devices/iso_time.h"
+
+namespace sixdial::mock_devices {
+namespace {
+
+double checked_speed(double speed) {
+  if (!(speed > 0.0) || !std::isfinite(speed)) {
+    throw std::invalid_argument(fmt::format("clock speed {} is not positive", speed));
+  }
+  return speed;
+}
+
+}  // namespace
+
+MockRig::MockRig(MockRigOptions options)
+    : options_(std::move(options)),
+      clock_(checked_speed(options_.clock_speed), milliseconds_of(options_.start_time)),
+      bench_(options_.world, options_.habits, [this] { return clock_.seconds(); }) {}
+
+MockRig::~MockRig() { stop(); }
+
+void MockRig::start() {
+  if (wire_) return;
+  wire_ = std::make_unique<Wire>(
+      bench_, WireOptions{
+                  .address = options_.address,
+                  .dial_port = options_.dial_port,
+                  .robot_port = options_.robot_port,
+                  .pty_directory = options_.pty_directory,
+                  .dialects = options_.dialects,
+                  .speed = options_.clock_speed});
+}
+
+void MockRig::stop() { wire_.reset(); }
+
+MockPorts MockRig::ports() const {
+  if (!wire_) throw std::logic_error("the mock rig is not started, it has no ports");
+  return {wire_->dial_port(), wire_->robot_port(), wire_->serial()};
+}
+
+geometry::Rig MockRig::connected_rig(const std::string& kind) const {
+  const MockPorts open = ports();
+  geometry::Rig rig = options_.world.rig;
+  rig.robot.connection = fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, open.robot);
+  for (std::size_t i = 0; i < rig.dials.size(); ++i) {
+    std::string& connection = rig.dials[i].connection;
+    if (kind == kTcpConnection) {
+      connection = fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, open.dials);
+      continue;
+    }
+    const Dialect* dialect = find_dialect(kind);
+    const bool shared = dialect != nullptr && dialect->shared;
+    const auto port = open.serial.find(shared ? kind : kind + "_" + rig.dials[i].id);
+    if (dialect == nullptr || port == open.serial.end()) {
+      throw std::invalid_argument(fmt::format("the mock rig does not serve '{}'", kind));
+    }
+    const std::string path = port->second.string();
+    if (dialect == &kModbusRtu) {
+      connection = fmt::format(
+          "modbus-rtu:{}?baud={}&parity={}&unit=1", path, dialect->line.baud,
+          dialect->line.parity);
+    } else if (shared) {
+      connection = fmt::format("serial:{}?dialect={}&channel={}", path, kind, i + 1);
+    } else {
+      connection = fmt::format("serial:{}?dialect={}", path, kind);
+    }
+  }
+  return rig;
+}
+
+void MockRig::order_fault(const std::string& dial_id, const FaultOrder& order) {
+  const auto dial = bench_.dial_index(dial_id);
+  if (!dial) throw std::invalid_argument(fmt::format("the rig has no dial '{}'", dial_id));
+  bench_.order_fault(*dial, order);
+  if (wire_) wire_->wake();
+}
+
+void MockRig::clear_faults() { bench_.clear_faults(); }
+
+}  // namespace sixdial::mock_devices

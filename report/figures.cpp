@@ -1,0 +1,378 @@
+#include "report/figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "report/tables.h"
+#include "report/text.h"
+
+namespace sixdial::report {
+namespace {
+
+constexpr double kFlat =
+    0.02;  // a swarm that gains less than this in its last half has settled
+
+/// Style of each method, so that a method looks the same in every chart.
+std::vector<int> method_styles(const ReportData& data) {
+  std::vector<int> out(data.methods.size(), -1);
+  const auto result = result_index(data);
+  if (!out.empty()) out.front() = kStyleBefore;
+  if (result && *result > 0) {
+    out[*result] = kStyleResult;
+    for (std::size_t i = *result; i-- > 1;) {
+      if (!data.methods[i].has_residual_model) {
+        out[i] = kStyleKinematic;
+        break;
+      }
+    }
+  }
+  int next = kStyleRival;
+  for (int& style : out) {
+    if (style >= 0) continue;
+    style = next;
+    next = next == kStyleG1 - 1 ? kStyleRival : next + 1;
+  }
+  return out;
+}
+
+struct Extent {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  [[nodiscard]] double size() const { return high - low; }
+};
+
+std::string set_name(const std::string& set) {
+  if (set == "G1") return "G1 calibration";
+  if (set == "G2") return "G2 validation";
+  return set;
+}
+
+std::vector<std::string> sets_of(const ReportData& data) {
+  std::vector<std::string> out;
+  for (const PointRow& p : data.points) {
+    if (std::find(out.begin(), out.end(), p.set) == out.end()) out.push_back(p.set);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+int set_style(const std::string& set) {
+  return set == "G1" ? kStyleG1 : set == "G2" ? kStyleG2 : kStyleRival;
+}
+
+/// How far arrows agree with their nearest neighbour's: 1 if all are the same, 0 without order.
+/// Sum of e . e' over sum of |e| |e'|, for each point and the nearest other.
+std::optional<double> agreement(const ReportData& data, std::size_t method) {
+  std::vector<const PointRow*> points;
+  for (const PointRow& p : data.points) {
+    if (p.measured_mm && position_error(p, method)) points.push_back(&p);
+  }
+  // Neighbours are looked for in a plain loop: two thousand points are enough for a percentage.
+  const std::size_t step = 1 + points.size() / 2000;
+  double together = 0.0;
+  double apart = 0.0;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const PointRow* nearest = nullptr;
+    double nearest_mm = std::numeric_limits<double>::infinity();
+    for (const PointRow* other : points) {
+      const bool same_point = other->set == points[i]->set && other->point == points[i]->point;
+      const double distance_mm = (*other->measured_mm - *points[i]->measured_mm).norm();
+      if (same_point || distance_mm >= nearest_mm) continue;
+      nearest = other;
+      nearest_mm = distance_mm;
+    }
+    if (nearest == nullptr) continue;
+    const Eigen::Vector2d e = *points[i]->residual_mm[method];
+    const Eigen::Vector2d f = *nearest->residual_mm[method];
+    together += e.dot(f);
+    apart += e.norm() * f.norm();
+  }
+  if (!(apart > 0.0)) return std::nullopt;
+  return together / apart;
+}
+
+std::optional<double> largest_error(const ReportData& data, std::size_t method) {
+  std::optional<double> out;
+  for (const PointRow& p : data.points) {
+    if (const auto error = position_error(p, method)) out = std::max(out.value_or(0.0), *error);
+  }
+  return out;
+}
+
+Panel map_panel(
+    const ReportData& data, std::size_t method, const Axis& x, const Axis& y,
+    double longest_mm) {
+  Panel out;
+  out.title = data.methods[method].name;
+  out.x = x;
+  out.y = y;
+  out.equal_scales = true;
+  const double largest_mm = largest_error(data, method).value_or(0.0);
+  out.arrow_scale = largest_mm > 0.0 ? round_down(longest_mm / largest_mm) : 1.0;
+  out.arrow_key = largest_mm > 0.0 ? round_down(largest_mm) : 0.0;
+  for (const std::string& set : sets_of(data)) {
+    Series series{.name = set_name(set), .mark = Mark::kArrows, .style = set_style(set)};
+    for (const PointRow& p : data.points) {
+      if (p.set != set || !p.measured_mm || !position_error(p, method)) continue;
+      const Eigen::Vector2d e = *p.residual_mm[method];
+      series.x.push_back(p.measured_mm->x());
+      series.y.push_back(p.measured_mm->y());
+      series.dx.push_back(e.x());
+      series.dy.push_back(e.y());
+    }
+    if (!series.x.empty()) out.series.push_back(std::move(series));
+  }
+  return out;
+}
+
+std::string describe_convergence(const ReportData& data) {
+  std::string out;
+  for (const Convergence& c : data.convergence) {
+    if (c.best_mm.empty()) continue;
+    const double end = c.best_mm.back();
+    const auto reached = std::find_if(
+        c.best_mm.begin(), c.best_mm.end(), [&](double v) { return v <= end * (1.0 + 1e-3); });
+    out += fmt::format(
+        "{} ends at {} mm and is within 0.1 % of that from iteration {} of {}. ", c.name,
+        fixed(end, 6), reached - c.best_mm.begin(), c.best_mm.size() - 1);
+  }
+  if (data.rmse_mm && data.least_squares_rmse_mm) {
+    const double above_nm = (*data.rmse_mm - *data.least_squares_rmse_mm) * 1e6;
+    out += fmt::format(
+        "The parameters' RMSE is {} mm, {} nm above the least-squares minimum.",
+        fixed(*data.rmse_mm, 6),
+        std::abs(above_nm) < 0.1 ? "less than 0.1" : fixed(above_nm, 1));
+  }
+  return out;
+}
+
+}  // namespace
+
+double round_down(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double step : {5.0, 2.0}) {
+    if (step * power <= value * (1.0 + 1e-12)) return step * power;
+  }
+  return power;
+}
+
+std::optional<Figure> residual_map(const ReportData& data) {
+  Extent x, y;
+  for (const PointRow& p : data.points) {
+    if (!p.measured_mm) continue;
+    x.add(p.measured_mm->x());
+    y.add(p.measured_mm->y());
+  }
+  if (!(x.size() >= 0.0)) return std::nullopt;
+  const double span_mm = std::max({x.size(), y.size(), 1.0});
+  const double longest_mm =
+      0.16 * span_mm;  // as drawn: long enough to see, short enough to part
+  const double margin_mm = 0.13 * span_mm;
+  const Axis across{
+      .label = "x", .unit = "mm", .low = x.low - margin_mm, .high = x.high + margin_mm};
+  const Axis up{
+      .label = "y", .unit = "mm", .low = y.low - margin_mm, .high = y.high + margin_mm};
+
+  Figure out{.id = "residual_map", .title = "Residual map"};
+  std::string here;
+  for (std::size_t m = 0; m < data.methods.size(); ++m) {
+    if (!data.methods[m].on_map || !largest_error(data, m)) continue;
+    out.chart.panels.push_back(map_panel(data, m, across, up, longest_mm));
+    here += fmt::format("{}: up to {}", data.methods[m].name, length(*largest_error(data, m)));
+    if (const auto agreed = agreement(data, m)) {
+      here += fmt::format(", neighbours agree by {} %", fixed(100.0 * *agreed, 0));
+    }
+    here += ". ";
+  }
+  if (out.chart.panels.empty()) return std::nullopt;
+  out.chart.panels_in_a_row =
+      static_cast<int>(std::min<std::size_t>(3, out.chart.panels.size()));
+  out.shows =
+      "Each arrow starts at a measured position and points from where the model puts the tool "
+      "to where it was measured, enlarged as written over each map. Example of the sign: an "
+      "arrow "
+      "to the right, (+0.010, 0) mm, is a tool 0.010 mm further along +x than the model says.";
+  out.good =
+      "Short arrows without order: neighbours agree by less than about 20 %, a negative figure "
+      "is no order either. Arrows that agree (100 %: all the same) are an error that the model "
+      "does not contain.";
+  out.here = here;
+  out.table = residual_table(data);
+  return out;
+}
+
+std::optional<Figure> error_by_point(const ReportData& data) {
+  const std::vector<int> styles = method_styles(data);
+  Figure out{.id = "error_by_point", .title = "Position error by point and method"};
+  out.chart.panels_in_a_row = 1;
+  out.chart.panel_height = 195;
+  Extent shared;
+  for (const std::string& set : sets_of(data)) {
+    Panel panel;
+    panel.title = set_name(set);
+    panel.x = {.label = "sample of the set, in order of measurement", .unit = ""};
+    panel.y = {.label = "position error", .unit = "mm", .logarithmic = true};
+    for (std::size_t m = 0; m < data.methods.size(); ++m) {
+      Series series{
+          .name = data.methods[m].name, .mark = Mark::kLineAndDots, .style = styles[m]};
+      double place = 0.0;
+      for (const PointRow& p : data.points) {
+        if (p.set != set) continue;
+        place += 1.0;
+        const auto error = position_error(p, m);
+        if (!error || !(*error > 0.0)) continue;  // a logarithm has no place for zero
+        series.x.push_back(place);
+        series.y.push_back(*error);
+        shared.add(*error);
+      }
+      if (!series.x.empty()) panel.series.push_back(std::move(series));
+    }
+    if (!panel.series.empty()) out.chart.panels.push_back(std::move(panel));
+  }
+  if (out.chart.panels.empty()) return std::nullopt;
+  for (Panel& panel : out.chart.panels) {
+    panel.y.low = shared.low * 0.8;
+    panel.y.high = shared.high * 1.3;
+  }
+  out.shows =
+      "The distance between measured and modelled position at every point, on a logarithmic "
+      "scale (the paper's Fig. 10). G1 was fitted, G2 was not.";
+  out.good =
+      "The lower curves lie equally low in G1 and in G2 and no point stands out. A result that "
+      "is good in G1 alone has learned its points by heart.";
+  if (const auto result = result_index(data)) {
+    const Method& m = data.methods[*result];
+    out.here = fmt::format("{}: ", m.name);
+    if (m.g1)
+      out.here +=
+          fmt::format("G1 mean {}, worst {}. ", length(m.g1->mean_mm), length(m.g1->max_mm));
+    if (m.g2)
+      out.here +=
+          fmt::format("G2 mean {}, worst {}.", length(m.g2->mean_mm), length(m.g2->max_mm));
+  }
+  out.table = error_table(data);
+  return out;
+}
+
+std::optional<Figure> convergence(const ReportData& data) {
+  Figure out{.id = "convergence", .title = "Convergence of the swarms"};
+  bool settled = true;
+  for (const Convergence& c : data.convergence) {
+    if (c.best_mm.empty()) continue;
+    Panel panel;
+    panel.title = c.name;
+    panel.x = {.label = "iteration", .unit = ""};
+    panel.y = {.label = "RMSE", .unit = "mm"};
+    Series series{
+        .name = "best particle so far", .mark = Mark::kStep, .style = kStyleKinematic};
+    for (std::size_t i = 0; i < c.best_mm.size(); ++i) {
+      if (!std::isfinite(c.best_mm[i])) continue;
+      series.x.push_back(static_cast<double>(i));
+      series.y.push_back(c.best_mm[i]);
+    }
+    if (series.x.empty()) continue;
+    const double halfway = c.best_mm[c.best_mm.size() / 2];
+    settled = settled && halfway <= c.best_mm.back() * (1.0 + kFlat);
+    panel.series.push_back(std::move(series));
+    if (data.least_squares_rmse_mm) {
+      panel.series.push_back(
+          {.name = "least-squares minimum",
+           .mark = Mark::kRuleAcross,
+           .style = kStyleBefore,
+           .y = {*data.least_squares_rmse_mm}});
+    }
+    out.chart.panels.push_back(std::move(panel));
+  }
+  if (out.chart.panels.empty()) return std::nullopt;
+  out.chart.panels_in_a_row =
+      static_cast<int>(std::min<std::size_t>(2, out.chart.panels.size()));
+  out.shows =
+      "Root mean square position error on G1 of the best particle so far, by iteration (the "
+      "paper's Fig. 8). QPSO-1 tunes the filter's noise matrices, QPSO-2 the parameters.";
+  out.good =
+      "The curve is flat long before its end, and QPSO-2 ends on the dashed line: no "
+      "parameters fit G1 better than the least-squares minimum.";
+  out.here = (settled ? "Flat in their second half. " : "Still falling in the second half. ") +
+             describe_convergence(data);
+  out.table = convergence_table(data, true);
+  return out;
+}
+
+std::optional<Figure> parameter_traces(const ReportData& data) {
+  std::size_t steps = 0;
+  for (const ParameterTrace& trace : data.traces) steps += trace.error.size();
+  if (steps == 0) return std::nullopt;
+  Figure out{.id = "parameters_by_iteration", .title = "Parameter errors by step"};
+  out.chart.panels_in_a_row = 5;
+  out.chart.panel_height = 170;
+  for (std::size_t k = 0; k < geometry::kParameters.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const geometry::ParameterInfo& info = geometry::kParameters[k];
+    Panel panel;
+    panel.title = fmt::format("{} [{}]", symbol(info.name), info.shown_unit);
+    panel.x = {.label = "step", .unit = "", .square_root = true};
+    panel.y = {.label = "", .unit = ""};
+    double place = 0.0;
+    int style = kStyleKinematic;
+    for (const ParameterTrace& trace : data.traces) {
+      Series series{
+          .name = fmt::format("{}, by {}", trace.name, trace.step),
+          .mark = Mark::kStep,
+          .style = style};
+      for (const geometry::ParameterVector& error : trace.error) {
+        series.x.push_back(place);
+        series.y.push_back(error[i] * info.shown_per_unit);
+        place += 1.0;
+      }
+      if (!series.x.empty()) panel.series.push_back(std::move(series));
+      style = style == kStyleKinematic ? kStyleResult : style + 1;
+    }
+    out.chart.panels.push_back(std::move(panel));
+  }
+  out.shows =
+      "Identified minus nominal value of each parameter, first as the filter takes in the "
+      "points, then as QPSO-2 refines them (the paper's Fig. 9). Each panel has its own scale; "
+      "steps "
+      "are spaced by their square root, so that the "
+      "first ones can be seen.";
+  out.good =
+      "Quick movement over the first dozens of points, then a level line. Two parameters that "
+      "wander together cannot be told apart by these poses.";
+  std::string moved;
+  const ParameterTrace& last = data.traces.back();
+  if (data.traces.size() > 1 && !last.error.empty() && !data.traces.front().error.empty()) {
+    const geometry::ParameterVector change =
+        last.error.back() - data.traces.front().error.back();
+    Eigen::Index most = 0;
+    const geometry::ParameterVector arc = change.array().abs();
+    arc.head<7>().maxCoeff(&most);
+    const auto angle = [&] {
+      Eigen::Index at = 0;
+      arc.tail<3>().maxCoeff(&at);
+      return at + 7;
+    }();
+    const auto say = [&](Eigen::Index at) {
+      const geometry::ParameterInfo& info = geometry::kParameters[static_cast<std::size_t>(at)];
+      return fmt::format(
+          "{} by {} {}", symbol(info.name), fixed(change[at] * info.shown_per_unit, 4),
+          info.shown_unit);
+    };
+    moved = fmt::format(
+        "After the filter, {} moved {} (most of the lengths) and {} (most of the "
+        "angles). ",
+        last.name, say(most), say(angle));
+  }
+  out.here = moved +
+             fmt::format("{} in all.", counted(static_cast<long long>(steps), "step", "steps"));
+  out.table = trace_table(data, true);
+  return out;
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,285 @@
+#include "report/html_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "report/assets.h"
+#include "report/chart_json.h"
+#include "report/sections.h"
+#include "report/text.h"
+#include "report/verdict.h"
+
+namespace sixdial::report {
+namespace {
+
+// No network by the browser's own rule, and nothing but what the page itself carries.
+constexpr std::string_view kPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
+    "base-uri 'none'; form-action 'none'";
+
+class Page {
+ public:
+  explicit Page(const ReportData& data) : data_(data), charts_(nlohmann::json::object()) {}
+
+  std::string text() {
+    const std::string name =
+        data_.head.session_name.empty() ? "unnamed session" : data_.head.session_name;
+    put("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+    put("<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n", kPolicy);
+    put("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    put("<meta name=\"generator\" content=\"Sixdial {}\">\n",
+        escape_html(data_.head.software_version));
+    put("<title>{} \u2013 {}</title>\n", escape_html(data_.head.title), escape_html(name));
+    put("<style>\n{}</style>\n</head>\n<body>\n", assets::stylesheet());
+    head();
+    put("<main>\n");
+    state();
+    number_ = 0;
+    for (const Section& s : sections_of(data_)) section(s);
+    put("</main>\n");
+    foot();
+    scripts();
+    put("</body>\n</html>\n");
+    return std::move(out_);
+  }
+
+ private:
+  template <typename... Args>
+  void put(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+  }
+
+  void fact(std::string_view name, const std::string& value) {
+    put("<div><dt>{}</dt><dd>{}</dd></div>\n", name,
+        value.empty() ? "<span class=\"none\">not recorded</span>"
+                      : "<bdi>" + escape_html(value) + "</bdi>");
+  }
+
+  void head() {
+    const Head& h = data_.head;
+    put("<header>\n<div class=\"title\">\n<p class=\"brand\">Sixdial</p>\n<h1>{}</h1>\n",
+        escape_html(h.title));
+    put("<p class=\"disclaimer\">Not an accredited certificate. It states what was measured "
+        "and computed, with what, and how well.</p>\n</div>\n<dl class=\"facts\">\n");
+    fact("Session", h.session_name);
+    fact("Rig", h.rig_name);
+    fact("Robot", h.robot);
+    fact("Operator", h.operator_name);
+    if (!h.place.empty()) fact("Place", h.place);
+    fact("Measured", measured());
+    fact("Report made", readable_time(h.reported));
+    const auto result = result_index(data_);
+    const std::string method = result ? data_.methods[*result].name : "";
+    fact("Method", h.profile.empty() || !result ? method : method + ", profile " + h.profile);
+    fact(
+        "Temperature", h.temperature_min_c && h.temperature_max_c
+                           ? fmt::format(
+                                 "{} to {} \u00B0C", fixed(*h.temperature_min_c, 1),
+                                 fixed(*h.temperature_max_c, 1))
+                           : "");
+    put("</dl>\n</header>\n");
+  }
+
+  [[nodiscard]] std::string measured() const {
+    const std::string from = readable_time(data_.head.measured_from);
+    const std::string to = readable_time(data_.head.measured_to);
+    if (from.empty() || to.empty() || from == to) return from.empty() ? to : from;
+    const bool one_day =
+        from.size() == 20 && to.size() == 20 && from.substr(0, 10) == to.substr(0, 10);
+    if (one_day) return fmt::format("{}\u2013{}", from.substr(0, 16), to.substr(11));
+    return fmt::format("{} \u2013 {}", from, to);
+  }
+
+  void list(
+      std::string_view heading, std::string_view kind, const std::vector<std::string>& items) {
+    if (items.empty()) return;
+    put("<div class=\"{}\">\n<h3>{}</h3>\n<ul>\n", kind, heading);
+    for (const std::string& item : items) put("<li>{}</li>\n", escape_html(item));
+    put("</ul>\n</div>\n");
+  }
+
+  void state() {
+    const Verdict v = verdict(data_);
+    const std::string_view kind = v.state == RobotState::kCalibrated    ? "good"
+                                  : v.state == RobotState::kNotImproved ? "bad"
+                                                                        : "open";
+    put("<section class=\"state {}\" id=\"state\">\n<h2>State of the robot: <span "
+        "class=\"verdict\">{}</span></h2>\n",
+        kind, escape_html(v.title));
+    if (v.state != RobotState::kUnknown) {
+      const int decimals = v.after_mm < 0.02 ? 4 : 3;
+      put("<div class=\"big\">\n<p class=\"numbers\"><span class=\"before\">{}</span><span "
+          "class=\"to\" aria-label=\"became\">\u2192</span><span class=\"after\">{}</span> "
+          "<span class=\"unit\">mm</span></p>\n<p class=\"basis\">mean position error before "
+          "and "
+          "after, {}</p>\n</div>\n",
+          fixed(v.before_mm, decimals), fixed(v.after_mm, decimals), escape_html(v.basis));
+    }
+    put("<p class=\"headline\">{}</p>\n", escape_html(v.headline));
+    put("<div class=\"words\">\n");
+    list("What to do", "to_do", v.to_do);
+    list("How far to trust it", "cautions", v.cautions);
+    list("What could not be judged", "not_judged", v.not_judged);
+    put("</div>\n</section>\n");
+  }
+
+  void section(const Section& s) {
+    put("<section id=\"{}\">\n<h2><span class=\"number\">{}</span> {}</h2>\n",
+        escape_html(s.id), ++number_, escape_html(s.heading));
+    for (const Block& block : s.blocks) {
+      if (const auto* words = std::get_if<std::string>(&block)) {
+        put("<p>{}</p>\n", escape_html(*words));
+      } else if (const auto* t = std::get_if<Table>(&block)) {
+        table(*t, fmt::format("Table {}", ++tables_), "table");
+      } else {
+        figure(std::get<Figure>(block));
+      }
+    }
+    put("</section>\n");
+  }
+
+  static bool is_numeric(const Table& t, std::size_t column) {
+    bool any = false;
+    for (const auto& row : t.rows) {
+      if (column >= row.size()) continue;
+      if (std::holds_alternative<std::string>(row[column])) return false;
+      any = any || std::holds_alternative<Number>(row[column]);
+    }
+    return any;
+  }
+
+  void column_heads(const Table& t, const std::vector<bool>& numeric) {
+    const bool grouped = std::any_of(
+        t.columns.begin(), t.columns.end(), [](const Column& c) { return !c.group.empty(); });
+    const auto heading = [](const Column& c) {
+      return escape_html(c.title) +
+             (c.unit.empty() ? ""
+                             : " <span class=\"unit\">[" + escape_html(c.unit) + "]</span>");
+    };
+    put("<thead>\n<tr>");
+    for (std::size_t i = 0; i < t.columns.size();) {
+      const Column& c = t.columns[i];
+      if (c.group.empty()) {
+        put("<th scope=\"col\"{}{}>{}</th>", grouped ? " rowspan=\"2\"" : "",
+            numeric[i] ? " class=\"n\"" : "", heading(c));
+        ++i;
+        continue;
+      }
+      std::size_t end = i;
+      while (end < t.columns.size() && t.columns[end].group == c.group) ++end;
+      put("<th scope=\"colgroup\" colspan=\"{}\" class=\"group\">{}</th>", end - i,
+          escape_html(c.group));
+      i = end;
+    }
+    put("</tr>\n");
+    if (grouped) {
+      put("<tr>");
+      for (std::size_t i = 0; i < t.columns.size(); ++i) {
+        if (t.columns[i].group.empty()) continue;
+        const bool first = i == 0 || t.columns[i - 1].group != t.columns[i].group;
+        put("<th scope=\"col\" class=\"{}{}\">{}</th>", numeric[i] ? "n" : "",
+            first ? " first" : "", heading(t.columns[i]));
+      }
+      put("</tr>\n");
+    }
+    put("</thead>\n");
+  }
+
+  void table(const Table& t, const std::string& title, std::string_view kind) {
+    const std::size_t rows = std::min(t.rows.size(), t.rows_on_page);
+    std::vector<bool> numeric(t.columns.size());
+    for (std::size_t i = 0; i < numeric.size(); ++i) numeric[i] = is_numeric(t, i);
+    const bool narrow = t.columns.size() <= 3 && rows <= 20 && t.notes.empty();
+    put("<div class=\"{}{}{}\" id=\"{}\">\n<table>\n<caption>{}{}</caption>\n", kind,
+        rows > 40 ? " long" : "", narrow ? " narrow" : "", escape_html(t.id),
+        title.empty() ? "" : "<b>" + escape_html(title) + "</b> ", escape_html(t.caption));
+    column_heads(t, numeric);
+    put("<tbody>\n");
+    for (std::size_t r = 0; r < rows; ++r) {
+      put("<tr{}>", t.main_row == r ? " class=\"main\"" : "");
+      for (std::size_t c = 0; c < t.rows[r].size() && c < t.columns.size(); ++c) {
+        const bool first = c > 0 && !t.columns[c].group.empty() &&
+                           t.columns[c - 1].group != t.columns[c].group;
+        const std::string_view kinds[] = {
+            "", " class=\"n\"", " class=\"first\"", " class=\"n first\""};
+        put("<td{}>{}</td>", kinds[(numeric[c] ? 1U : 0U) + (first ? 2U : 0U)],
+            escape_html(shown(t.rows[r][c])));
+      }
+      put("</tr>\n");
+    }
+    put("</tbody>\n</table>\n");
+    for (const std::string& note : t.notes)
+      put("<p class=\"note\">{}</p>\n", escape_html(note));
+    if (rows < t.rows.size()) {
+      put("<p class=\"note\">The first {} of {} rows; the CSV and JSON forms of this report "
+          "have all.</p>\n",
+          rows, t.rows.size());
+    }
+    put("</div>\n");
+  }
+
+  void figure(const Figure& f) {
+    put("<figure id=\"{}\">\n", escape_html(f.id));
+    if (has_chart_libraries()) {
+      put("<div class=\"chart\" data-chart=\"{}\"></div>\n", escape_html(f.id));
+      charts_[valid_utf8(f.id)] = chart_json(f.chart);
+    }
+    put("<figcaption>\n<p class=\"figure-title\"><b>Figure {}</b> {}</p>\n<dl>\n", ++figures_,
+        escape_html(f.title));
+    put("<dt>Shows</dt><dd>{}</dd>\n<dt>Good</dt><dd>{}</dd>\n<dt>Here</dt><dd>{}</dd>\n</"
+        "dl>\n",
+        escape_html(f.shows), escape_html(f.good),
+        f.here.empty() ? "nothing to say in a sentence" : escape_html(f.here));
+    if (is_thinned(f.chart)) {
+      put("<p class=\"note\">At most {} marks of a series are drawn, evenly chosen.</p>\n",
+          kMarksOnPage);
+    }
+    put("</figcaption>\n");
+    // Open, so that it is read where no script runs; charts.js closes it once the chart is
+    // drawn.
+    put("<details open class=\"numbers\">\n<summary>The numbers of figure {}</summary>\n",
+        figures_);
+    table(f.table, "", "table");
+    put("</details>\n</figure>\n");
+  }
+
+  void foot() {
+    if (!has_chart_libraries()) {
+      put("<p class=\"note\" id=\"no-charts\">This copy of Sixdial was built without its chart "
+          "libraries (npm was not available then), so figures are given as tables only. All "
+          "numbers are here.</p>\n");
+    }
+    put("<footer>\n<p>Made by Sixdial {} from session <bdi>{}</bdi>, data <span "
+        "class=\"hash\">{}</span>. Residuals are measured minus modelled; lengths in mm, "
+        "angles as headed; times in UTC; frame: the table (WCS). Not an accredited "
+        "certificate.</p>\n",
+        escape_html(data_.head.software_version), escape_html(data_.head.session_name),
+        escape_html(data_.head.data_hash));
+    put("</footer>\n");
+  }
+
+  void scripts() {
+    if (!has_chart_libraries()) return;
+    put("<script type=\"application/json\" id=\"charts\">{}</script>\n",
+        escape_script(charts_.dump()));
+    put("<script>\n/*\n{}*/\n{}</script>\n<script>\n{}</script>\n", assets::licences(),
+        assets::d3_js(), assets::plot_js());
+    put("<script>\n{}</script>\n", assets::chart_script());
+  }
+
+  const ReportData& data_;
+  nlohmann::json charts_;
+  std::string out_;
+  int number_ = 0, tables_ = 0, figures_ = 0;
+};
+
+}  // namespace
+
+bool has_chart_libraries() { return !assets::d3_js().empty() && !assets::plot_js().empty(); }
+
+std::string html_report(const ReportData& data) { return Page{data}.text(); }
+
+}  // namespace sixdial::report

@@ -1,0 +1,246 @@
+#include "report/json_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "report/tables.h"
+#include "report/text.h"
+#include "report/verdict.h"
+
+namespace sixdial::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json value(double v) { return std::isfinite(v) ? ordered_json(v) : ordered_json(); }
+ordered_json value(const std::optional<double>& v) { return v ? value(*v) : ordered_json(); }
+ordered_json value(const std::string& text) { return valid_utf8(text); }
+ordered_json value(const Cell& cell) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return value(*text);
+  if (const auto* n = std::get_if<Number>(&cell)) {
+    const bool is_count =
+        n->decimals == 0 && std::abs(n->value) < 9e15 && n->value == std::floor(n->value);
+    return is_count ? ordered_json(static_cast<std::int64_t>(n->value)) : value(n->value);
+  }
+  return nullptr;
+}
+ordered_json pair(const std::optional<Eigen::Vector2d>& v) {
+  if (!v) return nullptr;
+  return {value(v->x()), value(v->y())};
+}
+ordered_json list(const std::vector<double>& values) {
+  ordered_json out = ordered_json::array();
+  for (const double v : values) out.push_back(value(v));
+  return out;
+}
+ordered_json list(const std::vector<std::string>& texts) {
+  ordered_json out = ordered_json::array();
+  for (const std::string& t : texts) out.push_back(value(t));
+  return out;
+}
+
+/// Rows as objects with the column keys.
+ordered_json rows(const Table& table) {
+  ordered_json out = ordered_json::array();
+  for (const auto& row : table.rows) {
+    ordered_json object = ordered_json::object();
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+      object[valid_utf8(table.columns[c].key)] =
+          c < row.size() ? value(row[c]) : ordered_json();
+    }
+    out.push_back(std::move(object));
+  }
+  return out;
+}
+
+ordered_json head(const Head& h) {
+  ordered_json instruments = ordered_json::array();
+  for (const Instrument& i : h.instruments) {
+    instruments.push_back(
+        {{"dial", value(i.id)},
+         {"description", value(i.description)},
+         {"serial", value(i.serial)},
+         {"connection", value(i.connection)},
+         {"resolution_mm", value(i.resolution_mm)},
+         {"accuracy_mm", value(i.accuracy_mm)},
+         {"repeatability_mm", value(i.repeatability_mm)},
+         {"travel_mm", value(i.travel_mm)},
+         {"tip_radius_mm", value(i.tip_radius_mm)}});
+  }
+  ordered_json settings = ordered_json::object();
+  for (const auto& [name, text] : h.settings) settings[valid_utf8(name)] = value(text);
+  return {
+      {"title", value(h.title)},
+      {"session", value(h.session_name)},
+      {"rig", value(h.rig_name)},
+      {"robot", value(h.robot)},
+      {"operator", value(h.operator_name)},
+      {"place", value(h.place)},
+      {"measured_from", value(h.measured_from)},
+      {"measured_to", value(h.measured_to)},
+      {"reported", value(h.reported)},
+      {"temperature_min_c", value(h.temperature_min_c)},
+      {"temperature_max_c", value(h.temperature_max_c)},
+      {"software_version", value(h.software_version)},
+      {"data_hash", value(h.data_hash)},
+      {"rig_hash", value(h.rig_hash)},
+      {"seed", h.seed ? ordered_json(*h.seed) : ordered_json()},
+      {"profile", value(h.profile)},
+      {"settings", std::move(settings)},
+      {"instruments", std::move(instruments)},
+      {"accredited", false}};
+}
+
+ordered_json state(const ReportData& data) {
+  constexpr std::string_view kNames[] = {
+      "unknown", "calibrated", "improved", "not_improved", "not_validated"};
+  const Verdict v = verdict(data);
+  const bool known = v.state != RobotState::kUnknown;
+  return {
+      {"state", kNames[static_cast<std::size_t>(v.state)]},
+      {"headline", value(v.headline)},
+      {"before_mm", known ? value(v.before_mm) : ordered_json()},
+      {"after_mm", known ? value(v.after_mm) : ordered_json()},
+      {"basis", value(v.basis)},
+      {"measured_again", data.measured_again},
+      {"to_do", list(v.to_do)},
+      {"cautions", list(v.cautions)},
+      {"not_judged", list(v.not_judged)}};
+}
+
+ordered_json points(const ReportData& data) {
+  ordered_json out = ordered_json::array();
+  for (const PointRow& p : data.points) {
+    ordered_json by_method = ordered_json::object();
+    for (std::size_t m = 0; m < data.methods.size(); ++m) {
+      by_method[valid_utf8(data.methods[m].id)] = {
+          {"residual_mm", m < p.residual_mm.size() ? pair(p.residual_mm[m]) : ordered_json()},
+          {"error_mm", value(position_error(p, m))}};
+    }
+    out.push_back(
+        {{"set", value(p.set)},
+         {"point", p.point},
+         {"repeat", p.repeat},
+         {"theta_rad", pair(p.q_rad)},
+         {"target_mm", pair(p.target_mm)},
+         {"measured_mm", pair(p.measured_mm)},
+         {"dials", value(p.dials)},
+         {"temperature_c", value(p.temperature_c)},
+         {"methods", std::move(by_method)}});
+  }
+  return out;
+}
+
+ordered_json quality(const ReportData& data) {
+  ordered_json rejected = ordered_json::array();
+  for (const RejectedRow& r : data.rejected) {
+    rejected.push_back({{"line", r.line}, {"reason", value(r.reason)}});
+  }
+  ordered_json bad = ordered_json::array();
+  for (const BadReading& b : data.bad_readings) {
+    bad.push_back(
+        {{"set", value(b.set)},
+         {"point", b.point},
+         {"repeat", b.repeat},
+         {"dial", value(b.dial)},
+         {"value_mm", value(b.value_mm)},
+         {"reason", value(b.reason)}});
+  }
+  ordered_json outliers = ordered_json::array();
+  for (const Outlier& o : data.outliers) {
+    outliers.push_back(
+        {{"set", value(o.set)},
+         {"point", o.point},
+         {"repeat", o.repeat},
+         {"dial", o.dial.empty() ? ordered_json() : value(o.dial)},
+         {"residual_mm", value(o.residual_mm)},
+         {"times_usual", value(o.times_usual)}});
+  }
+  return {
+      {"samples", data.samples},
+      {"without_position", points_without_position(data)},
+      {"rejected_rows", std::move(rejected)},
+      {"bad_readings", std::move(bad)},
+      {"outliers", std::move(outliers)}};
+}
+
+ordered_json identification(const ReportData& data) {
+  ordered_json correlations = ordered_json::array();
+  for (const Correlation& c : data.correlations) {
+    correlations.push_back(
+        {{"first", value(c.first)},
+         {"second", value(c.second)},
+         {"correlation", value(c.value)}});
+  }
+  return {
+      {"rmse_mm", value(data.rmse_mm)},
+      {"least_squares_rmse_mm", value(data.least_squares_rmse_mm)},
+      {"position_noise_mm", value(data.position_noise_mm)},
+      {"condition_number", value(data.condition_number)},
+      {"singular_values", list(data.singular_values)},
+      {"correlations", std::move(correlations)},
+      {"unidentifiable", list(data.unidentifiable)}};
+}
+
+ordered_json block(const Block& b) {
+  const auto table = [](const Table& t) -> ordered_json {
+    ordered_json columns = ordered_json::array();
+    for (const Column& c : t.columns) {
+      columns.push_back(
+          {{"key", value(c.key)}, {"title", value(c.title)}, {"unit", value(c.unit)}});
+    }
+    return {
+        {"id", value(t.id)},
+        {"caption", value(t.caption)},
+        {"columns", std::move(columns)},
+        {"rows", rows(t)},
+        {"notes", list(t.notes)}};
+  };
+  if (const auto* words = std::get_if<std::string>(&b)) return {{"paragraph", value(*words)}};
+  if (const auto* t = std::get_if<Table>(&b)) return {{"table", table(*t)}};
+  const auto& f = std::get<Figure>(b);
+  return {
+      {"figure",
+       {{"id", value(f.id)},
+        {"title", value(f.title)},
+        {"shows", value(f.shows)},
+        {"good", value(f.good)},
+        {"here", value(f.here)},
+        {"table", table(f.table)}}}};
+}
+
+}  // namespace
+
+std::string json_report(const ReportData& data) {
+  ordered_json swarms = ordered_json::array();
+  for (const Convergence& c : data.convergence) {
+    swarms.push_back({{"name", value(c.name)}, {"best_rmse_mm", list(c.best_mm)}});
+  }
+  ordered_json sections = ordered_json::array();
+  for (const Section& s : data.sections) {
+    ordered_json blocks = ordered_json::array();
+    for (const Block& b : s.blocks) blocks.push_back(block(b));
+    sections.push_back(
+        {{"id", value(s.id)}, {"heading", value(s.heading)}, {"blocks", std::move(blocks)}});
+  }
+  const auto result = result_index(data);
+  const ordered_json out{
+      {"schema", "sixdial.report"},
+      {"schema_version", kJsonSchemaVersion},
+      {"head", head(data.head)},
+      {"state", state(data)},
+      {"result_method", result ? value(data.methods[*result].id) : ordered_json()},
+      {"table2", rows(parameter_table(data, true))},
+      {"table6", rows(accuracy_table(data, true))},
+      {"identification", identification(data)},
+      {"convergence", std::move(swarms)},
+      {"parameters_by_iteration", rows(trace_table(data, false))},
+      {"points", points(data)},
+      {"data_quality", quality(data)},
+      {"sections", std::move(sections)}};
+  return out.dump(1) + "\n";
+}
+
+}  // namespace sixdial::report

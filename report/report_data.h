@@ -1,0 +1,161 @@
+// Everything that a calibration report shows, as plain values. service/ fills it from a stored
+// result; html_report.h, json_report.h and csv_report.h turn it into pages and tables.
+//
+// Sign: a residual is measured minus modelled position in W. (+0.010, 0) mm means that the tool
+// stands 0.010 mm further along +x than the model says.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/five_bar.h"
+#include "report/document.h"
+
+namespace sixdial::report {
+
+/// A dial as the certificate lists it.
+struct Instrument {
+  std::string id{};           // "A"
+  std::string description{};  // maker and type, or "digital dial indicator"
+  std::string serial{};       // empty: not known
+  std::string connection{};   // "modbus-tcp://…", empty: imported data
+  std::optional<double> resolution_mm{}, accuracy_mm{}, repeatability_mm{}, travel_mm{},
+      tip_radius_mm{};
+};
+
+/// What identifies the work. Empty texts are shown as "not recorded".
+struct Head {
+  std::string title = "Calibration report";
+  std::string session_name{}, rig_name{}, robot{};
+  std::string operator_name{}, place{};
+  std::string measured_from{}, measured_to{};  // ISO 8601 UTC
+  std::string reported{};                      // ISO 8601 UTC
+  std::optional<double> temperature_min_c{}, temperature_max_c{};
+  std::string software_version{};
+  std::string data_hash{}, rig_hash{};  // "sha256:…"
+  std::optional<std::uint64_t> seed{};
+  std::string profile{};  // "default" or "paper"
+  std::vector<std::pair<std::string, std::string>>
+      settings;  // name, value: what else was chosen
+  std::vector<Instrument> instruments{};
+};
+
+/// One line of the paper's Table 2, in shown units (mm or deg).
+struct ParameterRow {
+  std::string name{}, unit{};
+  double nominal = 0.0, identified = 0.0;
+  std::optional<double> sd{}, low{}, high{};  // standard deviation, 95 % interval
+  bool held = false;                          // these poses cannot identify it: kept at nominal
+};
+/// The ten robot parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
+[[nodiscard]] std::vector<ParameterRow> parameter_rows(
+    const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
+    const std::optional<geometry::ParameterMatrix>& covariance,
+    const std::array<bool, geometry::kParameterCount>& held = {});
+
+struct Correlation {
+  std::string first{}, second{};
+  double value = 0.0;
+};
+
+/// Absolute position error over a set, equation (41) [mm].
+struct ErrorStatistics {
+  double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0;
+  std::optional<double> mean_low_mm{}, mean_high_mm{};  // 95 % interval of the mean
+  int points = 0;
+};
+
+/// One line of the paper's Table 6. `points[i].residual_mm[m]` belongs to `methods[m]`.
+struct Method {
+  std::string id{};    // "before", "ekf_dqpso", "ekf_dqpso+anfis", …
+  std::string name{};  // "EKF-DQPSO & ANFIS"
+  std::optional<ErrorStatistics> g1{}, g2{};
+  std::optional<double> seconds{};
+  bool has_residual_model = false;  // ANFIS or a rival of it on top of the parameters
+  bool on_map = true;               // a panel of the residual map
+};
+
+struct PointRow {
+  std::string set{};  // "G1", "G2" or another name
+  int point = 0, repeat = 0;
+  std::optional<Eigen::Vector2d> q_rad{};        // encoder angles
+  std::optional<Eigen::Vector2d> target_mm{};    // in W
+  std::optional<Eigen::Vector2d> measured_mm{};  // in W; empty: contacts allow no position
+  std::string dials{};                           // those that gave the position: "CDB"
+  std::optional<double> temperature_c{};
+  std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
+};
+
+/// A swarm's best objective so far, by iteration (paper's Fig. 8).
+struct Convergence {
+  std::string name{};             // "QPSO-1"
+  std::vector<double> best_mm{};  // RMSE; [0] is the start
+};
+
+/// Parameter errors by step (paper's Fig. 9): identified so far minus nominal [mm, rad].
+struct ParameterTrace {
+  std::string name{};  // "EKF", "QPSO-2"
+  std::string step{};  // "point", "iteration"
+  std::vector<geometry::ParameterVector> error{};
+};
+
+struct RejectedRow {
+  int line = 0;
+  std::string reason{};
+};
+struct BadReading {
+  std::string set{};
+  int point = 0, repeat = 0;
+  std::string dial{}, reason{};
+  std::optional<double> value_mm{};
+};
+struct Outlier {
+  std::string set{};
+  int point = 0, repeat = 0;
+  std::string dial{};  // empty: the position as a whole
+  double residual_mm = 0.0;
+  double times_usual = 0.0;  // residual over the robust standard deviation
+};
+
+struct ReportData {
+  Head head{};
+
+  std::vector<ParameterRow> parameters{};
+  std::vector<Correlation> correlations{};  // those above 0.9 in absolute value
+  std::vector<double> singular_values{};    // of the scaled Jacobian
+  std::optional<double> condition_number{};
+  std::vector<std::string> unidentifiable{};  // "alpha and dtheta1 + dtheta2 move together"
+
+  std::vector<Method> methods{};  // in the paper's order, "before" first
+  std::string result_method{};    // id of the one that is delivered; empty: the last
+  /// The robot was commanded with the result and measured again (Fig. 7). Else figures after
+  /// calibration are differences between measured and modelled positions.
+  bool measured_again = false;
+  /// Standard deviation of a measured position from the dials alone, root of the mean trace.
+  std::optional<double> position_noise_mm{};
+
+  std::optional<double> rmse_mm{};                // of the identified parameters on G1
+  std::optional<double> least_squares_rmse_mm{};  // the minimum of the same objective
+  std::vector<Convergence> convergence{};
+  std::vector<ParameterTrace> traces{};
+
+  std::vector<PointRow> points{};
+  int samples = 0;  // all that were kept
+  std::vector<RejectedRow> rejected{};
+  std::vector<BadReading> bad_readings{};
+  std::vector<Outlier> outliers{};
+
+  std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
+};
+
+/// Index of the delivered method; none if there are no methods or the id is not among them.
+[[nodiscard]] std::optional<std::size_t> result_index(const ReportData& data);
+/// Samples whose contacts allowed no position.
+[[nodiscard]] int points_without_position(const ReportData& data);
+
+}  // namespace sixdial::report

@@ -1,0 +1,425 @@
+#include "report/tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+
+#include "report/text.h"
+
+namespace sixdial::report {
+namespace {
+
+constexpr int kErrorDecimals = 4;     // mm: a tenth of what a dial resolves
+constexpr int kPositionDecimals = 3;  // mm: what a dial resolves
+constexpr int kAngleDecimals = 6;  // rad: 60 mm of arm times 1e-6 is far below a dial's digit
+
+struct ParameterWords {
+  std::string_view name, symbol, meaning;
+};
+constexpr std::array<ParameterWords, 11> kWords{{
+    {"l11", "l\u2081\u2081", "proximal link of leg 1"},
+    {"l12", "l\u2081\u2082", "distal link of leg 1"},
+    {"l21", "l\u2082\u2081", "proximal link of leg 2"},
+    {"l22", "l\u2082\u2082", "distal link of leg 2"},
+    {"d", "d", "distance of the motor axes"},
+    {"x0", "x\u2080", "base, along x"},
+    {"y0", "y\u2080", "base, along y"},
+    {"alpha", "\u03B1", "base, rotation"},
+    {"dtheta1", "\u03B4\u03B8\u2081", "encoder offset of joint 1"},
+    {"dtheta2", "\u03B4\u03B8\u2082", "encoder offset of joint 2"},
+    {"clamp", "\u03B3\u2080", "clamp angle of the cuboid"},
+}};
+
+const ParameterWords* words_for(std::string_view name) {
+  const auto* const found = std::find_if(
+      kWords.begin(), kWords.end(), [&](const ParameterWords& w) { return w.name == name; });
+  return found == kWords.end() ? nullptr : found;
+}
+
+Column text_column(std::string key, std::string title) {
+  return {.key = std::move(key), .title = std::move(title), .unit = "", .group = ""};
+}
+
+/// On the page, the repeat is shown only where there are any.
+bool has_repeats(const ReportData& data) {
+  return std::any_of(
+      data.points.begin(), data.points.end(), [](const PointRow& p) { return p.repeat != 0; });
+}
+std::vector<Column> point_columns(bool repeats) {
+  if (!repeats) return {text_column("set", "set"), text_column("point", "point")};
+  return {
+      text_column("set", "set"), text_column("point", "point"),
+      text_column("repeat", "repeat")};
+}
+std::vector<Cell> point_cells(const PointRow& p, bool repeats) {
+  if (!repeats) return {p.set, whole(p.point)};
+  return {p.set, whole(p.point), whole(p.repeat)};
+}
+
+Cell component(const std::optional<Eigen::Vector2d>& v, int i, int decimals) {
+  return v ? number((*v)[i], decimals) : Cell{};
+}
+std::optional<Eigen::Vector2d> residual(const PointRow& p, std::size_t method) {
+  return method < p.residual_mm.size() ? p.residual_mm[method] : std::nullopt;
+}
+
+/// Leaves out rows that read the same as the one above in all columns from `first` on; the
+/// first and the last of each stage (equal text in column 0) stay.
+void keep_changes(Table& table, std::size_t first, bool stages) {
+  std::vector<std::vector<Cell>> kept;
+  const auto same = [&](const std::vector<Cell>& a, const std::vector<Cell>& b) {
+    for (std::size_t c = first; c < a.size(); ++c) {
+      if (shown(a[c]) != shown(b[c])) return false;
+    }
+    return true;
+  };
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    const bool last = r + 1 == table.rows.size() ||
+                      (stages && shown(table.rows[r][0]) != shown(table.rows[r + 1][0]));
+    const bool new_stage =
+        stages && r > 0 && shown(table.rows[r][0]) != shown(table.rows[r - 1][0]);
+    if (r == 0 || last || new_stage || !same(table.rows[r], table.rows[r - 1])) {
+      kept.push_back(table.rows[r]);
+    }
+  }
+  if (kept.size() < table.rows.size()) {
+    table.notes.push_back(fmt::format(
+        "Rows that read the same as the one above are left out: {} of {} are shown. All are in "
+        "{}.csv.",
+        kept.size(), table.rows.size(), table.id));
+  }
+  table.rows = std::move(kept);
+}
+
+}  // namespace
+
+std::string symbol(std::string_view parameter) {
+  const ParameterWords* words = words_for(parameter);
+  return std::string{words != nullptr ? words->symbol : parameter};
+}
+
+std::string_view meaning(std::string_view parameter) {
+  const ParameterWords* words = words_for(parameter);
+  return words != nullptr ? words->meaning : std::string_view{};
+}
+
+std::string key_of(std::string_view name) {
+  std::string out;
+  for (const char c : name) {
+    const auto u = static_cast<unsigned char>(c);
+    if (u < 0x80 && std::isalnum(u) != 0) {
+      out += static_cast<char>(std::tolower(u));
+    } else if (!out.empty() && out.back() != '_') {
+      out += '_';
+    }
+  }
+  while (!out.empty() && out.back() == '_') out.pop_back();
+  return out.empty() ? "unnamed" : out;
+}
+
+std::optional<double> position_error(const PointRow& point, std::size_t method) {
+  const auto e = residual(point, method);
+  if (!e) return std::nullopt;
+  return e->norm();
+}
+
+Table parameter_table(const ReportData& data, bool plain) {
+  Table out{.id = "table2", .caption = "Nominal and identified parameters"};
+  out.columns = {text_column("parameter", "parameter")};
+  if (!plain) out.columns.push_back(text_column("meaning", "what it is"));
+  out.columns.push_back(text_column("unit", "unit"));
+  for (const auto& [key, title] :
+       {std::pair{"nominal", "nominal"},
+        {"identified", "identified"},
+        {"difference", "difference"},
+        {"sd", "standard deviation"}}) {
+    out.columns.push_back(text_column(key, title));
+  }
+  out.columns.push_back({.key = "low", .title = "from", .unit = "", .group = "95 % interval"});
+  out.columns.push_back({.key = "high", .title = "to", .unit = "", .group = "95 % interval"});
+  if (plain) out.columns.push_back(text_column("held", "held"));
+  // One number of decimals for all, so that columns line up: enough for the best known
+  // parameter.
+  int decimals = 3;
+  for (const ParameterRow& p : data.parameters) {
+    if (p.sd) decimals = std::max(decimals, decimals_for(*p.sd));
+  }
+  for (const ParameterRow& p : data.parameters) {
+    std::vector<Cell> row{plain ? p.name : symbol(p.name)};
+    if (!plain) {
+      row.emplace_back(std::string{meaning(p.name)} + (p.held ? " (held at nominal)" : ""));
+    }
+    row.emplace_back(p.unit);
+    row.push_back(number(p.nominal, decimals));
+    row.push_back(number(p.identified, decimals));
+    row.push_back(number(p.identified - p.nominal, decimals));
+    row.push_back(number(p.sd, decimals));
+    row.push_back(number(p.low, decimals));
+    row.push_back(number(p.high, decimals));
+    if (plain) row.emplace_back(std::string{p.held ? "yes" : "no"});
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+Table accuracy_table(const ReportData& data, bool plain) {
+  Table out{.id = "table6", .caption = "Absolute position error before and after calibration"};
+  if (plain) out.columns.push_back(text_column("method", "method"));
+  out.columns.push_back(text_column("name", "method"));
+  const auto points = [&](auto member) {
+    int most = 0;
+    for (const Method& m : data.methods) {
+      if (m.*member) most = std::max(most, (m.*member)->points);
+    }
+    return most;
+  };
+  for (const bool second : {false, true}) {
+    const std::string key = second ? "g2_" : "g1_";
+    const std::string group = fmt::format(
+        "{}, {}", second ? "G2 validation" : "G1 calibration",
+        counted(points(second ? &Method::g2 : &Method::g1), "point", "points"));
+    if (plain) out.columns.push_back({key + "points", "points", "", group});
+    for (const std::string name : {"mean", "std", "max"}) {
+      out.columns.push_back({key + name + "_mm", name, "mm", group});
+    }
+    if (!plain) continue;
+    out.columns.push_back({key + "mean_low_mm", "mean from", "mm", group});
+    out.columns.push_back({key + "mean_high_mm", "mean to", "mm", group});
+  }
+  if (plain) out.columns.push_back({"time_s", "time", "s", ""});
+  for (const Method& m : data.methods) {
+    std::vector<Cell> row;
+    if (plain) row.emplace_back(m.id);
+    row.emplace_back(m.name);
+    for (const auto& e : {m.g1, m.g2}) {
+      if (plain) row.push_back(e ? whole(e->points) : Cell{});
+      row.push_back(e ? number(e->mean_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->std_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->max_mm, kErrorDecimals) : Cell{});
+      if (!plain) continue;
+      row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->mean_high_mm, kErrorDecimals) : Cell{});
+    }
+    if (plain) row.push_back(number(m.seconds, 3));
+    out.rows.push_back(std::move(row));
+  }
+  out.main_row = result_index(data);
+  return out;
+}
+
+Table confidence_table(const ReportData& data) {
+  Table out{.id = "confidence", .caption = "How sure the mean errors are, and computing time"};
+  out.columns = {text_column("name", "method")};
+  const std::string g1 = "G1 mean, 95 % interval";
+  const std::string g2 = "G2 mean, 95 % interval";
+  out.columns.push_back({"g1_mean_low_mm", "from", "mm", g1});
+  out.columns.push_back({"g1_mean_high_mm", "to", "mm", g1});
+  out.columns.push_back({"g2_mean_low_mm", "from", "mm", g2});
+  out.columns.push_back({"g2_mean_high_mm", "to", "mm", g2});
+  out.columns.push_back({"time_s", "time", "s", ""});
+  bool any = false;
+  for (const Method& m : data.methods) {
+    std::vector<Cell> row{m.name};
+    for (const auto& e : {m.g1, m.g2}) {
+      row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
+      row.push_back(e ? number(e->mean_high_mm, kErrorDecimals) : Cell{});
+      any = any || (e && e->mean_low_mm);
+    }
+    row.push_back(number(m.seconds, 3));
+    any = any || m.seconds;
+    out.rows.push_back(std::move(row));
+  }
+  if (!any) out.rows.clear();
+  out.main_row = result_index(data);
+  return out;
+}
+
+Table points_table(const ReportData& data) {
+  Table out{.id = "points", .caption = "All measured points"};
+  out.columns = point_columns(true);
+  const auto add = [&](std::string key, std::string unit) {
+    out.columns.push_back({.key = key, .title = key, .unit = std::move(unit), .group = ""});
+  };
+  add("theta1_rad", "rad");
+  add("theta2_rad", "rad");
+  add("target_x_mm", "mm");
+  add("target_y_mm", "mm");
+  add("x_mm", "mm");
+  add("y_mm", "mm");
+  add("dials", "");
+  add("temperature_c", "\u00B0C");
+  for (const Method& m : data.methods) {
+    add(key_of(m.id) + "_ex_mm", "mm");
+    add(key_of(m.id) + "_ey_mm", "mm");
+    add(key_of(m.id) + "_error_mm", "mm");
+  }
+  for (const PointRow& p : data.points) {
+    std::vector<Cell> row = point_cells(p, true);
+    for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
+    for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
+    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
+    row.push_back(number(p.temperature_c, 2));
+    for (std::size_t m = 0; m < data.methods.size(); ++m) {
+      const auto e = residual(p, m);
+      for (const int i : {0, 1}) row.push_back(component(e, i, kErrorDecimals));
+      row.push_back(number(position_error(p, m), kErrorDecimals));
+    }
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+Table residual_table(const ReportData& data) {
+  Table out{.id = "residuals", .caption = "Measured minus modelled position"};
+  out.columns = point_columns(has_repeats(data));
+  out.columns.push_back({.key = "x_mm", .title = "x", .unit = "mm", .group = "measured at"});
+  out.columns.push_back({.key = "y_mm", .title = "y", .unit = "mm", .group = "measured at"});
+  std::vector<std::size_t> methods;
+  for (std::size_t m = 0; m < data.methods.size(); ++m) {
+    if (!data.methods[m].on_map) continue;
+    methods.push_back(m);
+    const std::string key = key_of(data.methods[m].id);
+    for (const char* axis : {"x", "y"}) {
+      out.columns.push_back(
+          {.key = fmt::format("{}_e{}_mm", key, axis),
+           .title = axis,
+           .unit = "mm",
+           .group = data.methods[m].name});
+    }
+  }
+  const bool repeats = has_repeats(data);
+  for (const PointRow& p : data.points) {
+    if (!p.measured_mm) continue;
+    std::vector<Cell> row = point_cells(p, repeats);
+    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    for (const std::size_t m : methods) {
+      for (const int i : {0, 1}) row.push_back(component(residual(p, m), i, kErrorDecimals));
+    }
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+namespace {
+
+Table error_table_of(const ReportData& data, const std::vector<std::size_t>& points) {
+  Table out{.id = "errors", .caption = "Position error by point and method"};
+  out.columns = point_columns(has_repeats(data));
+  for (const Method& m : data.methods) {
+    out.columns.push_back(
+        {.key = key_of(m.id) + "_error_mm", .title = m.name, .unit = "mm", .group = ""});
+  }
+  const bool repeats = has_repeats(data);
+  for (const std::size_t i : points) {
+    std::vector<Cell> row = point_cells(data.points[i], repeats);
+    for (std::size_t m = 0; m < data.methods.size(); ++m) {
+      row.push_back(number(position_error(data.points[i], m), kErrorDecimals));
+    }
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+}  // namespace
+
+Table error_table(const ReportData& data) {
+  std::vector<std::size_t> all(data.points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return error_table_of(data, all);
+}
+
+Table worst_points_table(const ReportData& data, std::size_t how_many) {
+  const auto method = result_index(data);
+  std::vector<std::size_t> order;
+  if (method) {
+    for (std::size_t i = 0; i < data.points.size(); ++i) {
+      if (position_error(data.points[i], *method)) order.push_back(i);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return *position_error(data.points[a], *method) >
+             *position_error(data.points[b], *method);
+    });
+    order.resize(std::min(order.size(), how_many));
+  }
+  Table out = error_table_of(data, order);
+  out.id = "worst_points";
+  out.caption = fmt::format("The {} largest remaining errors", order.size());
+  return out;
+}
+
+Table measurement_table(const ReportData& data) {
+  Table out{.id = "measurements", .caption = "Measured positions"};
+  out.columns = point_columns(has_repeats(data));
+  out.columns.push_back({"theta1_rad", "\u03B8\u2081", "rad", "encoders"});
+  out.columns.push_back({"theta2_rad", "\u03B8\u2082", "rad", "encoders"});
+  out.columns.push_back({"target_x_mm", "x", "mm", "target"});
+  out.columns.push_back({"target_y_mm", "y", "mm", "target"});
+  out.columns.push_back({"x_mm", "x", "mm", "measured"});
+  out.columns.push_back({"y_mm", "y", "mm", "measured"});
+  out.columns.push_back({"dials", "dials", "", ""});
+  out.columns.push_back({"temperature_c", "temp.", "\u00B0C", ""});
+  const bool repeats = has_repeats(data);
+  for (const PointRow& p : data.points) {
+    std::vector<Cell> row = point_cells(p, repeats);
+    for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
+    for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
+    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
+    row.push_back(number(p.temperature_c, 2));
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+Table convergence_table(const ReportData& data, bool only_changes) {
+  Table out{.id = "convergence", .caption = "Best objective (RMSE) by iteration"};
+  out.columns = {text_column("iteration", "iteration")};
+  std::size_t longest = 0;
+  for (const Convergence& c : data.convergence) {
+    out.columns.push_back(
+        {.key = key_of(c.name) + "_rmse_mm", .title = c.name, .unit = "mm", .group = ""});
+    longest = std::max(longest, c.best_mm.size());
+  }
+  for (std::size_t i = 0; i < longest; ++i) {
+    std::vector<Cell> row{whole(static_cast<long long>(i))};
+    for (const Convergence& c : data.convergence) {
+      row.push_back(i < c.best_mm.size() ? number(c.best_mm[i], 6) : Cell{});
+    }
+    out.rows.push_back(std::move(row));
+  }
+  if (only_changes) keep_changes(out, 1, false);
+  return out;
+}
+
+Table trace_table(const ReportData& data, bool only_changes) {
+  Table out{
+      .id = "parameters_by_iteration",
+      .caption = "Identified minus nominal, by step of the filter and of the swarm"};
+  out.rows_on_page = 260;
+  out.columns = {text_column("stage", "stage"), text_column("step", "step")};
+  for (const geometry::ParameterInfo& p : geometry::kParameters) {
+    out.columns.push_back(
+        {.key = fmt::format("{}_{}", p.name, p.shown_unit),
+         .title = symbol(p.name),
+         .unit = std::string{p.shown_unit},
+         .group = ""});
+  }
+  for (const ParameterTrace& trace : data.traces) {
+    for (std::size_t i = 0; i < trace.error.size(); ++i) {
+      std::vector<Cell> row{trace.name, whole(static_cast<long long>(i))};
+      for (std::size_t p = 0; p < geometry::kParameters.size(); ++p) {
+        const double shown_value = trace.error[i][static_cast<Eigen::Index>(p)] *
+                                   geometry::kParameters[p].shown_per_unit;
+        row.push_back(number(shown_value, 4));
+      }
+      out.rows.push_back(std::move(row));
+    }
+  }
+  if (only_changes) keep_changes(out, 2, true);
+  return out;
+}
+
+}  // namespace sixdial::report

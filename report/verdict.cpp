@@ -1,0 +1,209 @@
+#include "report/verdict.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "report/text.h"
+
+namespace sixdial::report {
+namespace {
+
+constexpr double kClearGain = 2.0;   // before / after from which "calibrated" is said
+constexpr double kNoChange = 0.05;   // relative: a residual model that changes less is neutral
+constexpr double kOverfit = 1.5;     // G2 over G1 from which the fit is called too close
+constexpr double kAtTheNoise = 1.5;  // error over noise up to which only noise is left
+constexpr double kAtTheMinimum_mm = 1e-5;  // the accuracy asked of QPSO-2 (issue 2, part 7)
+constexpr double kPoorCondition = 1000.0;
+
+std::string times(double factor) {
+  return fmt::format("{} times", fixed(factor, factor < 10.0 ? 1 : 0));
+}
+
+struct Compared {
+  const Method* before = nullptr;
+  const Method* result = nullptr;
+  const Method* kinematic = nullptr;  // the last one without a residual model
+  bool on_g2 = false;
+  [[nodiscard]] const ErrorStatistics& of(const Method& m) const {
+    return on_g2 ? *m.g2 : *m.g1;
+  }
+  [[nodiscard]] bool has(const Method& m) const { return (on_g2 ? m.g2 : m.g1).has_value(); }
+};
+
+Compared compared(const ReportData& data) {
+  Compared out;
+  const auto index = result_index(data);
+  if (!index || *index == 0) return out;
+  const Method& before = data.methods.front();
+  const Method& result = data.methods[*index];
+  out.on_g2 = before.g2 && result.g2;
+  if (!out.on_g2 && !(before.g1 && result.g1)) return out;
+  out.before = &before;
+  out.result = &result;
+  for (std::size_t i = 1; i < *index; ++i) {
+    if (!data.methods[i].has_residual_model && out.has(data.methods[i])) {
+      out.kinematic = &data.methods[i];
+    }
+  }
+  return out;
+}
+
+void judge(const ReportData& data, const Compared& c, Verdict& out) {
+  const ErrorStatistics& before = c.of(*c.before);
+  const ErrorStatistics& after = c.of(*c.result);
+  out.before_mm = before.mean_mm;
+  out.after_mm = after.mean_mm;
+  out.basis = fmt::format(
+      "{} ({}), {}",
+      c.on_g2 ? counted(after.points, "validation point", "validation points")
+              : counted(after.points, "calibration point", "calibration points"),
+      c.on_g2 ? "G2" : "G1", c.on_g2 ? "not used in the fit" : "the ones that were fitted");
+  const double factor = after.mean_mm > 0.0 ? before.mean_mm / after.mean_mm : HUGE_VAL;
+  const std::string missed = fmt::format(
+      "The robot missed its positions by {} on average and {} at worst", length(before.mean_mm),
+      length(before.max_mm));
+  const std::string_view now =
+      data.measured_again ? "Commanded with the result and measured again, it misses"
+                          : "With the result of this calibration the remaining error is";
+  if (!(factor > 1.0)) {
+    out.state = RobotState::kNotImproved;
+    out.title = "Not improved";
+    out.headline = fmt::format(
+        "{}. {} {} on average: the calibration does not help.", missed, now,
+        length(after.mean_mm));
+    out.to_do.emplace_back(
+        "Do not use the result. Check the rig file, the dials' order and the joint angles' "
+        "signs first.");
+    return;
+  }
+  out.state = !c.on_g2               ? RobotState::kNotValidated
+              : factor >= kClearGain ? RobotState::kCalibrated
+                                     : RobotState::kImproved;
+  out.title = out.state == RobotState::kNotValidated ? "Fitted, not validated"
+              : out.state == RobotState::kCalibrated ? "Calibrated"
+                                                     : "Slightly improved";
+  out.headline = fmt::format(
+      "{}. {} {} on average and {} at worst, {}.", missed, now, length(after.mean_mm),
+      length(after.max_mm),
+      std::isfinite(factor) ? fmt::format("{} less", times(factor)) : "nothing");
+}
+
+void advise(const ReportData& data, const Compared& c, Verdict& out) {
+  if (out.state == RobotState::kNotImproved) return;
+  out.to_do.emplace_back("Enter the identified parameters in the controller.");
+  if (c.result->has_residual_model && c.kinematic != nullptr) {
+    const double without = c.of(*c.kinematic).mean_mm;
+    const double with = out.after_mm;
+    if (with > without * (1.0 + kNoChange)) {
+      out.cautions.push_back(fmt::format(
+          "The residual model makes these points worse: {} with it, {} with the parameters "
+          "alone. Use the parameters alone.",
+          length(with), length(without)));
+    } else if (with > without * (1.0 - kNoChange)) {
+      out.cautions.push_back(fmt::format(
+          "The residual model brings nothing here ({} with it, {} without): the parameters "
+          "explain what can be explained.",
+          length(with), length(without)));
+    } else {
+      out.to_do.push_back(fmt::format(
+          "Use the residual model on top, inside the measured area only: the parameters alone "
+          "leave {}.",
+          length(without)));
+    }
+  }
+  if (!data.measured_again) {
+    out.to_do.emplace_back(
+        "Confirm on the robot: command compensated angles and measure again. The figures here "
+        "compare measured with modelled positions.");
+  }
+}
+
+void limit(const ReportData& data, const Compared& c, Verdict& out) {
+  if (data.position_noise_mm && *data.position_noise_mm > 0.0) {
+    const double noise = *data.position_noise_mm;
+    if (out.after_mm <= kAtTheNoise * noise) {
+      out.cautions.push_back(fmt::format(
+          "What remains is as small as the noise of the measured positions ({}): this rig "
+          "cannot show more.",
+          length(noise)));
+    } else {
+      out.cautions.push_back(fmt::format(
+          "What remains is {} the noise of the measured positions ({}): there is an error left "
+          "that this model does not contain.",
+          times(out.after_mm / noise), length(noise)));
+    }
+  }
+  if (c.result->g1 && c.result->g2 &&
+      c.result->g2->mean_mm > kOverfit * c.result->g1->mean_mm) {
+    out.cautions.push_back(fmt::format(
+        "The mean error is {} on the fitted points and {} on the others: the fit follows its "
+        "own points too closely. Believe the second figure.",
+        length(c.result->g1->mean_mm), length(c.result->g2->mean_mm)));
+  }
+}
+
+void question(const ReportData& data, Verdict& out) {
+  if (data.rmse_mm && data.least_squares_rmse_mm) {
+    const double above = *data.rmse_mm - *data.least_squares_rmse_mm;
+    if (above > kAtTheMinimum_mm) {
+      out.cautions.push_back(fmt::format(
+          "The identification stopped {} above the least-squares minimum of the same "
+          "objective: the parameters can still be improved.",
+          length(above)));
+    }
+  }
+  if (!data.outliers.empty()) {
+    out.cautions.push_back(fmt::format(
+        "{} out of line with the rest: look at the list before trusting the largest errors.",
+        counted(
+            static_cast<long long>(data.outliers.size()), "measured value is",
+            "measured values are")));
+  }
+  for (const std::string& direction : data.unidentifiable) {
+    out.not_judged.push_back(fmt::format("These poses cannot tell apart: {}.", direction));
+  }
+  if (data.condition_number && *data.condition_number > kPoorCondition) {
+    out.not_judged.push_back(fmt::format(
+        "The poses determine the parameters badly (condition number {}): single parameters are "
+        "uncertain, see their intervals.",
+        fixed(*data.condition_number, 0)));
+  }
+  if (const int lost = points_without_position(data); lost > 0) {
+    out.not_judged.push_back(fmt::format(
+        "{} of {} gave no position, for want of three dials in contact; kept, but not "
+        "compared.",
+        lost, counted(data.samples, "sample", "samples")));
+  }
+  if (!data.rejected.empty()) {
+    out.not_judged.push_back(fmt::format(
+        "{} left out of the data file as unreadable; see the list.",
+        counted(static_cast<long long>(data.rejected.size()), "row was", "rows were")));
+  }
+}
+
+}  // namespace
+
+Verdict verdict(const ReportData& data) {
+  Verdict out;
+  const Compared c = compared(data);
+  if (c.result == nullptr) {
+    out.title = "Not calibrated";
+    out.headline =
+        "This session has no calibration result yet, so there is nothing to compare with.";
+    out.to_do.emplace_back("Run a calibration of this session and make the report again.");
+  } else {
+    judge(data, c, out);
+    advise(data, c, out);
+    limit(data, c, out);
+    if (!c.on_g2) {
+      out.not_judged.emplace_back(
+          "There are no validation points (G2): how the robot does away from the fitted points "
+          "is not known. Measure some.");
+    }
+  }
+  question(data, out);
+  return out;
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,33 @@
+// The state of the robot in words: what a metrologist reads first. Every sentence follows from
+// figures in the report; nothing here is an opinion that the tables do not bear out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/report_data.h"
+
+namespace sixdial::report {
+
+enum class RobotState {
+  kUnknown,       // nothing to compare
+  kCalibrated,    // at least twice as accurate on points that were not fitted
+  kImproved,      // more accurate, by less than that
+  kNotImproved,   // the calibration does not help
+  kNotValidated,  // better on the fitted points; there are no others
+};
+
+struct Verdict {
+  RobotState state = RobotState::kUnknown;
+  std::string title{};                     // "Calibrated"
+  std::string headline{};                  // one sentence with the figures
+  double before_mm = 0.0, after_mm = 0.0;  // mean position errors behind it
+  std::string basis{};                     // "50 validation points (G2), not used in the fit"
+  std::vector<std::string> to_do{};        // what to do now
+  std::vector<std::string> cautions{};     // what limits the result
+  std::vector<std::string> not_judged{};   // what could not be judged, and why
+};
+
+[[nodiscard]] Verdict verdict(const ReportData& data);
+
+}  // namespace sixdial::report

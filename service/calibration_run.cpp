@@ -1,0 +1,403 @@
+#include "service/calibration_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "service/clock_text.h"
+#include "session/bundle.h"
+#include "session/sha256.h"
+#include "session/trials.h"
+
+namespace sixdial::service {
+namespace {
+
+using calibration::PositionObservations;
+
+Json numbers(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
+
+Json matrix(const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    rows.push_back(numbers(values.row(i).transpose()));
+  }
+  return rows;
+}
+
+std::string_view unit_of(int parameter) { return parameter >= geometry::kAlpha ? "rad" : "mm"; }
+
+calibration::Settings settings_of(const CalibrationRequest& request) {
+  calibration::Settings settings = calibration::settings_for(request.profile);
+  settings.seed = request.seed;
+  const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  settings.threads = request.threads > 0 ? request.threads : cores;
+  if (request.particles) {
+    settings.qpso1.particles = *request.particles;
+    settings.qpso2.particles = *request.particles;
+  }
+  if (request.qpso1_iterations) settings.qpso1.iterations = *request.qpso1_iterations;
+  if (request.qpso2_iterations) settings.qpso2.iterations = *request.qpso2_iterations;
+  if (request.anfis_epochs) settings.anfis.epochs = *request.anfis_epochs;
+  return settings;
+}
+
+Json settings_json(const calibration::Settings& settings) {
+  const auto swarm = [](const calibration::SwarmSize& size) {
+    return Json{{"particles", size.particles}, {"iterations", size.iterations}};
+  };
+  return {
+      {"profile", calibration::to_string(settings.profile)},
+      {"filter_linearised_at",
+       settings.linearisation == calibration::Linearisation::kNominal ? "nominal" : "estimate"},
+      {"search_coordinates",
+       settings.coordinates == calibration::SearchCoordinates::kRaw ? "raw" : "whitened"},
+      {"q", numbers(settings.first_noise.q)},
+      {"r", numbers(settings.first_noise.r)},
+      {"p0", numbers(settings.p0)},
+      {"qpso1", swarm(settings.qpso1)},
+      {"qpso2", swarm(settings.qpso2)},
+      {"anfis",
+       {{"kind",
+         settings.anfis.kind == calibration::MembershipKind::kGaussian ? "gaussian" : "bell"},
+        {"functions", settings.anfis.functions},
+        {"epochs", settings.anfis.epochs},
+        {"ridge", settings.anfis.ridge},
+        {"target_mse_mm2", settings.anfis.target_mse},
+        {"cross_validate", settings.cross_validate},
+        {"holdout_fraction", settings.holdout_fraction}}},
+      {"fixed", std::vector<bool>(settings.fixed.begin(), settings.fixed.end())}};
+}
+
+Json inputs_json(const session::Session& session, const calibration::Settings& settings) {
+  return {
+      {"session", session.name},
+      {"rig_name", session.rig.name},
+      {"rig_hash", "sha256:" + session::sha256(session::rig_toml(session))},
+      {"data_hash", "sha256:" + session::sha256(session::session_csv(session))},
+      {"samples", session.samples.size()},
+      {"rejected_rows", session.rejected.size()},
+      {"seed", settings.seed},
+      {"settings", settings_json(settings)},
+      {"version", SIXDIAL_VERSION}};
+}
+
+Json stats_json(const calibration::ErrorStats& stats) {
+  if (stats.count == 0) return nullptr;
+  const auto n = static_cast<double>(stats.count);
+  const double half =
+      stats.count > 1 ? calibration::student_95(stats.count - 1) * stats.std_mm / std::sqrt(n)
+                      : std::numeric_limits<double>::quiet_NaN();
+  return {
+      {"mean_mm", stats.mean_mm},
+      {"std_mm", stats.std_mm},
+      {"max_mm", stats.max_mm},
+      {"rmse_mm", stats.rmse_mm},
+      {"mean_low_mm", stats.mean_mm - half},
+      {"mean_high_mm", stats.mean_mm + half},
+      {"points", stats.count},
+      {"unreachable", stats.unreachable}};
+}
+
+/// Measured minus modelled position [mm] of one sample by a method of table_6; null where a
+/// pose cannot be reached.
+Json residual(
+    const calibration::Result& result, const std::string& method,
+    const PositionObservations& set, int sample) {
+  const auto column = static_cast<Eigen::Index>(sample);
+  const auto row = static_cast<std::size_t>(sample);
+  const Eigen::Vector2d measured = set.p_WE.col(column);
+  const Eigen::Vector2d q_rad = set.q_rad.col(column);
+  if (method == "before" && result.before_uses_targets && set.target_mm[row]) {
+    const Eigen::Vector2d missed = measured - *set.target_mm[row];
+    return {missed.x(), missed.y()};
+  }
+  const bool with_network = method.ends_with("+anfis");
+  const geometry::ParameterVector& v = method == "before" ? result.nominal
+                                       : with_network     ? result.v
+                                                          : result.stage(method).v;
+  const auto pose = geometry::forward(v, q_rad, set.assembly[row]);
+  if (!pose) return nullptr;
+  Eigen::Vector2d left = measured - pose->p_WE;
+  if (with_network) {
+    left -= calibration::anfis_correction(result.anfis_x.model, result.anfis_y.model, q_rad);
+  }
+  return {left.x(), left.y()};
+}
+
+void add_points(
+    Json& points, const calibration::Result& result, const session::Session& session,
+    const PositionObservations& set) {
+  for (int i = 0; i < set.size(); ++i) {
+    const int row = set.sample[static_cast<std::size_t>(i)];
+    const session::Sample& sample = session.samples[static_cast<std::size_t>(row)];
+    Json residuals = Json::array();
+    for (const auto& method : result.table_6) {
+      residuals.push_back(residual(result, method.method, set, i));
+    }
+    points.push_back(
+        {{"sample", row},
+         {"set", sample.set},
+         {"point", sample.point},
+         {"repeat", sample.repeat},
+         {"measured_mm", {set.p_WE(0, i), set.p_WE(1, i)}},
+         {"residual_mm", std::move(residuals)}});
+  }
+}
+
+Json methods_json(const calibration::Result& result) {
+  Json methods = Json::array();
+  for (const auto& row : result.table_6) {
+    Json seconds = nullptr;  // of all stages up to this one
+    double sum_s = 0.0;
+    for (const auto& stage : result.stages) {
+      if (stage.name == "lm" && row.method != "lm") continue;
+      sum_s = stage.name == "lm" ? stage.seconds : sum_s + stage.seconds;
+      if (stage.name == row.method) seconds = sum_s;
+      if (row.method == stage.name + "+anfis") seconds = sum_s + result.anfis_seconds;
+    }
+    methods.push_back(
+        {{"id", row.method},
+         {"name", method_name(row.method)},
+         {"g1", stats_json(row.g1)},
+         {"g2", stats_json(row.g2)},
+         {"seconds", std::move(seconds)}});
+  }
+  return methods;
+}
+
+Json network_json(const calibration::AnfisReport& report) {
+  const calibration::AnfisModel& model = report.model;
+  Json json{
+      {"kind", model.kind == calibration::MembershipKind::kGaussian ? "gaussian" : "bell"},
+      {"functions", model.functions},
+      {"input_mean", numbers(model.input_mean)},
+      {"input_scale", numbers(model.input_scale)},
+      {"centre", matrix(model.centre)},
+      {"width", matrix(model.width)},
+      {"slope", matrix(model.slope)},
+      {"consequents", matrix(model.consequents)},
+      {"box_low", numbers(model.box_low)},
+      {"box_high", numbers(model.box_high)},
+      {"output_low_mm", model.output_low},
+      {"output_high_mm", model.output_high},
+      {"effective_parameters", model.effective_parameters},
+      {"ridge", model.ridge},
+      {"best_epoch", report.best_epoch},
+      {"target_reached", report.target_reached},
+      {"train_rmse_mm", report.train_rmse_mm},
+      {"check_rmse_mm", report.check_rmse_mm},
+      {"selection", nullptr}};
+  if (report.selection) {
+    Json candidates = Json::array();
+    for (const auto& each : report.selection->candidates) {
+      candidates.push_back(
+          {{"functions", each.functions},
+           {"ridge", each.ridge},
+           {"loo_rmse_mm", each.loo_rmse},
+           {"effective_parameters", each.effective_parameters}});
+    }
+    json["selection"] = {
+        {"functions", report.selection->chosen.functions},
+        {"ridge", report.selection->chosen.ridge},
+        {"loo_rmse_mm", report.selection->chosen.loo_rmse},
+        {"gain", report.selection->gain},
+        {"standard_errors", report.selection->standard_errors},
+        {"rmse_without_mm", report.selection->rmse_without},
+        {"candidates", std::move(candidates)}};
+  }
+  return json;
+}
+
+Json parameters_json(const calibration::Result& result) {
+  Json parameters = Json::array();
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const auto& each = result.parameters[i];
+    parameters.push_back(
+        {{"name", each.name},
+         {"unit", unit_of(static_cast<int>(i))},
+         {"nominal", each.nominal},
+         {"identified", each.value},
+         {"sd", each.sd},
+         {"low_95", each.low_95},
+         {"high_95", each.high_95},
+         {"fixed", each.fixed},
+         {"partly_held", each.partly_held}});
+  }
+  return parameters;
+}
+
+Json identification_json(const calibration::Result& result) {
+  const calibration::Identifiability& known = result.identifiability;
+  Json held = Json::array();
+  for (const auto& each : known.held) {
+    held.push_back(
+        {{"words", each.words},
+         {"direction", numbers(each.direction)},
+         {"singular_value", each.singular_value}});
+  }
+  Json correlations = Json::array();
+  for (const auto& each : known.correlations) {
+    correlations.push_back(
+        {{"first", geometry::kParameters[static_cast<std::size_t>(each.first)].name},
+         {"second", geometry::kParameters[static_cast<std::size_t>(each.second)].name},
+         {"coefficient", each.coefficient}});
+  }
+  return {
+      {"sigma_mm", result.sigma_mm},
+      {"degrees_of_freedom", result.degrees_of_freedom},
+      {"covariance", matrix(result.covariance)},
+      {"singular_values", numbers(known.singular_values)},
+      {"condition", known.condition},
+      {"observability", known.observability},
+      {"held", std::move(held)},
+      {"correlations", std::move(correlations)}};
+}
+
+Json trace_json(
+    std::string_view name, std::string_view step,
+    const std::vector<geometry::ParameterVector>& history) {
+  Json errors = Json::array();
+  for (const auto& each : history) errors.push_back(numbers(each));
+  return {{"name", name}, {"step", step}, {"error", std::move(errors)}};
+}
+
+Json document_of(
+    const session::Session& session, const calibration::Result& result,
+    const PositionObservations& g1, const PositionObservations& g2) {
+  Json points = Json::array();
+  add_points(points, result, session, g1);
+  add_points(points, result, session, g2);
+  Json stages = Json::array();
+  for (const auto& stage : result.stages) {
+    stages.push_back(
+        {{"name", stage.name},
+         {"parameters", numbers(stage.v)},
+         {"rmse_g1_mm", stage.rmse_g1_mm},
+         {"seconds", stage.seconds}});
+  }
+  const double rmse_mm = result.stage("ekf_dqpso").rmse_g1_mm;
+  return {
+      {"schema", "sixdial.calibration"},
+      {"schema_version", kCalibrationSchemaVersion},
+      {"created_utc", now_utc_text()},
+      {"inputs", inputs_json(session, result.settings)},
+      {"parameters", parameters_json(result)},
+      {"identification", identification_json(result)},
+      {"methods", methods_json(result)},
+      {"result_method", "ekf_dqpso+anfis"},
+      {"before_is",
+       result.before_uses_targets ? "measured minus target" : "measured minus nominal model"},
+      {"rmse_mm", rmse_mm},
+      {"least_squares_rmse_mm", result.stage("lm").rmse_g1_mm},
+      {"above_minimum_mm", result.above_minimum_mm},
+      {"noise", {{"q", numbers(result.noise.q)}, {"r", numbers(result.noise.r)}}},
+      {"not_finite_evaluations", result.not_finite},
+      {"seconds", result.total_seconds},
+      {"stages", std::move(stages)},
+      {"convergence", Json::array(
+                          {{{"name", "QPSO-1"}, {"best_mm", result.qpso1_history_mm}},
+                           {{"name", "QPSO-2"}, {"best_mm", result.qpso2_history_mm}}})},
+      {"traces", Json::array(
+                     {trace_json("EKF", "point", result.filter_history),
+                      trace_json("QPSO-2", "iteration", result.qpso2_history)})},
+      {"anfis", {{"x", network_json(result.anfis_x)}, {"y", network_json(result.anfis_y)}}},
+      {"points", std::move(points)}};
+}
+
+/// The part of a number of seconds that is still to come.
+std::optional<double> time_left(std::chrono::steady_clock::time_point began, double fraction) {
+  constexpr double kTooEarly = 0.02;
+  if (fraction < kTooEarly) return std::nullopt;
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  return spent.count() * (1.0 - fraction) / fraction;
+}
+
+[[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
+  const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
+  throw Error(
+      cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
+      {{"session", session}});
+}
+
+}  // namespace
+
+Json calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const std::function<void(JobProgress)>& progress, std::stop_token stop) {
+  const auto observations = [&](std::string_view set) {
+    return calibration::position_observations(session::trials_of(session, set));
+  };
+  const PositionObservations g1 = observations("G1");
+  const PositionObservations g2 = observations("G2");
+  const auto began = std::chrono::steady_clock::now();
+  const auto tell = [&](const calibration::Progress& now) {
+    if (!progress) return;
+    const bool counted = now.iterations > 0;
+    JobProgress told{
+        .stage = std::string(calibration::to_string(now.stage)),
+        .done = counted ? now.iteration : std::llround(100.0 * now.fraction),
+        .total = counted ? now.iterations : 100,
+        .eta_s = time_left(began, now.fraction)};
+    if (now.rmse_mm > 0.0) told.best_mm = now.rmse_mm;
+    progress(std::move(told));
+  };
+  const auto result = calibration::run_dqpso_anfis(
+      g1, g2, session.rig.robot.nominal, settings_of(request), tell, std::move(stop));
+  if (!result) refuse(result.error(), session.name);
+  return document_of(session, *result, g1, g2);
+}
+
+Json result_summary(const Json& document) {
+  Json summary = document;
+  for (const char* key : {"points", "convergence", "traces", "anfis"}) summary.erase(key);
+  return summary;
+}
+
+std::string method_name(const std::string& id) {
+  constexpr std::array kNames{
+      std::pair{"before", "before calibration"},
+      std::pair{"ekf", "EKF"},
+      std::pair{"ekf_qpso1", "EKF-QPSO-1"},
+      std::pair{"ekf_dqpso", "EKF-DQPSO"},
+      std::pair{"ekf_dqpso+anfis", "EKF-DQPSO + ANFIS"},
+      std::pair{"lm", "least squares (LM)"}};
+  const auto* found =
+      std::ranges::find(kNames, id, [](const auto& pair) { return std::string(pair.first); });
+  return found == kNames.end() ? id : found->second;
+}
+
+std::string table_6_text(const Json& document) {
+  constexpr std::array<const char*, 3> kRows{"before", "ekf_dqpso", "ekf_dqpso+anfis"};
+  std::string text = fmt::format(
+      "{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} "
+      "{:>8}\n",
+      "position error, mm", "G1", "", "", "G2", "", "", "", "mean", "std", "max", "mean", "std",
+      "max");
+  const auto cell = [](const Json& set, const char* key) {
+    return set.is_object() && set[key].is_number()
+               ? fmt::format("{:8.4f}", set[key].get<double>())
+               : fmt::format("{:>8}", "-");
+  };
+  for (const char* id : kRows) {
+    for (const Json& method : document.at("methods")) {
+      if (method["id"] != id) continue;
+      text += fmt::format("{:<20}", method["name"].get<std::string>());
+      for (const char* set : {"g1", "g2"}) {
+        for (const char* key : {"mean_mm", "std_mm", "max_mm"}) {
+          text += ' ' + cell(method[set], key);
+        }
+        if (std::string_view(set) == "g1") text += "  ";
+      }
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+}  // namespace sixdial::service

@@ -1,0 +1,156 @@
+// sixdial calibrate SESSION|BUNDLE: as a job of the service, or here on a bundle; the same
+// code.
+#include <fmt/format.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "service/calibration_run.h"
+#include "service/cli/cli.h"
+#include "session/bundle.h"
+#include "session/csv.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+struct CalibrateOptions {
+  std::string subject, output, profile = "default";
+  std::uint64_t seed = 1;
+  int threads = 0;
+  int particles = 0, qpso1 = 0, qpso2 = 0, epochs = 0;
+  bool skip_bad_rows = false;
+};
+
+CalibrationRequest request_of(const CalibrateOptions& options) {
+  CalibrationRequest request;
+  request.profile = *calibration::profile_from(options.profile);
+  request.seed = options.seed;
+  request.threads = options.threads;
+  if (options.particles > 0) request.particles = options.particles;
+  if (options.qpso1 > 0) request.qpso1_iterations = options.qpso1;
+  if (options.qpso2 > 0) request.qpso2_iterations = options.qpso2;
+  if (options.epochs > 0) request.anfis_epochs = options.epochs;
+  return request;
+}
+
+Json params_of(const CalibrateOptions& options) {
+  Json params{
+      {"session", options.subject}, {"profile", options.profile}, {"seed", options.seed}};
+  if (options.threads > 0) params["threads"] = options.threads;
+  if (options.particles > 0) params["particles"] = options.particles;
+  if (options.qpso1 > 0) params["qpso1_iterations"] = options.qpso1;
+  if (options.qpso2 > 0) params["qpso2_iterations"] = options.qpso2;
+  if (options.epochs > 0) params["anfis_epochs"] = options.epochs;
+  return params;
+}
+
+void print_calibration(Cli& cli, const Json& document, const std::string& output) {
+  if (!output.empty()) session::write_file(output, document.dump(1) + "\n");
+  if (cli.console.json) {
+    cli.console.print_json("calibration", result_summary(document));
+    return;
+  }
+  cli.console.out << table_6_text(document);
+  for (const Json& held : document["identification"]["held"]) {
+    cli.console.warn(
+        "held at nominal, the poses cannot tell: " + held["words"].get<std::string>());
+  }
+  cli.console.note(fmt::format(
+      "DQPSO is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s",
+      document["above_minimum_mm"].get<double>(),
+      document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
+}
+
+/// Ctrl-C ends a calibration that runs in this process.
+std::stop_source& interruption() {
+  static std::stop_source source;
+  return source;
+}
+volatile std::sig_atomic_t stop_wanted = 0;
+
+ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
+  const session::Session session =
+      session::read_bundle(options.subject, {.skip_bad_rows = options.skip_bad_rows});
+  for (const session::RejectedRow& row : session.rejected) {
+    cli.console.warn(fmt::format("line {} left out: {}", row.line, row.reason));
+  }
+  std::signal(SIGINT, [](int) { stop_wanted = 1; });
+  ProgressLine line(cli.console);
+  Json document;
+  try {
+    document = calibrate(
+        session, request_of(options),
+        [&](const JobProgress& progress) {
+          if (stop_wanted != 0) interruption().request_stop();
+          line.show(
+              progress.stage, progress.done, progress.total, progress.eta_s,
+              progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm)
+                               : std::string());
+        },
+        interruption().get_token());
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled && stop_wanted != 0) throw Interrupted();
+    throw;
+  }
+  line.clear();
+  print_calibration(cli, document, options.output);
+  return ExitCode::kOk;
+}
+
+ExitCode calibrate_session(Cli& cli, const CalibrateOptions& options) {
+  const Json job = cli.call("calibrate.start", params_of(options));
+  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
+  const Json document = fetch_result(cli, ended["result"].get<std::int64_t>());
+  print_calibration(cli, document, options.output);
+  if (!cli.console.json) {
+    cli.console.note(fmt::format(
+        "result {} in the store: sixdial report {}", ended["result"].get<std::int64_t>(),
+        options.subject));
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+Json fetch_result(Cli& cli, std::int64_t result) {
+  std::string text;
+  for (;;) {
+    const Json page = cli.call("result.get", {{"result", result}, {"offset", text.size()}});
+    text += page["text"].get<std::string>();
+    if (page["next_offset"].is_null()) return Json::parse(text);
+  }
+}
+
+void add_calibrate_command(CLI::App& app, Cli& cli) {
+  CLI::App* command = app.add_subcommand(
+      "calibrate",
+      "Identifies the robot: EKF, two QPSO searches, ANFIS. A session of the service, "
+      "or a bundle without one.");
+  const auto options = std::make_shared<CalibrateOptions>();
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("--profile", options->profile, "paper: its literal choices")
+      ->check(CLI::IsMember({"default", "paper"}))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "of the searches")->capture_default_str();
+  command->add_option("--threads", options->threads, "0: as many as there are; same result")
+      ->check(CLI::Range(0, 256));
+  command->add_option("--particles", options->particles, "instead of 50")
+      ->check(CLI::Range(4, 10000));
+  command->add_option("--qpso1-iterations", options->qpso1, "instead of 100")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--qpso2-iterations", options->qpso2, "instead of 400")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--anfis-epochs", options->epochs, "instead of 500")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
+  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  command->callback([&cli, options] {
+    cli.action = [&cli, options] {
+      return is_bundle(options->subject) ? calibrate_bundle(cli, *options)
+                                         : calibrate_session(cli, *options);
+    };
+  });
+}
+
+}  // namespace sixdial::service::cli

@@ -1,0 +1,89 @@
+#include "service/cli/cli.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <exception>
+
+#include "service/method.h"
+#include "service/server.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+constexpr const char* kAbout =
+    "Six dial indicators to a calibrated five-bar robot.\n"
+    "Data go to stdout, everything else to stderr. Exit codes: 0 ok, 1 failed, 2 usage, 3 "
+    "service "
+    "unreachable,\n4 device, 5 data quality, 6 cancelled, 130 interrupted.";
+
+bool colour_wanted() {
+  const char* no_colour = std::getenv("NO_COLOR");
+  return no_colour == nullptr || *no_colour == '\0';
+}
+
+int code(ExitCode exit_code) { return static_cast<int>(exit_code); }
+
+}  // namespace
+
+Client& Cli::client() {
+  if (!client_) {
+    client_ = std::make_unique<Client>(
+        socket_path.empty() ? default_socket_path() : std::filesystem::path(socket_path));
+  }
+  return *client_;
+}
+
+int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+  Cli cli{.console = {.out = out, .err = err}};
+  CLI::App app{kAbout, "sixdial"};
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.set_version_flag("--version", SIXDIAL_VERSION);
+  app.add_option("--socket", cli.socket_path, "the service's socket")
+      ->envname("SIXDIAL_SOCKET");
+  app.add_flag("--json", cli.console.json, "one line of JSON with a schema version on stdout");
+  app.add_flag("-q,--quiet", cli.console.quiet, "no progress on stderr");
+  add_session_commands(app, cli);
+  add_plan_commands(app, cli);
+  add_collect_command(app, cli);
+  add_calibrate_command(app, cli);
+  add_report_command(app, cli);
+  add_job_commands(app, cli);
+  add_service_commands(app, cli);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, out, err) == 0 ? code(ExitCode::kOk) : code(ExitCode::kUsage);
+  }
+  cli.console.terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) != 0;
+  cli.console.colour = cli.console.terminal && colour_wanted();
+  try {
+    return code(cli.action());
+  } catch (const Interrupted&) {
+    cli.console.note("interrupted");
+    return code(ExitCode::kInterrupted);
+  } catch (...) {
+    const Json error = to_error_object(std::current_exception());
+    cli.console.error(error);
+    return code(exit_code_of(error));
+  }
+}
+
+std::string summary_of(std::string_view method) {
+  return std::string(find_method(method).summary);
+}
+
+bool is_bundle(const std::string& argument) {
+  const std::filesystem::path path(argument);
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path / "session.csv", ignored) ||
+         (path.extension() == ".csv" && std::filesystem::is_regular_file(path, ignored));
+}
+
+std::string absolute(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
+}  // namespace sixdial::service::cli

@@ -1,0 +1,57 @@
+// The command line `sixdial`: a client of the service, and the same work on a bundle without
+// one.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <string>
+
+#include "service/cli/console.h"
+#include "service/client.h"
+
+namespace sixdial::service::cli {
+
+/// What all commands share. A command's callback sets `action`; `run` carries it out.
+struct Cli {
+  Console console;
+  std::string socket_path{};
+  std::function<ExitCode()> action{};
+
+  /// Connected at the first use. Throws Error unreachable.
+  [[nodiscard]] Client& client();
+  /// One call for commands that only ask.
+  [[nodiscard]] Json call(std::string_view method, const Json& params = Json::object()) {
+    return client().call(method, params);
+  }
+
+ private:
+  std::unique_ptr<Client> client_;
+};
+
+/// The whole program; `argv` as in main.
+[[nodiscard]] int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
+
+void add_service_commands(CLI::App& app, Cli& cli);   // hello, protocol, shutdown
+void add_session_commands(CLI::App& app, Cli& cli);   // session ...
+void add_plan_commands(CLI::App& app, Cli& cli);      // plan ...
+void add_collect_command(CLI::App& app, Cli& cli);    // collect
+void add_calibrate_command(CLI::App& app, Cli& cli);  // calibrate
+void add_report_command(CLI::App& app, Cli& cli);     // report
+void add_job_commands(CLI::App& app, Cli& cli);       // job ...
+
+/// The method table's words for a command's help.
+[[nodiscard]] std::string summary_of(std::string_view method);
+/// A path that names a bundle: a folder with session.csv, or a session.csv.
+[[nodiscard]] bool is_bundle(const std::string& argument);
+/// As the service must get it: it runs in another directory.
+[[nodiscard]] std::string absolute(const std::string& path);
+/// Follows a job with a progress line until it has ended; prints nothing else. Returns
+/// job.status. Throws the job's error.
+[[nodiscard]] Json follow_job(Cli& cli, std::int64_t job);
+/// A stored result's whole document, page by page.
+[[nodiscard]] Json fetch_result(Cli& cli, std::int64_t result);
+
+}  // namespace sixdial::service::cli

@@ -1,0 +1,282 @@
+// sixdial collect PLAN --session NAME: starts a collection and shows it live until it ends; and
+// sixdial collection ... to command one that runs.
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "service/cli/cli.h"
+#include "session/csv.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+struct CollectOptions {
+  std::string plan_file, session, rig_file, on_dial_fault;
+  double settle_spread_mm = 0.0;
+  std::int64_t settle_timeout_ms = 0;
+};
+
+/// Single keys without Enter while it lives; nothing where stdin is no terminal.
+class Keys {
+ public:
+  Keys() : active_(::isatty(STDIN_FILENO) != 0 && ::tcgetattr(STDIN_FILENO, &before_) == 0) {
+    if (!active_) return;
+    termios raw = before_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    ::tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+  }
+  ~Keys() {
+    if (active_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  }
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+
+  [[nodiscard]] bool active() const { return active_; }
+  /// 0: none was pressed.
+  [[nodiscard]] char pressed() const {
+    pollfd ready{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    char key = 0;
+    if (!active_ || ::poll(&ready, 1, 0) <= 0 || ::read(STDIN_FILENO, &key, 1) != 1) return 0;
+    return key;
+  }
+
+ private:
+  termios before_{};
+  bool active_;
+};
+
+constexpr const char* kKeyHelp =
+    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
+
+const char* method_for(char key) {
+  switch (key) {
+    case 'p':
+      return "collect.pause";
+    case 'c':
+      return "collect.resume";
+    case 'r':
+      return "collect.retake";
+    case 's':
+      return "collect.skip";
+    case 'a':
+      return "collect.accept";
+    case 'm':
+      return "collect.moved";
+    case 'q':
+      return "collect.stop";
+    default:
+      return nullptr;
+  }
+}
+
+std::string sample_line(const Json& sample) {
+  std::string text = fmt::format(
+      "{} {}.{}", sample["set"].get<std::string>(), sample["point"].get<int>(),
+      sample["repeat"].get<int>());
+  const Json& position = sample["position_mm"];
+  text += position.is_array() ? fmt::format(
+                                    "  x {:.3f}  y {:.3f} mm ", position[0].get<double>(),
+                                    position[1].get<double>())
+                              : std::string("  no position ");
+  for (const auto& [id, dial] : sample["dials"].items()) {
+    text += dial["value_mm"].is_number()
+                ? fmt::format(" {} {:.3f}", id, dial["value_mm"].get<double>())
+                : fmt::format(" {} -", id);
+  }
+  for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
+  return text;
+}
+
+/// What a person sees of a running collection.
+class Screen {
+ public:
+  explicit Screen(const Console& console) : console_(console), line_(console) {}
+
+  void show_state(const Json& state) {
+    const std::string type = state.value("type", "");
+    const std::string message = state.value("message", "");
+    if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
+      note(fmt::format("{}{}: {}", point_text(state), type, message));
+    }
+    if (type == "move" && state["move_to_rad"].is_array()) {
+      note(fmt::format(
+          "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial "
+          "collection "
+          "moved",
+          point_text(state), state["move_to_rad"][0].get<double>(),
+          state["move_to_rad"][1].get<double>()));
+    }
+    line_.show(
+        "collecting", state["done"].get<std::int64_t>(), state["total"].get<std::int64_t>(),
+        state["eta_s"].is_number() ? std::optional(state["eta_s"].get<double>()) : std::nullopt,
+        console_.terminal ? point_text(state) + state.value("stage", "") : std::string());
+  }
+  void show_sample(const Json& sample) {
+    if (console_.json || console_.quiet) return;
+    note(sample_line(sample));
+  }
+  void note(const std::string& text) {
+    line_.clear();
+    console_.note(text);
+  }
+  void end() { line_.clear(); }
+
+ private:
+  static std::string point_text(const Json& state) {
+    const Json& point = state["point"];
+    if (!point.is_object()) return "";
+    return fmt::format(
+        "{} {}.{} ", point["set"].get<std::string>(), point["point"].get<int>(),
+        point["repeat"].get<int>());
+  }
+  const Console& console_;
+  ProgressLine line_;
+};
+
+bool has_ended(const Json& status) {
+  const std::string state = status["state"];
+  return state == "done" || state == "stopped" || state == "failed" || state == "idle";
+}
+
+/// Until the collection has ended; returns its last status.
+Json follow(Cli& cli, Screen& screen) {
+  constexpr auto kLookForKeys = std::chrono::milliseconds(200);
+  const Keys keys;
+  if (keys.active() && cli.console.terminal) screen.note(kKeyHelp);
+  Json status = cli.call("collect.status");
+  bool quitting = false;
+  while (!has_ended(status)) {
+    std::optional<Json> event;
+    try {
+      event = cli.client().next_event(kLookForKeys);
+      if (const char* method = method_for(keys.pressed())) {
+        cli.call(method);
+        screen.note(method);
+      }
+    } catch (const Interrupted&) {
+      if (quitting) throw;
+      quitting = true;
+      screen.note("stopping; what is stored stays, and collect goes on at the next point");
+      cli.call("collect.stop");
+    } catch (const RemoteError& error) {
+      screen.note(error.what());  // a key at the wrong moment
+    }
+    if (!event) continue;
+    const Json& params = (*event)["params"];
+    if ((*event)["method"] == "events.gap") {
+      status = cli.call("collect.status");
+    } else if (params["topic"] == "sample") {
+      screen.show_sample(params["data"]);
+    } else if (params["topic"] == "collect") {
+      status = params["data"];
+      screen.show_state(status);
+    }
+  }
+  screen.end();
+  if (quitting) throw Interrupted();
+  return status;
+}
+
+ExitCode conclude(Cli& cli, const Json& status) {
+  for (const Json& point : status["troubles"]) {
+    cli.console.warn(fmt::format(
+        "{} {}.{} not measured: {}", point["set"].get<std::string>(), point["point"].get<int>(),
+        point["repeat"].get<int>(), point["why"].get<std::string>()));
+  }
+  cli.console.print(
+      "collect", status,
+      fmt::format(
+          "session {}: {} of {} points, {} stored now, {} skipped, {} not measurable\n",
+          status["session"].get<std::string>(), status["done"].get<std::int64_t>(),
+          status["total"].get<std::int64_t>(), status["stored_in_this_run"].get<std::int64_t>(),
+          status["skipped"].get<std::int64_t>(), status["failed"].get<std::int64_t>()));
+  if (status["error"].is_object()) throw RemoteError(status["error"]);
+  if (status["state"] == "stopped") return ExitCode::kCancelled;
+  return status["failed"].get<std::int64_t>() > 0 ? ExitCode::kDataQuality : ExitCode::kOk;
+}
+
+/// A new session where --rig says so and there is none of this name.
+void make_session(Cli& cli, const CollectOptions& options) {
+  if (options.rig_file.empty()) return;
+  try {
+    cli.call(
+        "session.create",
+        {{"name", options.session}, {"rig_toml", session::read_file(options.rig_file)}});
+    cli.console.note(fmt::format("new session {}", options.session));
+  } catch (const RemoteError& error) {
+    if (error.error()["data"]["code"] != error_kind(ErrorCode::kAlreadyExists).code) throw;
+  }
+}
+
+ExitCode collect(Cli& cli, const CollectOptions& options) {
+  make_session(cli, options);
+  Json params{{"session", options.session}};
+  if (!options.plan_file.empty()) params["plan_csv"] = session::read_file(options.plan_file);
+  if (!options.on_dial_fault.empty()) params["on_dial_fault"] = options.on_dial_fault;
+  if (options.settle_spread_mm > 0.0) params["settle_spread_mm"] = options.settle_spread_mm;
+  if (options.settle_timeout_ms > 0) params["settle_timeout_ms"] = options.settle_timeout_ms;
+  cli.call("events.subscribe", {{"topics", {"collect", "sample"}}});
+  cli.call("collect.start", params);
+  Screen screen(cli.console);
+  return conclude(cli, follow(cli, screen));
+}
+
+void add_collection_commands(CLI::App& app, Cli& cli) {
+  CLI::App* group = app.add_subcommand("collection", "Commands to a collection that runs.");
+  group->require_subcommand(1);
+  for (const char* verb :
+       {"status", "pause", "resume", "skip", "retake", "accept", "moved", "stop"}) {
+    const std::string method = std::string("collect.") + verb;
+    group->add_subcommand(verb, summary_of(method))->callback([&cli, method] {
+      cli.action = [&cli, method] {
+        const Json status = cli.call(method);
+        cli.console.print(
+            "collect", status,
+            fmt::format(
+                "{}: session {}, {} of {} points\n", status["state"].get<std::string>(),
+                status["session"].get<std::string>(), status["done"].get<std::int64_t>(),
+                status["total"].get<std::int64_t>()));
+        return ExitCode::kOk;
+      };
+    });
+  }
+  group->add_subcommand("watch", "Shows a collection that runs until it ends.")
+      ->callback([&cli] {
+        cli.action = [&cli] {
+          cli.call("events.subscribe", {{"topics", {"collect", "sample"}}});
+          Screen screen(cli.console);
+          return conclude(cli, follow(cli, screen));
+        };
+      });
+}
+
+}  // namespace
+
+void add_collect_command(CLI::App& app, Cli& cli) {
+  CLI::App* command = app.add_subcommand("collect", summary_of("collect.start"));
+  const auto options = std::make_shared<CollectOptions>();
+  command->add_option("PLAN", options->plan_file, "plan file; default: the session's plan")
+      ->check(CLI::ExistingFile);
+  command->add_option("--session", options->session, "name of the session")->required();
+  command->add_option(
+      "--rig", options->rig_file,
+      "make the session with this rig.toml if there "
+      "is none");
+  command
+      ->add_option(
+          "--on-dial-fault", options->on_dial_fault, "store without that dial, or pause")
+      ->check(CLI::IsMember({"store", "pause"}));
+  command->add_option(
+      "--settle-spread", options->settle_spread_mm,
+      "mm within which readings are "
+      "settled");
+  command->add_option("--settle-timeout", options->settle_timeout_ms, "ms of the rig's time");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return collect(cli, *options); }; });
+  add_collection_commands(app, cli);
+}
+
+}  // namespace sixdial::service::cli

@@ -1,0 +1,132 @@
+#include "service/cli/console.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "service/request.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+constexpr int kSchemaVersion = 1;
+constexpr int kBarCells = 24;
+
+/// Columns of a UTF-8 text on a terminal, for the letters used here.
+std::size_t shown_width(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+bool looks_like_number(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789.+-e ") == std::string::npos;
+}
+
+}  // namespace
+
+void Console::print_json(std::string_view schema, const Json& document) const {
+  Json whole = document;
+  whole["schema"] = fmt::format("sixdial.{}", schema);
+  whole["schema_version"] = kSchemaVersion;
+  out << to_line(whole) << '\n';
+}
+
+void Console::print(
+    std::string_view schema, const Json& document, const std::string& text) const {
+  if (json) {
+    print_json(schema, document);
+  } else {
+    out << text;
+  }
+}
+
+void Console::note(const std::string& text) const { err << text << '\n'; }
+
+void Console::warn(const std::string& text) const {
+  err << (colour ? "\x1b[33mwarning:\x1b[0m " : "warning: ") << text << '\n';
+}
+
+void Console::error(const Json& error_object) const {
+  err << (colour ? "\x1b[31merror:\x1b[0m " : "error: ")
+      << error_object.value("message", std::string("without words")) << '\n';
+  const Json data = error_object.value("data", Json::object());
+  const Json at = data.value("at", Json::object());
+  for (const auto& [key, value] : at.items()) {
+    if (key == "findings") continue;
+    err << "  " << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump())
+        << '\n';
+  }
+  const std::string hint = data.value("hint", std::string());
+  if (!hint.empty()) err << "  " << hint << '\n';
+  if (json) print_json("error", {{"error", error_object}});
+}
+
+std::string text_table(
+    const std::vector<std::string>& titles, const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  std::vector<bool> numeric;
+  for (std::size_t column = 0; column < titles.size(); ++column) {
+    std::size_t width = shown_width(titles[column]);
+    bool numbers = !rows.empty();
+    for (const auto& row : rows) {
+      width = std::max(width, shown_width(row[column]));
+      numbers = numbers && (looks_like_number(row[column]) || row[column] == "-");
+    }
+    widths.push_back(width);
+    numeric.push_back(numbers);
+  }
+  std::string text;
+  const auto add = [&](const std::vector<std::string>& row) {
+    std::string line;
+    for (std::size_t column = 0; column < titles.size(); ++column) {
+      if (column > 0) line += "  ";
+      const std::string padding(widths[column] - shown_width(row[column]), ' ');
+      line += numeric[column] ? padding + row[column] : row[column] + padding;
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + '\n';
+  };
+  add(titles);
+  for (const auto& row : rows) add(row);
+  return text;
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::int64_t>(std::ceil(std::max(seconds, 0.0)));
+  return whole >= 3600
+             ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
+             : fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+void ProgressLine::show(
+    std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
+    std::string_view remark) {
+  if (console_.quiet) return;
+  const double fraction =
+      total > 0 ? std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0)
+                : 0.0;
+  std::string text = fmt::format("{} {}/{}", stage, done, total);
+  if (!remark.empty()) text += fmt::format("  {}", remark);
+  if (eta_s) text += fmt::format("  {} left", duration_text(*eta_s));
+  if (console_.terminal) {
+    const int full = static_cast<int>(fraction * kBarCells);
+    console_.err << "\r\x1b[K[" << std::string(static_cast<std::size_t>(full), '#')
+                 << std::string(static_cast<std::size_t>(kBarCells - full), '.') << "] " << text
+                 << std::flush;
+    on_screen_ = true;
+    return;
+  }
+  const auto tenth = static_cast<std::int64_t>(fraction * 10.0);
+  if (stage == shown_stage_ && tenth == shown_tenth_) return;
+  shown_stage_ = stage;
+  shown_tenth_ = tenth;
+  console_.err << text << std::endl;
+}
+
+void ProgressLine::clear() {
+  if (on_screen_) console_.err << "\r\x1b[K" << std::flush;
+  on_screen_ = false;
+}
+
+}  // namespace sixdial::service::cli

@@ -1,0 +1,81 @@
+// sixdial report SESSION|BUNDLE: the report files from a stored result, or from a bundle that
+// is calibrated here.
+#include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "service/calibration_run.h"
+#include "service/cli/cli.h"
+#include "service/report_run.h"
+#include "service/server.h"
+#include "session/bundle.h"
+#include "session/csv.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+struct ReportOptions {
+  std::string subject, output, result_file;
+  std::int64_t result = 0;
+  std::uint64_t seed = 1;
+  bool skip_bad_rows = false;
+};
+
+void print_files(Cli& cli, const Json& answer) {
+  cli.console.print("report", answer, answer["path"].get<std::string>() + "/report.html\n");
+}
+
+ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string& folder) {
+  const session::Session session =
+      session::read_bundle(options.subject, {.skip_bad_rows = options.skip_bad_rows});
+  Json document;
+  if (options.result_file.empty()) {
+    ProgressLine line(cli.console);
+    document = calibrate(session, {.seed = options.seed}, [&](const JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+  } else {
+    document = Json::parse(session::read_file(options.result_file));
+  }
+  const auto files = write_report(document, session, operator_of(::getuid()), folder);
+  print_files(cli, {{"path", folder}, {"files", files}});
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, Cli& cli) {
+  CLI::App* command =
+      app.add_subcommand("report", "Writes a calibration report: HTML, JSON, CSV, the bundle.");
+  const auto options = std::make_shared<ReportOptions>();
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("-o,--output", options->output, "folder; default: <session>-report");
+  command->add_option(
+      "--result", options->result, "number of a stored result; default: the newest");
+  command->add_option(
+      "--calibration", options->result_file,
+      "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command->add_option("--seed", options->seed, "of a bundle's calibration")
+      ->capture_default_str();
+  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  command->callback([&cli, options] {
+    cli.action = [&cli, options] {
+      const std::filesystem::path subject(options->subject);
+      const std::string name = subject.filename().empty()
+                                   ? subject.parent_path().filename().string()
+                                   : subject.stem().string();
+      const std::string folder =
+          absolute(options->output.empty() ? name + "-report" : options->output);
+      if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);
+      Json params{{"session", options->subject}, {"path", folder}};
+      if (options->result > 0) params["result"] = options->result;
+      print_files(cli, cli.call("report.write", params));
+      return ExitCode::kOk;
+    };
+  });
+}
+
+}  // namespace sixdial::service::cli

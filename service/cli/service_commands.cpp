@@ -1,0 +1,50 @@
+// sixdial hello, protocol, shutdown.
+#include <fmt/format.h>
+
+#include "service/cli/cli.h"
+#include "service/method.h"
+
+namespace sixdial::service::cli {
+
+void add_service_commands(CLI::App& app, Cli& cli) {
+  app.add_subcommand("hello", summary_of("hello"))->callback([&cli] {
+    cli.action = [&cli] {
+      const Json answer = cli.call("hello");
+      cli.console.print(
+          "hello", answer,
+          fmt::format(
+              "{} {}, protocol {}, up since {}; you are {}\n",
+              answer["service"].get<std::string>(), answer["version"].get<std::string>(),
+              answer["protocol"].get<int>(), answer["epoch"].get<std::string>(),
+              answer["operator"].get<std::string>()));
+      return ExitCode::kOk;
+    };
+  });
+  CLI::App* protocol =
+      app.add_subcommand("protocol", "The socket protocol, from the method table.");
+  protocol->add_flag("--markdown", "as doc/protocol.md (the default without --json)");
+  protocol->callback([&cli] {
+    cli.action = [&cli] {
+      Json methods = Json::array();
+      for (const Method* method : all_methods()) {
+        methods.push_back(
+            {{"name", method->name},
+             {"summary", method->summary},
+             {"params", params_schema(*method)},
+             {"result", method->result},
+             {"example", Json::parse(method->example)}});
+      }
+      cli.console.print("protocol", {{"methods", std::move(methods)}}, protocol_markdown());
+      return ExitCode::kOk;
+    };
+  });
+  app.add_subcommand("shutdown", summary_of("shutdown"))->callback([&cli] {
+    cli.action = [&cli] {
+      cli.console.print("shutdown", cli.call("shutdown"), "");
+      cli.console.note("the service is going down");
+      return ExitCode::kOk;
+    };
+  });
+}
+
+}  // namespace sixdial::service::cli

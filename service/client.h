@@ -1,0 +1,49 @@
+// The other end of the socket: asks a service, one line out and one line back, and takes
+// events.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "service/error.h"
+
+namespace sixdial::service {
+
+/// A signal (Ctrl-C) came while waiting for the service.
+class Interrupted : public std::runtime_error {
+ public:
+  Interrupted() : std::runtime_error("interrupted") {}
+};
+
+class Client {
+ public:
+  /// Throws Error unreachable.
+  explicit Client(const std::filesystem::path& socket_path);
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// The result. Throws RemoteError for an error answer, Error unreachable if the connection
+  /// ends, Interrupted. Events that come meanwhile are kept for next_event.
+  Json call(std::string_view method, const Json& params = Json::object());
+  /// The next notification (events.event or events.gap); empty when the time is over.
+  std::optional<Json> next_event(std::chrono::milliseconds timeout);
+
+ private:
+  std::optional<Json> read_line(std::optional<std::chrono::milliseconds> timeout);
+  int fd_ = -1;
+  std::int64_t last_id_ = 0;
+  std::string buffer_;
+  std::size_t searched_ = 0;
+  std::deque<Json> events_;
+};
+
+/// Ctrl-C and SIGTERM end a wait of a Client by Interrupted from now on.
+void interrupt_on_signals();
+
+}  // namespace sixdial::service

@@ -1,0 +1,415 @@
+#include "service/collection.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "acquisition/connection.h"
+#include "service/sample_json.h"
+
+namespace sixdial::service {
+namespace {
+
+using acquisition::CollectorStage;
+
+constexpr auto kLiveEvery = std::chrono::milliseconds(200);  // on the wall
+constexpr std::size_t kMostTroubles = 50;
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+/// The plan must not name another place for a point that is measured already: it would be
+/// passed over as done.
+void check_plan_fits(const session::Plan& plan, const session::Session& measured) {
+  constexpr double kSamePlace_mm = 1e-3;
+  for (const session::PlanPoint& point : plan.points) {
+    for (const session::Sample& sample : measured.samples) {
+      if (sample.set != point.set || sample.point != point.point ||
+          sample.repeat != point.repeat || !sample.target_mm) {
+        continue;
+      }
+      const double apart_mm = (*sample.target_mm - point.target_mm).norm();
+      if (apart_mm <= kSamePlace_mm) continue;
+      throw Error(
+          ErrorCode::kWrongState,
+          fmt::format(
+              "{} point {} repeat {} is measured, {:.3f} mm from where this plan wants it",
+              point.set, point.point, point.repeat, apart_mm),
+          {{"session", measured.name}, {"set", point.set}, {"point", point.point}},
+          "Collect another plan into another session, or give its points other numbers.");
+    }
+  }
+}
+
+Json readings_json(
+    const geometry::Rig& rig, const std::vector<acquisition::Reading>& readings) {
+  Json dials = Json::object();
+  for (std::size_t i = 0; i < readings.size() && i < rig.dials.size(); ++i) {
+    const acquisition::Reading& reading = readings[i];
+    Json row{
+        {"value_mm", or_null(reading.value_mm)},
+        {"quality", session::to_string(reading.quality)},
+        {"reason", reading.reason}};
+    if (!reading.detail.empty()) row["detail"] = reading.detail;
+    dials[rig.dials[i].id] = std::move(row);
+  }
+  return dials;
+}
+
+}  // namespace
+
+struct Collection::Run {
+  db::SessionId id;
+  geometry::Rig rig;
+  session::Plan plan;
+  std::set<db::PointKey> done;
+  acquisition::CollectorSettings settings;
+  std::unique_ptr<acquisition::RobotPort> robot;
+  std::unique_ptr<acquisition::DialBank> dials;
+  std::unique_ptr<acquisition::Collector> collector;
+  std::jthread live;  // last: it looks at the dials
+};
+
+std::string_view to_string(CollectState state) {
+  switch (state) {
+    case CollectState::kIdle:
+      return "idle";
+    case CollectState::kStarting:
+      return "starting";
+    case CollectState::kRunning:
+      return "running";
+    case CollectState::kPaused:
+      return "paused";
+    case CollectState::kStopping:
+      return "stopping";
+    case CollectState::kDone:
+      return "done";
+    case CollectState::kStopped:
+      return "stopped";
+    case CollectState::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+bool is_active(CollectState state) {
+  return state == CollectState::kStarting || state == CollectState::kRunning ||
+         state == CollectState::kPaused || state == CollectState::kStopping;
+}
+
+Collection::Collection(
+    EventHub& events, db::Store& store, acquisition::Clock& clock,
+    std::function<void()> changed)
+    : events_(events), store_(store), clock_(clock), changed_(std::move(changed)) {}
+
+Collection::~Collection() { stop_and_wait(); }
+
+Json Collection::start(CollectRequest request) {
+  const std::lock_guard lock(mutex_);
+  if (is_active(state_)) {
+    throw Error(
+        ErrorCode::kWrongState, fmt::format("session {} is being collected", session_),
+        {{"session", session_}}, "Stop it first: collect.stop.");
+  }
+  if (thread_.joinable()) thread_.join();  // it has ended
+  auto run = std::make_unique<Run>();
+  run->id = store_.find_session(request.session);
+  run->rig = store_.load_rig(run->id);
+  run->settings = request.settings;
+  const auto planned = store_.load_plan(run->id);
+  if (request.plan) {
+    check_plan_fits(*request.plan, store_.load_session(run->id));
+    if (!planned || *planned != *request.plan) store_.save_plan(run->id, *request.plan);
+    run->plan = *std::move(request.plan);
+  } else if (planned) {
+    run->plan = *planned;
+  } else {
+    throw Error(
+        ErrorCode::kBadData, fmt::format("session {} has no plan", request.session),
+        {{"session", request.session}},
+        "Give one: plan_csv, made by plan.grid or plan.random.");
+  }
+  for (const db::PointKey& key : store_.done_points(run->id)) run->done.insert(key);
+
+  const auto robot = acquisition::parse_robot_connection(run->rig.robot.connection);
+  if (!robot) {
+    throw Error(
+        ErrorCode::kBadData, "the robot's connection: " + robot.error(), {{"field", "robot"}},
+        R"(In rig.toml: connection = "modbus-tcp://host:port" or "manual" under [robot].)");
+  }
+  if (const auto* modbus = std::get_if<acquisition::ModbusConnection>(&*robot)) {
+    run->robot = std::make_unique<acquisition::ModbusRobot>(*modbus, clock_);
+  } else {
+    run->robot = std::make_unique<acquisition::ManualRobot>(
+        [this](const Eigen::Vector2d& q_rad, const std::stop_token& stop) {
+          return ask_person(q_rad, stop);
+        });
+  }
+  auto dials = acquisition::DialBank::open(run->rig, clock_);
+  if (!dials) {
+    throw Error(
+        ErrorCode::kBadData, dials.error(), {{"field", "dial"}},
+        "Each [[dial]] in rig.toml needs a connection.");
+  }
+  run->dials = *std::move(dials);
+  store_.record_action(
+      {.name = request.caller.operator_name,
+       .uid = request.caller.uid,
+       .pid = request.caller.pid},
+      "collect.start", run->id, fmt::format("{} points", run->plan.points.size()));
+
+  state_ = CollectState::kStarting;
+  session_ = request.session;
+  operator_name_ = request.caller.operator_name;
+  progress_ = {};
+  progress_.total = run->plan.points.size();
+  stored_ = skipped_ = failed_ = 0;
+  troubles_ = Json::array();
+  error_ = nullptr;
+  asked_q_rad_.reset();
+  answer_.reset();
+  run_ = std::move(run);
+  run_->collector = std::make_unique<acquisition::Collector>(
+      run_->rig, run_->plan, *run_->robot, *run_->dials, clock_,
+      acquisition::Collector::Callbacks{
+          .store = [this, r = run_.get()](const auto& sample) { on_sample(*r, sample); },
+          .progress = [this](const auto& progress) { on_progress(progress); },
+          .done =
+              [r = run_.get()](const session::PlanPoint& point) {
+                return r->done.contains({point.set, point.point, point.repeat});
+              }},
+      run_->settings);
+  thread_ = std::jthread(
+      [this, r = run_.get()](const std::stop_token& stop) { this->run(*r, stop); });
+  return status_locked();
+}
+
+void Collection::run(Run& run, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (state_ == CollectState::kStarting) state_ = CollectState::kRunning;
+  }
+  publish("started");
+  run.live = std::jthread([this, &run](const std::stop_token& end) { publish_live(end, run); });
+  CollectState state = CollectState::kFailed;
+  Json error;
+  try {
+    const acquisition::CollectorResult result = run.collector->run(stop);
+    state = result.complete ? CollectState::kDone : CollectState::kStopped;
+  } catch (...) {
+    error = to_error_object(std::current_exception());
+    spdlog::error("collection of {}: {}", session_, error["message"].get<std::string>());
+  }
+  run.live = {};
+  finish(state, std::move(error));
+}
+
+void Collection::finish(CollectState state, Json error) {
+  // Ports are let go before the end is told: who waits for it may start the next at once. The
+  // collector goes first, under the lock, so that no command reaches it any more.
+  std::unique_ptr<acquisition::Collector> collector;
+  {
+    const std::lock_guard lock(mutex_);
+    collector = std::move(run_->collector);
+    asked_q_rad_.reset();
+  }
+  collector.reset();
+  run_->dials.reset();
+  run_->robot.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = state;
+    error_ = std::move(error);
+  }
+  publish(to_string(state));
+}
+
+void Collection::publish(std::string_view type, Json more) {
+  Json data = status();
+  data["type"] = type;
+  data.update(more);
+  events_.publish("collect", std::move(data));
+  changed_();
+}
+
+void Collection::on_progress(const acquisition::CollectorProgress& progress) {
+  bool tell = false;
+  {
+    const std::lock_guard lock(mutex_);
+    tell = progress.stage != progress_.stage || progress.plan_index != progress_.plan_index ||
+           progress.message != progress_.message;
+    progress_ = progress;
+    if (state_ == CollectState::kRunning && progress.stage == CollectorStage::kPaused) {
+      state_ = CollectState::kPaused;
+    } else if (state_ == CollectState::kPaused && progress.stage != CollectorStage::kPaused) {
+      state_ = CollectState::kRunning;
+    }
+    if (progress.stage == CollectorStage::kSkipped) ++skipped_;
+    if (progress.stage == CollectorStage::kFailed) ++failed_;
+    const bool lost =
+        progress.stage == CollectorStage::kSkipped || progress.stage == CollectorStage::kFailed;
+    if (lost && progress.plan_index && troubles_.size() < kMostTroubles) {
+      const session::PlanPoint& point = run_->plan.points.at(*progress.plan_index);
+      troubles_.push_back(
+          {{"set", point.set},
+           {"point", point.point},
+           {"repeat", point.repeat},
+           {"why", progress.message}});
+    }
+  }
+  // The end is told by finish(), when nothing runs any more.
+  if (progress.stage == CollectorStage::kFinished ||
+      progress.stage == CollectorStage::kStopped) {
+    return;
+  }
+  if (tell) publish(acquisition::to_string(progress.stage));
+}
+
+void Collection::on_sample(Run& run, const acquisition::CollectedSample& collected) {
+  bool retaken = false;
+  try {
+    store_.append_sample(run.id, collected.sample);
+  } catch (const db::StoreError& error) {
+    if (error.trouble != db::StoreTrouble::kAlreadyThere) throw;
+    store_.retake_sample(run.id, collected.sample);
+    retaken = true;
+  }
+  std::size_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = ++stored_;
+  }
+  Json data = sample_json(run.rig, collected.sample);
+  data["type"] = "stored";
+  data["session"] = session_;
+  data["stored_in_this_run"] = number;
+  data["plan_index"] = collected.plan_index;
+  data["retaken"] = retaken;
+  data["remarks"] = collected.remarks;
+  events_.publish("sample", std::move(data));
+}
+
+void Collection::publish_live(const std::stop_token& stop, Run& run) {
+  std::mutex mutex;
+  std::condition_variable_any over;
+  std::unique_lock lock(mutex);
+  while (!over.wait_for(lock, stop, kLiveEvery, [&] { return stop.stop_requested(); })) {
+    events_.publish(
+        kLiveTopic,
+        {{"type", "dials"}, {"dials", readings_json(run.rig, run.dials->latest())}});
+  }
+}
+
+std::optional<acquisition::ManualAnswer> Collection::ask_person(
+    const Eigen::Vector2d& q_rad, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    asked_q_rad_ = q_rad;
+    answer_.reset();
+  }
+  publish("move");
+  std::unique_lock lock(mutex_);
+  answered_.wait(lock, stop, [&] { return answer_.has_value(); });
+  asked_q_rad_.reset();
+  return std::exchange(answer_, std::nullopt);
+}
+
+Json Collection::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_locked();
+}
+
+Json Collection::status_locked() const {
+  Json status{
+      {"state", to_string(state_)},
+      {"session", session_},
+      {"operator", operator_name_},
+      {"done", progress_.done},
+      {"total", progress_.total},
+      {"stage", acquisition::to_string(progress_.stage)},
+      {"message", progress_.message},
+      {"eta_s", or_null(progress_.eta_s)},
+      {"stored_in_this_run", stored_},
+      {"skipped", skipped_},
+      {"failed", failed_},
+      {"troubles", troubles_},
+      {"point", nullptr},
+      {"move_to_rad", nullptr},
+      {"error", error_}};
+  if (progress_.plan_index && run_) {
+    const session::PlanPoint& point = run_->plan.points.at(*progress_.plan_index);
+    status["point"] = {
+        {"set", point.set},
+        {"point", point.point},
+        {"repeat", point.repeat},
+        {"target_mm", {point.target_mm.x(), point.target_mm.y()}}};
+  }
+  if (asked_q_rad_) status["move_to_rad"] = {asked_q_rad_->x(), asked_q_rad_->y()};
+  return status;
+}
+
+bool Collection::active() const {
+  const std::lock_guard lock(mutex_);
+  return is_active(state_);
+}
+
+template <typename Command>
+void Collection::command(std::string_view name, Command command) {
+  const std::lock_guard lock(mutex_);
+  if (!is_active(state_) || !run_ || !run_->collector) {
+    throw Error(
+        ErrorCode::kWrongState, fmt::format("nothing is being collected, so no {}", name), {},
+        "collect.start begins, and goes on where an earlier run ended.");
+  }
+  command(*run_->collector);
+}
+
+void Collection::pause() {
+  command("pause", [](acquisition::Collector& collector) { collector.pause(); });
+}
+void Collection::resume() {
+  command("resume", [](acquisition::Collector& collector) { collector.resume(); });
+}
+void Collection::skip() {
+  command("skip", [](acquisition::Collector& collector) { collector.skip(); });
+}
+void Collection::retake() {
+  command("retake", [](acquisition::Collector& collector) { collector.retake(); });
+}
+void Collection::accept() {
+  command("accept", [](acquisition::Collector& collector) { collector.accept(); });
+}
+
+void Collection::moved(acquisition::ManualAnswer answer) {
+  command("moved", [&](acquisition::Collector&) {
+    if (!asked_q_rad_) {
+      throw Error(ErrorCode::kWrongState, "nobody was asked to move the robot");
+    }
+    answer_ = std::move(answer);
+  });
+  answered_.notify_all();
+}
+
+void Collection::stop() {
+  command("stop", [this](acquisition::Collector&) {
+    state_ = CollectState::kStopping;
+    thread_.request_stop();
+  });
+}
+
+void Collection::stop_and_wait() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_active(state_)) state_ = CollectState::kStopping;
+    thread_.request_stop();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace sixdial::service

@@ -1,0 +1,107 @@
+// The collection of a session on the rig: one at a time, in a thread of its own, with its
+// state, its commands and its events. Each sample is on the disk before anyone is told of it.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "acquisition/clock.h"
+#include "acquisition/collector.h"
+#include "acquisition/dial_bank.h"
+#include "acquisition/robot.h"
+#include "db/store.h"
+#include "service/event_hub.h"
+#include "service/method.h"
+
+namespace sixdial::service {
+
+enum class CollectState {
+  kIdle,  // none since the service began
+  kStarting,
+  kRunning,
+  kPaused,
+  kStopping,
+  kDone,     // every point of the plan is stored, skipped or failed
+  kStopped,  // by a command; goes on at the next point when started again
+  kFailed,   // `error` says why; what was acknowledged is stored
+};
+[[nodiscard]] std::string_view to_string(CollectState state);
+[[nodiscard]] bool is_active(CollectState state);
+
+struct CollectRequest {
+  std::string session;
+  std::optional<session::Plan> plan{};  // empty: the session's own
+  acquisition::CollectorSettings settings{};
+  Caller caller{};
+};
+
+class Collection {
+ public:
+  /// All must outlive the collection. `changed` is called after each change of the state.
+  Collection(
+      EventHub& events, db::Store& store, acquisition::Clock& clock,
+      std::function<void()> changed);
+  ~Collection();  // stop() and wait
+  Collection(const Collection&) = delete;
+  Collection& operator=(const Collection&) = delete;
+
+  /// Throws Error: wrong_state (one is active; the plan contradicts what is measured),
+  /// not_found, bad_data (no plan, connection strings).
+  Json start(CollectRequest request);
+  [[nodiscard]] Json status() const;
+  [[nodiscard]] bool active() const;
+
+  // Commands of an active collection; throw Error wrong_state otherwise.
+  void pause();
+  void resume();
+  void skip();
+  void retake();
+  void accept();
+  /// A person's answer to "move": the robot is there, or cannot go there.
+  void moved(acquisition::ManualAnswer answer);
+  /// Ends it; the point in hand is rolled back. Does not wait.
+  void stop();
+  /// stop() and wait for the thread.
+  void stop_and_wait();
+
+ private:
+  struct Run;  // what one collection owns: robot, dials, collector
+  void run(Run& run, const std::stop_token& stop);
+  void finish(CollectState state, Json error);
+  void publish(std::string_view type, Json more = Json::object());
+  void on_progress(const acquisition::CollectorProgress& progress);
+  void on_sample(Run& run, const acquisition::CollectedSample& sample);
+  void publish_live(const std::stop_token& stop, Run& run);
+  std::optional<acquisition::ManualAnswer> ask_person(
+      const Eigen::Vector2d& q_rad, const std::stop_token& stop);
+  [[nodiscard]] Json status_locked() const;
+  template <typename Command>
+  void command(std::string_view name, Command command);
+
+  EventHub& events_;
+  db::Store& store_;
+  acquisition::Clock& clock_;
+  const std::function<void()> changed_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any answered_;
+  CollectState state_ = CollectState::kIdle;
+  std::string session_;
+  std::string operator_name_;
+  acquisition::CollectorProgress progress_;
+  std::size_t stored_ = 0, skipped_ = 0, failed_ = 0;  // in this run
+  Json troubles_ = Json::array();                      // points without a sample, and why
+  Json error_;
+  std::optional<Eigen::Vector2d> asked_q_rad_;
+  std::optional<acquisition::ManualAnswer> answer_;
+  std::unique_ptr<Run> run_;
+  std::jthread thread_;
+};
+
+}  // namespace sixdial::service

@@ -1,0 +1,115 @@
+#include "service/daemon.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+#include "service/method.h"
+#include "service/server.h"
+#include "service/service.h"
+#include "session/session.h"
+
+namespace sixdial::service {
+namespace {
+
+std::filesystem::path directory_from(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value == nullptr ? std::filesystem::path() : std::filesystem::path(value);
+}
+
+struct DaemonOptions {
+  std::string socket = default_socket_path().string();
+  std::string database = default_database_path().string();
+  double clock_speed = 1.0;
+  std::string clock_start;
+  std::string log_level = "info";
+  bool print_protocol = false;
+};
+
+void start_log(const std::string& level) {
+  // Synchronous: the asynchronous sink loses its last lines on a crash.
+  const auto log = spdlog::stderr_logger_mt("sixdiald");
+  log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+  log->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(log);
+}
+
+ServiceOptions service_options(const DaemonOptions& options) {
+  ServiceOptions wanted;
+  wanted.database = options.database;
+  wanted.clock_speed = options.clock_speed;
+  if (!options.clock_start.empty()) {
+    wanted.clock_start = session::from_iso8601(options.clock_start);
+    if (!wanted.clock_start) {
+      throw Error(
+          ErrorCode::kInvalidParams,
+          "--clock-start " + options.clock_start + " is no time in UTC", {},
+          "Write it like 2026-03-02T08:30:00.000Z.");
+    }
+  }
+  return wanted;
+}
+
+}  // namespace
+
+std::filesystem::path default_database_path() {
+  constexpr const char* kFile = "sixdial.db";
+  if (const auto state = directory_from("STATE_DIRECTORY"); !state.empty())
+    return state / kFile;
+  if (const auto data = directory_from("XDG_DATA_HOME"); !data.empty()) {
+    return data / "sixdial" / kFile;
+  }
+  if (const auto home = directory_from("HOME"); !home.empty()) {
+    return home / ".local" / "share" / "sixdial" / kFile;
+  }
+  return std::filesystem::path("/var/lib/sixdial") / kFile;
+}
+
+int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+  DaemonOptions options;
+  CLI::App app{"The measurement service of Sixdial, on a Unix socket.", "sixdiald"};
+  app.set_version_flag("--version", SIXDIAL_VERSION);
+  app.add_option("--socket", options.socket, "where to listen")->capture_default_str();
+  app.add_option("--db", options.database, "the database file")->capture_default_str();
+  app.add_option(
+         "--clock-speed", options.clock_speed,
+         "the rig's clock runs so many times faster than the wall's (a mock rig)")
+      ->check(CLI::Range(0.001, 1e6));
+  app.add_option("--clock-start", options.clock_start, "what the rig's clock begins with, UTC");
+  app.add_option("--log-level", options.log_level, "debug, info, warn, error")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+  app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, out, err) == 0 ? static_cast<int>(ExitCode::kOk)
+                                          : static_cast<int>(ExitCode::kUsage);
+  }
+  if (options.print_protocol) {
+    out << protocol_markdown();
+    return static_cast<int>(ExitCode::kOk);
+  }
+  start_log(options.log_level);
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    Service service(service_options(options));
+    Server server(
+        service, {.socket_path = options.socket,
+                  .take_over_from_systemd = true,
+                  .handle_signals = true});
+    server.run();
+    spdlog::info("ended");
+    return static_cast<int>(ExitCode::kOk);
+  } catch (...) {
+    const Json error = to_error_object(std::current_exception());
+    spdlog::error(
+        "{} {}", error["message"].get<std::string>(), error["data"]["hint"].get<std::string>());
+    return static_cast<int>(exit_code_of(error));
+  }
+}
+
+}  // namespace sixdial::service

@@ -1,0 +1,309 @@
+// Sessions and plans: create, list, show, import, export; plans for a session's rig.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <functional>
+
+#include "service/sample_json.h"
+#include "service/service.h"
+#include "service/store_json.h"
+#include "session/bundle.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
+
+namespace sixdial::service {
+namespace {
+
+std::string session_name(const Call& call, std::string_view key = "session") {
+  return call.params.at(key).get<std::string>();
+}
+
+/// A name that is safe as a file name and readable in a table.
+void check_name(const std::string& name) {
+  constexpr std::size_t kLongest = 80;
+  const bool fine = !name.empty() && name.size() <= kLongest && name.front() != '.' &&
+                    name.find_first_not_of(
+                        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
+                        std::string::npos;
+  if (!fine) {
+    throw Error(
+        ErrorCode::kInvalidParams,
+        fmt::format("'{}' cannot be a session's name", name.substr(0, kLongest)),
+        {{"param", "name"}}, "Letters, digits, '.', '_' and '-', at most 80 of them.");
+  }
+}
+
+/// Paths go to another process: relative ones would mean its directory, not the client's.
+std::filesystem::path absolute_path(const Call& call) {
+  std::filesystem::path path = call.params.at("path").get<std::string>();
+  if (!path.is_absolute()) {
+    throw Error(
+        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
+        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
+  }
+  return path;
+}
+
+Json info_json(Service& service, db::SessionId id) {
+  Json json = to_json(service.reader().session_info(id));
+  json["rig_name"] = service.reader().load_rig(id).name;
+  return json;
+}
+
+session::Session loaded(const Call& call) {
+  db::Store& reader = call.service.reader();
+  return reader.load_session(reader.find_session(session_name(call)));
+}
+
+geometry::Rig rig_of(const Call& call) {
+  db::Store& reader = call.service.reader();
+  return reader.load_rig(reader.find_session(session_name(call)));
+}
+
+Json create(const Call& call) {
+  const std::string name = session_name(call, "name");
+  check_name(name);
+  const db::SessionId id = call.service.store().create_session(
+      name, call.params.at("rig_toml").get<std::string>(), to_operator(call.caller));
+  return info_json(call.service, id);
+}
+
+Json list(const Call& call) {
+  const auto limit = param_or<std::int64_t>(call.params, "limit", 50);
+  const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
+  std::vector<db::SessionInfo> all = call.service.reader().list_sessions();
+  std::ranges::sort(all, std::greater{}, [](const auto& info) { return info.id.value; });
+  Json rows = Json::array();
+  for (auto i = offset; i < std::min(offset + limit, std::ssize(all)); ++i) {
+    rows.push_back(info_json(call.service, all[static_cast<std::size_t>(i)].id));
+  }
+  return {{"sessions", std::move(rows)}, {"total", all.size()}};
+}
+
+Json show(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const db::SessionId id = reader.find_session(session_name(call));
+  Json answer = info_json(call.service, id);
+  const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
+  const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
+  if (limit > 0) {
+    const session::Session session = reader.load_session(id);
+    Json samples = Json::array();
+    for (auto i = offset; i < std::min(offset + limit, std::ssize(session.samples)); ++i) {
+      samples.push_back(sample_json(session.rig, session.samples[static_cast<std::size_t>(i)]));
+    }
+    answer["page"] = std::move(samples);
+  }
+  return answer;
+}
+
+Json import_bundle(const Call& call) {
+  const std::filesystem::path path = absolute_path(call);
+  const auto name = param_or<std::string>(call.params, "name", "");
+  if (!name.empty()) check_name(name);
+  const session::Session read = session::read_bundle(
+      path, {.skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name});
+  check_name(read.name);
+  const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
+  Json answer = info_json(call.service, id);
+  answer["rejected"] = Json::array();
+  constexpr std::size_t kMostShown = 100;
+  for (const session::RejectedRow& row : read.rejected) {
+    if (answer["rejected"].size() == kMostShown) break;
+    answer["rejected"].push_back({{"line", row.line}, {"reason", row.reason}});
+  }
+  return answer;
+}
+
+Json export_bundle(const Call& call) {
+  const std::filesystem::path path = absolute_path(call);
+  const session::Session session = loaded(call);
+  session::write_bundle(session, path);
+  return {
+      {"path", path.string()},
+      {"files", {"session.csv", "rig.toml"}},
+      {"samples", session.samples.size()}};
+}
+
+session::PlanOptions plan_options(const Json& params) {
+  session::PlanOptions options;
+  options.set = param_or<std::string>(params, "set", "G1");
+  options.repeats = param_or(params, "repeats", 1);
+  options.seed = param_or<std::uint64_t>(params, "seed", 1);
+  options.margin_mm = param_or(params, "margin_mm", 0.0);
+  options.first_point = param_or(params, "first_point", 0);
+  options.approach = *session::approach_rule_from(
+      param_or<std::string>(params, "approach", std::string(to_string(options.approach))));
+  return options;
+}
+
+Json plan_answer(const tl::expected<session::Plan, session::PlanRefusal>& plan) {
+  if (!plan) {
+    throw Error(
+        ErrorCode::kBadData, "the plan is refused: " + plan.error().reason,
+        {{"point", plan.error().point}}, plan.error().advice);
+  }
+  return {{"points", plan->points.size()}, {"plan_csv", session::plan_csv(*plan)}};
+}
+
+Json plan_grid(const Call& call) {
+  const geometry::Rig rig = rig_of(call);
+  return plan_answer(session::plan_grid(
+      rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
+      plan_options(call.params)));
+}
+
+Json plan_random(const Call& call) {
+  const geometry::Rig rig = rig_of(call);
+  return plan_answer(
+      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
+}
+
+constexpr Param kSession{.name = "session", .required = true, .doc = "name of the session"};
+constexpr Param kPage{
+    .name = "limit", .type = ParamType::kInteger, .doc = "so many", .min = 0, .max = 50};
+constexpr Param kOffset{
+    .name = "offset", .type = ParamType::kInteger, .doc = "from here on, default 0", .min = 0};
+constexpr std::array kCreateParams{
+    Param{.name = "name", .required = true, .doc = "of the new session"},
+    Param{.name = "rig_toml", .required = true, .doc = "text of the rig file"}};
+constexpr std::array kListParams{kPage, kOffset};
+constexpr std::array kShowParams{kSession, kPage, kOffset};
+constexpr std::array kImportParams{
+    Param{
+        .name = "path",
+        .required = true,
+        .doc =
+            "absolute path of a folder with session.csv and rig.toml, as the service sees it"},
+    Param{.name = "name", .doc = "of the session; default: the folder's"},
+    Param{
+        .name = "skip_bad_rows",
+        .type = ParamType::kBoolean,
+        .doc = "leave bad rows out and list them, instead of refusing the bundle"}};
+constexpr std::array kExportParams{
+    kSession, Param{.name = "path", .required = true, .doc = "absolute path of the folder"}};
+constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate", "both-sides"};
+constexpr std::array kPlanCommon{
+    kSession,
+    Param{.name = "set", .doc = "G1, G2 or another name; default G1"},
+    Param{
+        .name = "repeats",
+        .type = ParamType::kInteger,
+        .doc = "readings of each point",
+        .min = 1,
+        .max = 1000},
+    Param{
+        .name = "seed",
+        .type = ParamType::kInteger,
+        .doc = "of order and places; default 1",
+        .min = 0},
+    Param{
+        .name = "margin_mm",
+        .type = ParamType::kNumber,
+        .doc = "kept free inside the edge",
+        .min = 0},
+    Param{
+        .name = "first_point",
+        .type = ParamType::kInteger,
+        .doc = "number of the first point",
+        .min = 0},
+    Param{
+        .name = "approach",
+        .doc = "from which side points are reached",
+        .one_of = kApproaches}};
+
+template <std::size_t N>
+constexpr auto with_common(const std::array<Param, N>& own) {
+  std::array<Param, N + kPlanCommon.size()> all{};
+  for (std::size_t i = 0; i < kPlanCommon.size(); ++i) all[i] = kPlanCommon[i];
+  for (std::size_t i = 0; i < N; ++i) all[kPlanCommon.size() + i] = own[i];
+  return all;
+}
+constexpr auto kGridParams = with_common(std::array{
+    Param{
+        .name = "nx",
+        .type = ParamType::kInteger,
+        .required = true,
+        .doc = "points along x",
+        .min = 1,
+        .max = 1000},
+    Param{
+        .name = "ny",
+        .type = ParamType::kInteger,
+        .required = true,
+        .doc = "points along y",
+        .min = 1,
+        .max = 1000}});
+constexpr auto kRandomParams = with_common(std::array{Param{
+    .name = "count",
+    .type = ParamType::kInteger,
+    .required = true,
+    .doc = "points",
+    .min = 1,
+    .max = 10000}});
+
+constexpr std::string_view kInfo =
+    "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, plan_points, "
+    "rejected_rows";
+
+constexpr std::array kMethods{
+    Method{
+        .name = "session.create",
+        .summary = "A new, empty session with its rig file.",
+        .params = kCreateParams,
+        .result = kInfo,
+        .example =
+            R"({"name": "monday", "rig_toml": "name = \"a tracker\"\n[robot]\nmodel = \"five_bar\"\nworking_mode = \"++\"\nassembly = 1\nl11_mm = 60.0\nl12_mm = 60.0\nl21_mm = 60.0\nl22_mm = 60.0\nd_mm = 90.0\nx0_mm = 0.0\ny0_mm = 0.0\nalpha_deg = 0.0\ntheta1_offset_deg = 0.0\ntheta2_offset_deg = 0.0\n[cuboid]\nside_mm = 80.0\nmount = \"distal2\"\nreference_pose_mm = [28.0, 48.0]\n"})",
+        .run = create},
+    Method{
+        .name = "session.list",
+        .summary = "The sessions in the store, newest first.",
+        .params = kListParams,
+        .result = "sessions [as session.show], total",
+        .example = R"({"limit": 20})",
+        .run = list},
+    Method{
+        .name = "session.show",
+        .summary = "One session, with a page of its samples if `limit` says so.",
+        .params = kShowParams,
+        .result = "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, "
+                  "plan_points, rejected_rows, page [samples]",
+        .example = R"({"session": "demo", "offset": 0, "limit": 5})",
+        .run = show},
+    Method{
+        .name = "session.import",
+        .summary = "Takes a session bundle into the store, all or nothing.",
+        .params = kImportParams,
+        .result = "as session.show, and rejected [{line, reason}]",
+        .example = R"({"path": "/srv/rig/bundle", "name": "imported"})",
+        .run = import_bundle},
+    Method{
+        .name = "session.export",
+        .summary = "Writes a session as a bundle; an imported one gets its own bytes back.",
+        .params = kExportParams,
+        .result = "path, files, samples",
+        .example = R"({"session": "demo", "path": "/srv/rig/exported"})",
+        .run = export_bundle},
+    Method{
+        .name = "plan.grid",
+        .summary = "A plan over a grid of targets that the session's rig can measure.",
+        .params = kGridParams,
+        .result = "points, plan_csv (text of a plan file)",
+        .example = R"({"session": "demo", "nx": 10, "ny": 10, "set": "G1", "seed": 1})",
+        .run = plan_grid},
+    Method{
+        .name = "plan.random",
+        .summary = "A plan of random targets that the session's rig can measure.",
+        .params = kRandomParams,
+        .result = "points, plan_csv (text of a plan file)",
+        .example = R"({"session": "demo", "count": 50, "set": "G2", "seed": 2})",
+        .run = plan_random},
+};
+
+}  // namespace
+
+std::span<const Method> session_methods() { return kMethods; }
+
+}  // namespace sixdial::service

@@ -1,0 +1,27 @@
+// A stored calibration result and its session in, report files out: the same code for the
+// service and for `sixdial report BUNDLE`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "report/report_data.h"
+#include "service/error.h"
+#include "session/session.h"
+
+namespace sixdial::service {
+
+/// `document`: "sixdial.calibration". Throws Error bad_data where the document is of another
+/// schema or was made from other data than the session holds.
+[[nodiscard]] report::ReportData report_data(
+    const Json& document, const session::Session& session, const std::string& operator_name);
+
+/// report.html, report.json, the CSV tables, calibration.json (the document) and, in bundle/,
+/// session.csv and rig.toml. The folder is made if absent; files of these names are replaced.
+/// Returns the files, relative to the folder. Throws Error file.
+[[nodiscard]] std::vector<std::string> write_report(
+    const Json& document, const session::Session& session, const std::string& operator_name,
+    const std::filesystem::path& folder);
+
+}  // namespace sixdial::service

@@ -1,0 +1,43 @@
+#include "service/sample_json.h"
+
+#include "session/trials.h"
+
+namespace sixdial::service {
+namespace {
+
+Json point_or_null(const std::optional<Eigen::Vector2d>& point) {
+  return point ? Json{point->x(), point->y()} : Json(nullptr);
+}
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace
+
+Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
+  Json dials = Json::object();
+  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
+    const session::DialValue& value = sample.dials[i];
+    Json row{
+        {"value_mm", or_null(value.value_mm)}, {"quality", session::to_string(value.quality)}};
+    if (!value.reason.empty()) row["reason"] = value.reason;
+    dials[rig.dials[i].id] = std::move(row);
+  }
+  return {
+      {"set", sample.set},
+      {"point", sample.point},
+      {"repeat", sample.repeat},
+      {"time_utc",
+       sample.time_utc ? Json(session::to_iso8601(*sample.time_utc)) : Json(nullptr)},
+      {"theta1_rad", sample.q_rad[0]},
+      {"theta2_rad", sample.q_rad[1]},
+      {"target_mm", point_or_null(sample.target_mm)},
+      {"approach", {or_null(sample.approach[0]), or_null(sample.approach[1])}},
+      {"temperature_c", or_null(sample.temperature_c)},
+      {"dials", std::move(dials)},
+      {"position_mm", point_or_null(session::trial_of(rig, sample).position_mm)}};
+}
+
+}  // namespace sixdial::service

@@ -1,0 +1,14 @@
+// A sample as it goes over the socket: raw readings with their quality, and where they put the
+// tool.
+#pragma once
+
+#include "service/error.h"
+#include "session/session.h"
+
+namespace sixdial::service {
+
+/// set, point, repeat, time_utc, theta1_rad, theta2_rad, target_mm, temperature_c, dials {id:
+/// {value_mm, quality, reason}}, position_mm (null: contacts allow none).
+[[nodiscard]] Json sample_json(const geometry::Rig& rig, const session::Sample& sample);
+
+}  // namespace sixdial::service

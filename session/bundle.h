@@ -1,0 +1,54 @@
+// The session bundle, session.csv + rig.toml: how measured data enters and leaves (spec 2).
+// Required columns: set, theta1_rad, theta2_rad and either dial_<id>_mm or x_mm, y_mm. Unknown
+// columns are kept. What was read is written back with the same bytes.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "session/data_error.h"
+#include "session/session.h"
+
+namespace sixdial::session {
+
+struct ReadOptions {
+  /// Bad rows go to Session::rejected instead of being an error. A bad header or rig file stays
+  /// one.
+  bool skip_bad_rows = false;
+  std::string name;  // of the session; empty: the folder's name
+};
+
+/// `bundle`: a folder with session.csv and rig.toml, or a CSV file with rig.toml beside it.
+/// Throws DataError with up to 20 findings.
+[[nodiscard]] Session read_bundle(
+    const std::filesystem::path& bundle, const ReadOptions& options = {});
+[[nodiscard]] Session read_bundle(
+    const std::filesystem::path& session_csv, const std::filesystem::path& rig_toml,
+    const ReadOptions& options = {});
+
+/// The same from text; `csv_name` and `rig_name` stand in the errors.
+[[nodiscard]] Session parse_session(
+    std::string_view csv_text, const std::string& csv_name, std::string_view rig_text,
+    const std::string& rig_name, const ReadOptions& options = {});
+
+/// session.csv as text: rows as they were read, rows measured here in the columns of the header
+/// read, else in those of spec 2. A bad reading is written as no reading.
+[[nodiscard]] std::string session_csv(const Session& session);
+/// rig.toml as text: as read, else write_rig.
+[[nodiscard]] std::string rig_toml(const Session& session);
+
+/// SHA-256 of session_csv: says from which data a result is.
+[[nodiscard]] std::string data_sha256(const Session& session);
+/// SHA-256 of rig_toml.
+[[nodiscard]] std::string rig_sha256(const Session& session);
+
+/// Writes both files into `folder`, which is made if absent. Throws DataError.
+void write_bundle(const Session& session, const std::filesystem::path& folder);
+
+/// What is wrong with the values of a sample measured here, in words; empty: nothing. Finite
+/// numbers, a set, one value for each dial; angles that the nominal robot cannot take are a
+/// measurement all the same.
+[[nodiscard]] std::string sample_problem(const geometry::Rig& rig, const Sample& sample);
+
+}  // namespace sixdial::session

@@ -1,0 +1,36 @@
+// rig.toml: the measurement rig as a file people write (spec 2). Lengths in mm, angles in
+// degrees.
+//
+//   name = "..."
+//   [robot]   model, working_mode, assembly, l11_mm ... d_mm, x0_mm, y0_mm, alpha_deg,
+//             theta1_offset_deg, theta2_offset_deg, connection
+//   [cuboid]  side_mm, mount ("distal1", "distal2", "free"), reference_pose_mm
+//   [dials]   travel_mm, resolution_mm, accuracy_mm, repeatability_mm, tip_radius_mm, force_n,
+//             spring_n_per_mm, connection: common to all dials
+//   [[dial]]  id, position_mm, axis, and any key of [dials] to override it
+//
+// Optional: name, model, connection, accuracy_mm, force_n, spring_n_per_mm, mount (distal2 is
+// meant), reference_pose_mm of a free mount,
+// and all dials for a rig that only takes positions from an instrument.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "geometry/rig.h"
+#include "session/data_error.h"
+
+namespace sixdial::session {
+
+/// Throws DataError with line and column for a key that is unknown, missing, of the wrong type
+/// or without sense. An axis within 1e-3 of unit length is made a unit vector.
+[[nodiscard]] geometry::Rig parse_rig(std::string_view text, const std::string& file_name);
+
+/// parse_rig of the file's text.
+[[nodiscard]] geometry::Rig read_rig_file(const std::string& path);
+
+/// Text that parse_rig reads back equal. The one exception: an angle [rad] of which no double
+/// in degrees is the exact image comes back to its last bit.
+[[nodiscard]] std::string write_rig(const geometry::Rig& rig);
+
+}  // namespace sixdial::session

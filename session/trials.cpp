@@ -1,0 +1,139 @@
+#include "session/trials.h"
+
+#include <cmath>
+#include <optional>
+
+namespace sixdial::session {
+namespace {
+
+using geometry::Assembly;
+using geometry::CuboidPose;
+
+struct NominalPose {
+  CuboidPose cuboid;
+  Assembly assembly = Assembly::kLeft;
+};
+
+/// Where the nominal robot holds the cuboid, clamp angle 0.
+std::optional<NominalPose> nominal_pose(
+    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, Assembly assembly) {
+  const auto pose = geometry::forward(rig.robot.nominal, q_rad, assembly);
+  const auto reference = geometry::reference_link_angle(rig);
+  if (!pose || !reference) return std::nullopt;
+  return NominalPose{
+      {pose->p_WE, geometry::cuboid_angle(rig, *reference, *pose, 0.0)}, assembly};
+}
+
+std::vector<geometry::DialReading> readings_of(const geometry::Rig& rig, const Sample& sample) {
+  std::vector<geometry::DialReading> readings;
+  for (std::size_t i = 0; i < rig.dials.size() && i < sample.dials.size(); ++i) {
+    const DialValue& dial = sample.dials[i];
+    if (!dial.value_mm || dial.quality == Quality::kBad) continue;
+    if (!in_contact(rig.dials[i], *dial.value_mm)) continue;
+    readings.push_back({static_cast<int>(i), *dial.value_mm, reading_sigma_mm(rig.dials[i])});
+  }
+  return readings;
+}
+
+/// Mean square difference [mm^2] between readings and what the pose predicts.
+double misfit(
+    const geometry::Rig& rig, const std::vector<geometry::DialReading>& readings,
+    const CuboidPose& pose) {
+  double sum = 0.0;
+  for (const geometry::DialReading& reading : readings) {
+    const auto& dial = rig.dials[static_cast<std::size_t>(reading.dial)].geometry;
+    const int face = geometry::face_towards(dial, pose.gamma_rad);
+    const auto contact = geometry::contact_on_face(dial, pose, rig.cuboid.side_mm, face);
+    const double difference = reading.displacement_mm - contact.displacement_mm;
+    sum += difference * difference;
+  }
+  return sum / static_cast<double>(readings.size());
+}
+
+std::optional<Assembly> assembly_by_readings(const geometry::Rig& rig, const Sample& sample) {
+  const auto readings = readings_of(rig, sample);
+  const auto left = nominal_pose(rig, sample.q_rad, Assembly::kLeft);
+  const auto right = nominal_pose(rig, sample.q_rad, Assembly::kRight);
+  if (readings.empty() || !left || !right) return std::nullopt;
+  return misfit(rig, readings, left->cuboid) <= misfit(rig, readings, right->cuboid)
+             ? Assembly::kLeft
+             : Assembly::kRight;
+}
+
+}  // namespace
+
+bool in_contact(const geometry::Dial& dial, double displacement_mm) {
+  const double band_mm = 3 * dial.accuracy_mm + 3 * dial.repeatability_mm;
+  return displacement_mm > band_mm && displacement_mm < dial.geometry.travel_mm - band_mm;
+}
+
+double reading_sigma_mm(const geometry::Dial& dial) {
+  return std::max(dial.repeatability_mm, dial.resolution_mm / std::sqrt(12.0));
+}
+
+Assembly assembly_of(const geometry::Rig& rig, const Sample& sample) {
+  for (const auto& point : {sample.target_mm, sample.position_mm}) {
+    if (!point) continue;
+    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q_rad, *point);
+    if (assembly) return *assembly;
+  }
+  return assembly_by_readings(rig, sample).value_or(rig.robot.assembly);
+}
+
+simulation::Trial trial_of(
+    const geometry::Rig& rig, const Sample& sample, int index, std::optional<TimePoint> start) {
+  simulation::Trial trial;
+  trial.sample = index;
+  trial.point = sample.point;
+  trial.repeat = sample.repeat;
+  trial.q_rad = sample.q_rad;
+  trial.assembly = assembly_of(rig, sample);
+  trial.target_mm = sample.target_mm;
+  if (sample.time_utc && start) {
+    trial.time_s = std::chrono::duration<double>(*sample.time_utc - *start).count();
+  }
+  trial.temperature_c = sample.temperature_c;
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    trial.approach[joint] = sample.approach[joint].value_or(0);
+  }
+  trial.dial_mm.resize(rig.dials.size());
+  const auto readings = readings_of(rig, sample);
+  for (const geometry::DialReading& reading : readings) {
+    trial.dial_mm[static_cast<std::size_t>(reading.dial)] = reading.displacement_mm;
+  }
+  if (const auto nominal = nominal_pose(rig, sample.q_rad, trial.assembly)) {
+    const auto dials = rig.dial_geometries();
+    const auto estimate = geometry::best_active_three(
+        dials, readings, rig.cuboid.side_mm, nominal->cuboid.gamma_rad);
+    if (estimate) {
+      trial.position_mm = estimate->pose.p_WE;
+      trial.position_covariance = estimate->covariance.topLeftCorner<2, 2>();
+      trial.gamma_rad = estimate->pose.gamma_rad;
+      for (std::size_t i = 0; i < trial.active_dials.size(); ++i) {
+        trial.active_dials[i] = estimate->dials[i];
+      }
+    }
+  }
+  if (sample.position_mm) {  // an instrument's position goes before the dials'
+    trial.position_mm = sample.position_mm;
+    trial.position_covariance.setZero();
+    trial.active_dials = {-1, -1, -1};
+  }
+  return trial;
+}
+
+std::vector<simulation::Trial> trials_of(const Session& session, std::string_view set_name) {
+  std::optional<TimePoint> start;
+  for (const Sample& sample : session.samples) {
+    if (sample.time_utc && (!start || *sample.time_utc < *start)) start = sample.time_utc;
+  }
+  std::vector<simulation::Trial> trials;
+  for (std::size_t i = 0; i < session.samples.size(); ++i) {
+    const Sample& sample = session.samples[i];
+    if (!set_name.empty() && sample.set != set_name) continue;
+    trials.push_back(trial_of(session.rig, sample, static_cast<int>(i), start));
+  }
+  return trials;
+}
+
+}  // namespace sixdial::session
