@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -263,6 +264,64 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
     for (const auto& [id, sample] : stored) next_point = std::max(next_point, sample.point + 1);
   }
   EXPECT_GE(acknowledged.size(), static_cast<std::size_t>(kKills));
+}
+
+// A file-size limit makes writes fail as a broken disk does. The child says how many samples
+// were acknowledged before, and whether the store then refused to go on.
+[[noreturn]] void append_until_the_disk_fails(const std::string& path, int tell) {
+  constexpr rlim_t kBytesMore = 200'000;
+  ::signal(SIGXFSZ, SIG_IGN);
+  int acknowledged = 0;
+  int refused = 0;
+  try {
+    Store store = Store::open(path);
+    const SessionId id = store.find_session("s");
+    const rlimit limit{kBytesMore, RLIM_INFINITY};
+    const rlimit none{RLIM_INFINITY, RLIM_INFINITY};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(2);
+    for (int point = 0; point < 10'000 && refused < 2; ++point) {
+      try {
+        (void)store.append_sample(id, sample_at("G1", point));
+        ++acknowledged;
+      } catch (const StoreError& error) {
+        if (error.trouble != StoreTrouble::kDiskFailed) ::_exit(4);
+        ++refused;
+        if (::setrlimit(RLIMIT_FSIZE, &none) != 0) ::_exit(2);  // the disk seems well again
+      }
+    }
+  } catch (...) {
+    ::_exit(3);
+  }
+  const std::array<int, 2> told{acknowledged, refused};
+  ::_exit(::write(tell, told.data(), sizeof told) == sizeof told ? 0 : 5);
+}
+
+TEST_F(StoreFile, StopsWhenTheDiskFailsAndKeepsWhatItHas) {
+  {
+    Store store = Store::open(file());
+    (void)store.create_session("s", rig_text());
+  }
+  std::array<int, 2> pipe{};
+  ASSERT_EQ(::pipe(pipe.data()), 0);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) append_until_the_disk_fails(file(), pipe[1]);
+  ::close(pipe[1]);
+  std::array<int, 2> told{};
+  const ssize_t count = ::read(pipe[0], told.data(), sizeof told);
+  ::close(pipe[0]);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
+  ASSERT_EQ(count, static_cast<ssize_t>(sizeof told));
+  const auto [acknowledged, refused] = told;
+  EXPECT_GT(acknowledged, 0);
+  EXPECT_EQ(refused, 2) << "it must not go on after a failed write";
+  Store store = Store::open(file());
+  EXPECT_TRUE(store.check().empty());
+  EXPECT_EQ(
+      store.load_session(store.find_session("s")).samples.size(),
+      static_cast<std::size_t>(acknowledged));
 }
 
 }  // namespace
