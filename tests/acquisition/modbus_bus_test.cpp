@@ -331,9 +331,10 @@ class Pymodbus {
     ::close(ends[1]);
     char byte = 0;
     ready_ = failed == 0 && ::read(ends[0], &byte, 1) == 1 && byte == 'r';
-    ::close(ends[0]);
+    out_ = ends[0];  // open to the end: it may print more
   }
   ~Pymodbus() {
+    ::close(out_);
     if (pid_ <= 0) return;
     ::kill(pid_, SIGKILL);
     ::waitpid(pid_, nullptr, 0);
@@ -345,6 +346,7 @@ class Pymodbus {
 
  private:
   pid_t pid_ = -1;
+  int out_ = -1;
   int port_ = 0;
   bool ready_ = false;
 };
