@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/identifiability.h"
+#include "calibration/pipeline.h"
 #include "calibration/position_fit.h"
 #include "calibration/random.h"
 #include "tests/calibration/support.h"
@@ -189,13 +190,15 @@ TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
 }
 
 TEST(Identifiability, NamesStrongCorrelationsOnly) {
-  const auto session = simulate({}, 6);
+  SessionPlan plan;
+  plan.workspace = testing::kTable6Workspace;  // 10 mm wide: a long valley
+  const auto session = simulate(plan, 6);
   const auto fit = fit_positions(session.g1, session.nominal);
   const auto what = identifiability(fit.fit, parameter_names(), session.g1.size());
   EXPECT_TRUE(what.held.empty());
   EXPECT_GT(what.condition, 50.0);
-  EXPECT_LT(what.condition, 1000.0);
-  ASSERT_FALSE(what.correlations.empty());  // one workspace of one mode: a long valley
+  EXPECT_LT(what.condition, 3000.0);
+  ASSERT_FALSE(what.correlations.empty());
   for (const Correlation& each : what.correlations) {
     EXPECT_GT(std::abs(each.coefficient), kHighCorrelation);
     EXPECT_LE(std::abs(each.coefficient), 1.0);
@@ -218,7 +221,8 @@ TEST(PositionFit, FiveOfAHundredGrossErrorsDoNotHurtARobustFit) {
   }
   PositionFitSettings settings;
   settings.loss = Loss::kCauchy;
-  settings.loss_scale_mm = 0.006;
+  const auto plain = fit_positions(session.g1, session.nominal);
+  EXPECT_GT(std::abs(plain.v[geometry::kX0] - clean.v[geometry::kX0]), 0.05);
   const auto robust = fit_positions(session.g1, session.nominal, settings);
   for (int i = 0; i < geometry::kParameterCount; ++i) {
     EXPECT_LT(std::abs(robust.v[i] - clean.v[i]), 2 * std::sqrt(clean.covariance(i, i)))
@@ -227,20 +231,24 @@ TEST(PositionFit, FiveOfAHundredGrossErrorsDoNotHurtARobustFit) {
 }
 
 TEST(Table2, RobotShowsThePapersErrorBeforeCalibration) {
-  // Table 6, G2 before calibration: mean 2.995, std 0.179, max 3.452 mm
-  SessionPlan plan;
-  plan.workspace = testing::kTable6Workspace;
-  plan.noise_mm = 0.0;
-  plan.g1_points = 2500;
-  const auto session = simulate(plan, 1);
-  const Eigen::Matrix2Xd errors = position_residuals(session.g1, session.nominal);
-  const Eigen::VectorXd size = errors.colwise().norm().transpose();
-  const double mean = size.mean();
-  const double spread =
-      std::sqrt((size.array() - mean).square().sum() / (static_cast<double>(size.size()) - 1));
-  EXPECT_LT(std::abs(mean / 2.995 - 1.0), 0.02);
-  EXPECT_LT(std::abs(spread / 0.179 - 1.0), 0.02);
-  EXPECT_LT(std::abs(size.maxCoeff() / 3.452 - 1.0), 0.03);  // the corner of the rectangle
+  // Table 6, G2 before calibration: mean 2.995, std 0.179, max 3.452 mm. A grid of 1.25 mm over
+  // the rectangle; the spread depends on how much of the edge a grid holds.
+  const SessionPlan plan;
+  const testing::Rectangle& box = testing::kTable6Workspace;
+  std::vector<double> errors_mm;
+  for (double x = box.x_low_mm; x <= box.x_high_mm; x += 1.25) {
+    for (double y = box.y_low_mm; y <= box.y_high_mm; y += 1.25) {
+      const Eigen::Vector2d target(x, y);
+      const auto q = geometry::inverse(plan.nominal, target, plan.mode).value();
+      const auto assembly = geometry::assembly_at(plan.nominal, q, target).value();
+      errors_mm.push_back(
+          (geometry::forward(plan.robot, q, assembly).value().p_WE - target).norm());
+    }
+  }
+  const ErrorStats stats = error_stats(errors_mm);
+  EXPECT_LT(std::abs(stats.mean_mm / 2.995 - 1.0), 0.02);
+  EXPECT_LT(std::abs(stats.std_mm / 0.179 - 1.0), 0.03);
+  EXPECT_LT(std::abs(stats.max_mm / 3.452 - 1.0), 0.03);
 }
 
 TEST(Observations, NoiseComesFromRepeats) {

@@ -62,9 +62,9 @@ struct Standard {
 TEST(Qpso, SolvesTheStandardFunctionsFrom50Seeds) {
   const Standard standards[] = {
       {"sphere", sphere, 100, 600, 1e-8, 1.0},
-      {"Rosenbrock", rosenbrock, 2, 2000, 10.0, 0.9},
-      {"Rastrigin", rastrigin, 5.12, 1000, 10.0, 0.8},
-      {"Griewank", griewank, 600, 1000, 0.15, 0.8},
+      {"Rosenbrock", rosenbrock, 2, 800, 10.0, 0.9},
+      {"Rastrigin", rastrigin, 5.12, 600, 10.0, 0.8},
+      {"Griewank", griewank, 600, 600, 0.15, 0.8},
   };
   for (const Standard& each : standards) {
     int solved = 0;
