@@ -264,8 +264,7 @@ class Page {
     put("</figcaption>\n");
     // Open, so that it is read where no script runs; charts.js closes it once the chart is
     // drawn.
-    put("<details open class=\"numbers\">\n<summary>The numbers of figure {}</summary>\n",
-        figures_);
+    put("<details open>\n<summary>The numbers of figure {}</summary>\n", figures_);
     table(f.table, "", "table");
     put("</details>\n</figure>\n");
   }

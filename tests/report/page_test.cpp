@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -12,6 +13,7 @@
 #include <regex>
 #include <sstream>
 
+#include "geometry/rig.h"
 #include "report/chart_json.h"
 #include "report/csv_report.h"
 #include "report/html_report.h"
@@ -226,6 +228,98 @@ TEST(Page, HasEveryNumberOfEveryTable) {
     }
   }
   EXPECT_GT(compared, 3000);
+}
+
+/// Table 6 of Cao et al. 2021, as printed [mm]: mean, std, max of G1, then of G2.
+struct PaperRow {
+  const char* id;
+  const char* name;
+  std::array<double, 6> mm;
+};
+constexpr std::array<PaperRow, 5> kPaperTable6{{
+    {"before", "Before calibration", {3.051, 0.177, 3.367, 2.995, 0.179, 3.452}},
+    {"lse+bpnn", "LSE & BPNN", {0.040, 0.021, 0.078, 0.049, 0.024, 0.091}},
+    {"ekf+bpnn", "EKF & BPNN", {0.032, 0.019, 0.061, 0.039, 0.021, 0.076}},
+    {"ekf_dqpso", "EKF-DQPSO", {0.034, 0.018, 0.056, 0.038, 0.019, 0.063}},
+    {"ekf_dqpso+anfis", "EKF-DQPSO & ANFIS", {0.018, 0.012, 0.032, 0.022, 0.013, 0.038}},
+}};
+
+TEST(Page, ShowsThePapersTablesAsThePaperDoes) {
+  ReportData data;
+  for (const PaperRow& row : kPaperTable6) {
+    const auto& m = row.mm;
+    data.methods.push_back(
+        {.id = row.id,
+         .name = row.name,
+         .g1 = ErrorStatistics{.mean_mm = m[0], .std_mm = m[1], .max_mm = m[2], .points = 100},
+         .g2 = ErrorStatistics{.mean_mm = m[3], .std_mm = m[4], .max_mm = m[5], .points = 50}});
+  }
+  data.parameters = parameter_rows(
+      geometry::default_rig().robot.nominal, geometry::table_2_robot(), std::nullopt);
+  const json page = tables_of(html_report(data))["tables"];
+  const json report = json::parse(json_report(data));
+  const auto csv = read_csv(csv_file(csv_report(data), "table6.csv"));
+  for (std::size_t r = 0; r < kPaperTable6.size(); ++r) {
+    EXPECT_EQ(page["table6"]["rows"][r][0], kPaperTable6[r].name);
+    EXPECT_EQ(csv[r + 1][0], kPaperTable6[r].id);
+    std::size_t c = 1;
+    for (const double value : kPaperTable6[r].mm) {
+      EXPECT_EQ(page["table6"]["rows"][r][c++], fixed(value, 4));
+    }
+    EXPECT_EQ(report["table6"][r]["g1_std_mm"], kPaperTable6[r].mm[1]);
+    EXPECT_EQ(report["table6"][r]["g2_max_mm"], kPaperTable6[r].mm[5]);
+  }
+  EXPECT_EQ(page["table6"]["head"][0][1], "G1 calibration, 100 points");
+  EXPECT_EQ(page["table6"]["head"][0][2], "G2 validation, 50 points");
+  // Table 2, as printed; angles in degrees.
+  const std::array<const char*, 10> identified{"59.742", "60.483", "60.341", "59.704",
+                                               "89.511", "0.851",  "-0.556", "0.148",
+                                               "-0.873", "-1.032"};
+  for (std::size_t r = 0; r < identified.size(); ++r) {
+    EXPECT_EQ(page["table2"]["rows"][r][4], identified[r]);
+    EXPECT_EQ(page["table2"]["rows"][r][2], r < 7 ? "mm" : "deg");
+    EXPECT_TRUE(report["table2"][r]["sd"].is_null());
+  }
+}
+
+TEST(Page, ParametersCarryTheirUncertaintyInShownUnits) {
+  geometry::ParameterMatrix covariance = geometry::ParameterMatrix::Zero();
+  covariance.diagonal().setConstant(1e-6);  // sd 0.001 mm or 0.001 rad
+  std::array<bool, 10> held{};
+  held[4] = true;
+  const auto rows = parameter_rows(
+      geometry::default_rig().robot.nominal, geometry::table_2_robot(), covariance, held);
+  ASSERT_EQ(rows.size(), 10U);
+  constexpr double kExact = 1e-12;  // a few flops on values of order 60
+  EXPECT_NEAR(*rows[0].sd, 0.001, kExact);
+  EXPECT_NEAR(*rows[0].low, 59.742 - 1.959963984540054 * 0.001, kExact);
+  EXPECT_NEAR(*rows[7].sd, 0.0572957795130823, kExact);  // 0.001 rad in degrees
+  EXPECT_NEAR(*rows[7].high - *rows[7].low, 2 * 1.959963984540054 * 0.0572957795130823, kExact);
+  EXPECT_TRUE(rows[4].held);
+  EXPECT_FALSE(rows[4].sd.has_value());
+}
+
+TEST(Page, StatisticsAreThoseOfTheErrors) {
+  ReportData data;
+  data.methods = {{.id = "before", .name = "Before"}};
+  for (const double error : {3.0, 4.0, 8.0}) {
+    PointRow row{.set = "G2"};
+    row.residual_mm = {Eigen::Vector2d{0.6 * error, -0.8 * error}};
+    data.points.push_back(row);
+  }
+  data.points.push_back({.set = "G2"});  // gave no position
+  const auto found = error_statistics(data, "G2", 0);
+  ASSERT_TRUE(found);
+  constexpr double kExact = 1e-12;  // a few flops on values of order 10
+  EXPECT_EQ(found->points, 3);
+  EXPECT_NEAR(found->mean_mm, 5.0, kExact);
+  EXPECT_NEAR(found->std_mm, std::sqrt(7.0), kExact);  // (4 + 1 + 9) / 2
+  EXPECT_NEAR(found->max_mm, 8.0, kExact);
+  EXPECT_NEAR(
+      *found->mean_high_mm - *found->mean_low_mm, 2 * 1.959963984540054 * std::sqrt(7.0 / 3.0),
+      kExact);
+  EXPECT_FALSE(error_statistics(data, "G1", 0).has_value());
+  EXPECT_FALSE(error_statistics(data, "G2", 1).has_value());
 }
 
 TEST(Page, JsonAndCsvAgreeWithItsTableSix) {
