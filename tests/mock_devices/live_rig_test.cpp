@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -92,6 +93,36 @@ TEST(LiveRig, RefusesATargetOutOfReachAndStays) {
   EXPECT_EQ(report.q_rad, before);
   ASSERT_TRUE(rig.start_move(angles_at(world, {25, 50}), 100, 3.0));
   EXPECT_EQ(rig.robot(3.01).fault, RobotFault::kNone);
+}
+
+TEST(LiveRig, RefusesAWayThroughASingularityWithinOneWorkingMode) {
+  const World world = world_with({});
+  LiveRig rig(world);
+  // The same pose by a full turn of joint 2: in reach at its end, not on the way.
+  const Vector2d q = angles_at(world, {22, 40});
+  ASSERT_GT(q[1], 3.2);
+  EXPECT_FALSE(rig.start_move(q - Vector2d(0, 2 * std::numbers::pi), 100, 1.0));
+  EXPECT_TRUE(rig.start_move(q, 100, 2.0));
+}
+
+TEST(LiveRig, ChangesItsWorkingModeWithTheToolOnTheDialsSide) {
+  const World world = world_with(kIdealDials);
+  LiveRig rig(world);
+  double time_s = 1.0;
+  for (const geometry::WorkingMode mode : geometry::kWorkingModes) {
+    const Vector2d target(18, 34);  // at the middle, mode "+-" is nearly stretched
+    const auto q =
+        geometry::inverse(world.rig.robot.nominal, target, mode, rig.robot(time_s).q_rad);
+    ASSERT_TRUE(q);
+    ASSERT_TRUE(rig.start_move(*q, 100, time_s)) << geometry::to_string(mode);
+    time_s += 30.0;
+    const TruePose pose = rig.true_pose(time_s);
+    EXPECT_LT((pose.p_WE - target).norm(), 8.0) << geometry::to_string(mode);
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (!pose.pushes[i] || pose.pushes[i]->displacement_mm > 50.0) continue;
+      EXPECT_NEAR(rig.dial(i, time_s).value_mm, pose.pushes[i]->displacement_mm, 1e-6);
+    }
+  }
 }
 
 TEST(LiveRig, StopsOnTheWay) {
