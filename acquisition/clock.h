@@ -17,7 +17,7 @@ using DeviceTime = std::chrono::nanoseconds;
 
 /// No wait for bytes gets a shorter deadline than this on the wall, however fast the rig's
 /// clock runs: the two ends still share one operating system.
-inline constexpr std::chrono::milliseconds kLeastWallTimeout{100};
+inline constexpr std::chrono::milliseconds kLeastWallTimeout{250};
 
 /// May be used from any thread.
 class Clock {

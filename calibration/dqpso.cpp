@@ -19,6 +19,8 @@ constexpr std::uint32_t kParameterStream = 2;
 constexpr std::uint32_t kStartStream = 16;  // added for the first positions
 // Whitening assumes at least this much noise, so that exact data do not give an empty spread.
 constexpr double kLeastNoise_mm = 1e-6;
+// Rounding leaves this much of a variance that is zero.
+constexpr double kFixedVariance = 1e-20;
 
 /// Calls compute(block of eight columns) for every eight particles; `columns` values each.
 template <int Rows, class Fill, class Compute>
@@ -51,10 +53,7 @@ struct Whitening {
 Whitening whitening_at(
     const PositionObservations& observations, const ParameterVector& nominal,
     const ParameterVector& estimate, const ParameterSearchSettings& settings) {
-  // A filter without process noise at the estimate, with the noise that the residuals show.
-  const double rmse_mm = position_rmse(observations, estimate);
-  const double sigma_mm =
-      std::isfinite(rmse_mm) ? std::max(rmse_mm / std::sqrt(2.0), kLeastNoise_mm) : 1.0;
+  // A filter without process noise at the estimate says what the data determine ...
   const ParameterVector scale = parameter_scale();
   FilterSettings filter;
   filter.linearisation = Linearisation::kNominal;
@@ -63,8 +62,14 @@ Whitening whitening_at(
     if (settings.fixed[static_cast<std::size_t>(i)]) filter.p0[i] = 0.0;
   }
   filter.noise.q.setZero();
-  filter.noise.r.setConstant(sigma_mm * sigma_mm);
+  filter.noise.r.setConstant(settings.noise_mm * settings.noise_mm);
   const ParameterMatrix P = filter_positions(observations, estimate, filter).P;
+  // ... and the residuals there, how far away the minimum may be.
+  const double rmse_mm = position_rmse(observations, estimate);
+  const double widen =
+      std::isfinite(rmse_mm)
+          ? std::max(rmse_mm / std::sqrt(2.0), kLeastNoise_mm) / settings.noise_mm
+          : HUGE_VAL;
 
   const ParameterMatrix scaled =
       scale.cwiseInverse().asDiagonal() * P * scale.cwiseInverse().asDiagonal();
@@ -72,19 +77,25 @@ Whitening whitening_at(
   Whitening result;
   result.origin = estimate;
   result.L.setZero();
-  const double limit = settings.hold_uncertainty_mm * settings.hold_uncertainty_mm / 2;
+  const double most = settings.hold_uncertainty_mm;
   for (int k = 0; k < kParameterCount; ++k) {
     const ParameterVector direction = eigen.eigenvectors().col(k);
     const double variance = eigen.eigenvalues()[k];
-    if (variance <= 0.0) continue;  // a fixed parameter
-    if (variance < limit) {
-      result.L.col(k) = scale.cwiseProduct(direction) * std::sqrt(variance);
+    if (variance <= kFixedVariance * most * most) continue;  // a fixed parameter
+    if (variance < most * most / 2) {
+      const double spread = std::min(std::sqrt(variance) * widen, most);
+      result.L.col(k) = scale.cwiseProduct(direction) * spread;
     } else {
       // The data say little beyond what was assumed: hold it.
       ++result.held;
       const double along = direction.dot((nominal - estimate).cwiseQuotient(scale));
       result.origin += scale.cwiseProduct(direction) * along;
     }
+  }
+  for (int i = 0; i < kParameterCount; ++i) {
+    if (!settings.fixed[static_cast<std::size_t>(i)]) continue;
+    result.L.row(i).setZero();
+    result.origin[i] = estimate[i];
   }
   return result;
 }

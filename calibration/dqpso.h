@@ -55,8 +55,9 @@ struct ParameterSearchSettings {
   double whitened_spread = 3.0;  // standard deviation of the start, in the filter's
   double raw_spread_mm = 0.3;    // half width of the start around the estimate, lengths
   double raw_spread_rad = 0.005;
-  double raw_bound = 5.0;            // search region, in raw spreads around nominal
-  double hold_uncertainty_mm = 2.0;  // as PositionFitSettings
+  double raw_bound = 5.0;   // search region, in raw spreads around nominal
+  double noise_mm = 0.003;  // as PositionFitSettings, to judge what is determined
+  double hold_uncertainty_mm = 2.0;
   FixedParameters fixed{};
   std::uint64_t seed = 1;
   int threads = 1;

@@ -232,6 +232,9 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
     const ParameterVector& nominal, const Settings& settings, const ProgressCallback& progress,
     std::stop_token stop) {
   if (auto trouble = refuse(g1, nominal)) return tl::unexpected(*std::move(trouble));
+  const auto repeats = noise_from_repeats(g1);
+  const double noise_mm =
+      repeats && repeats->sigma_mm > 0.0 ? repeats->sigma_mm : settings.noise_mm;
   Stopwatch whole;
   Stopwatch watch;
   Result result;
@@ -280,6 +283,7 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
   search.swarm = settings.qpso2;
   search.coordinates = settings.coordinates;
   search.fixed = settings.fixed;
+  search.noise_mm = noise_mm;
   search.seed = settings.seed;
   search.threads = settings.threads;
   const ParameterSearch found = search_parameters(
@@ -295,6 +299,7 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
   tell(Stage::kReference, kAfterParameterSearch, {}, found.rmse_mm);
   PositionFitSettings reference;
   reference.fixed = settings.fixed;
+  reference.noise_mm = noise_mm;
   const PositionFit lm = fit_positions(g1, nominal, reference);
   result.stages.push_back({"lm", lm.v, lm.rmse_mm, watch.lap()});
   result.lm_status = lm.fit.status;

@@ -38,6 +38,9 @@ struct Settings {
   bool cross_validate = true;     // choose functions, ridge or no network at all
   double holdout_fraction = 0.2;  // of G1, for choosing the epoch
   FixedParameters fixed{};
+  /// Standard deviation of one measured axis, to judge what can be determined, where there are
+  /// no repeats to tell.
+  double noise_mm = 0.003;
 };
 [[nodiscard]] Settings settings_for(Profile profile);
 

@@ -2,8 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 namespace sixdial::calibration {
 namespace {
@@ -72,6 +74,23 @@ LeastSquaresProblem position_problem(
 
 namespace {
 
+constexpr int kRobustRounds = 20;
+constexpr double kRobustScale = 2.5;     // in standard deviations
+constexpr double kRobustSettled = 1e-9;  // relative change of the RMSE
+
+/// Standard deviation of one axis from the median length of the residual vectors, which gross
+/// errors do not move: for two normal axes the median length is sigma sqrt(2 ln 2).
+double robust_sigma(const Eigen::VectorXd& residual) {
+  std::vector<double> lengths;
+  for (Eigen::Index i = 0; i + 1 < residual.size(); i += 2) {
+    lengths.push_back(residual.segment<2>(i).norm());
+  }
+  if (lengths.empty()) return 0.0;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::ranges::nth_element(lengths, middle);
+  return *middle / std::sqrt(2.0 * std::numbers::ln2);
+}
+
 PositionFit run(
     const PositionObservations& observations, const geometry::ParameterVector& nominal,
     geometry::ParameterVector start, const PositionFitSettings& settings, int max_iterations) {
@@ -106,9 +125,24 @@ PositionFit run(
 PositionFit fit_positions(
     const PositionObservations& observations, const geometry::ParameterVector& nominal,
     const PositionFitSettings& settings) {
-  return run(
-      observations, nominal, settings.start.value_or(nominal), settings,
-      LeastSquaresSettings{}.max_iterations);
+  const int most = LeastSquaresSettings{}.max_iterations;
+  PositionFitSettings step = settings;
+  step.loss = Loss::kSquare;
+  PositionFit result = run(observations, nominal, settings.start.value_or(nominal), step, most);
+  if (settings.loss == Loss::kSquare || result.fit.status == FitStatus::kBadStart)
+    return result;
+  // A robust loss has many minima. Come from the plain one with a scale that shrinks: the first
+  // scale forgives nothing but what stands out from everything else.
+  step.loss = settings.loss;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    const double sigma_mm = robust_sigma(result.fit.residual);
+    if (sigma_mm <= 0.0) break;
+    step.loss_scale_mm = std::max(kRobustScale * sigma_mm, settings.loss_scale_mm);
+    const double before_mm = result.rmse_mm;
+    result = run(observations, nominal, result.v, step, most);
+    if (std::abs(result.rmse_mm - before_mm) < kRobustSettled * before_mm) break;
+  }
+  return result;
 }
 
 PositionFit assess_positions(

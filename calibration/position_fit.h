@@ -21,7 +21,9 @@ struct PositionFitSettings {
   FixedParameters fixed{};                         // keep their nominal value
   bool weigh_by_covariance = false;  // default: every position counts alike, as (31)
   Loss loss = Loss::kSquare;
-  double loss_scale_mm = 0.01;
+  /// Residuals larger than about this count less; 0: 2.5 robust standard deviations of the
+  /// residuals themselves.
+  double loss_scale_mm = 0.0;
   /// Standard deviation of one measured axis, to judge what can be determined.
   double noise_mm = 0.003;
   /// A direction whose standard deviation would be larger than this is held at nominal [mm or

@@ -121,6 +121,7 @@ class Store {
       const std::string& note);
   void refuse_bad_sample(SessionId id, const session::Sample& sample);
   std::optional<SampleId> live_sample(SessionId id, const session::Sample& sample);
+  void refuse_bad_json(const std::string& what, const std::string& json);
   void insert_withdrawal(SampleId id, const std::string& reason, const Operator& who);
   [[noreturn]] void not_found(const std::string& what, const std::string& hint = "") const;
 

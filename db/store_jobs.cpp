@@ -85,9 +85,19 @@ bool is_final(JobState state) {
          state == JobState::kCancelled;
 }
 
+// Not a CHECK of the schema: SQLite refuses json_valid there once the schema is not trusted.
+void Store::refuse_bad_json(const std::string& what, const std::string& json) {
+  Statement query(*database_, "SELECT json_valid(?)");
+  query.bind(json);
+  query.step();
+  if (query.integer(0) == 1) return;
+  throw StoreError(StoreTrouble::kRefused, path_, what + " is not JSON", "");
+}
+
 JobId Store::save_job(const NewJob& job) {
   return writing([&] {
     if (job.session) (void)rig_of(*job.session);
+    refuse_bad_json("the job's request", job.request);
     Statement(
         *database_,
         "INSERT INTO jobs (kind, session_id, state, request, operator, operator_uid, "
@@ -112,6 +122,7 @@ void Store::update_job(JobId id, const JobUpdate& update) {
           StoreTrouble::kRefused, path_,
           fmt::format("job {} is {} already", id.value, to_string(before)), "");
     }
+    if (update.progress) refuse_bad_json("the job's progress", *update.progress);
     const JobState after = update.state.value_or(before);
     std::optional<std::string> started;
     std::optional<std::string> finished;
@@ -162,6 +173,8 @@ int Store::fail_unfinished_jobs(const std::string& reason) {
 
 ResultId Store::save_result(const NewResult& result) {
   return writing([&] {
+    refuse_bad_json("the result", result.json);
+    refuse_bad_json("the result's settings", result.settings);
     const session::Session session = session_of(result.session);
     const std::string data_hash =
         result.data_sha256.empty() ? session::data_sha256(session) : result.data_sha256;

@@ -44,8 +44,8 @@ struct FaultOrder {
   Fault fault = Fault::kSilent;
   int count = 1;            // replies; 0: as long as `duration_s` says, which 0 makes for ever
   double duration_s = 0.0;  // wall seconds
-  std::optional<double> amount;
-  std::string connection;  // "modbus-tcp", "mux10", "sylvac", ...; empty: whichever asks next
+  std::optional<double> amount{};
+  std::string connection{};  // "modbus-tcp", "mux10", "sylvac", ...; empty: whichever asks next
 };
 
 class FaultBook {

@@ -26,7 +26,7 @@ LiveRig::LiveRig(const World& world, const LiveRigHabits& habits)
   const auto q =
       geometry::inverse(robot.nominal, world.rig.cuboid.reference_pose_mm, robot.working_mode);
   if (!q) throw std::invalid_argument("the nominal robot cannot take its reference pose");
-  moves_.emplace_back(*q, *q, 0.0, habits.motion, 1.0);
+  legs_.push_back({Move(*q, *q, 0.0, habits.motion, 1.0), assembly_for(*q), false});
   const auto start = model_.pose(moment(0.0));
   if (!start) throw std::invalid_argument("the true robot cannot take the reference pose");
   for (std::size_t i = 0; i < model_.dial_count(); ++i) {
@@ -43,22 +43,30 @@ LiveRig::LiveRig(const World& world, const LiveRigHabits& habits)
   }
 }
 
-const Move& LiveRig::move_at(double time_s) const {
-  for (auto move = moves_.rbegin(); move != moves_.rend(); ++move) {
-    if (move->start_s() <= time_s) return *move;
+const LiveRig::Leg& LiveRig::leg_at(double time_s) const {
+  for (auto leg = legs_.rbegin(); leg != legs_.rend(); ++leg) {
+    if (leg->move.start_s() <= time_s) return *leg;
   }
-  return moves_.front();
+  return legs_.front();
+}
+
+geometry::Assembly LiveRig::assembly_for(const Vector2d& q_rad) const {
+  const geometry::Rig& rig = model_.world().rig;
+  const auto assembly =
+      geometry::assembly_at(rig.robot.nominal, q_rad, rig.cuboid.reference_pose_mm);
+  return assembly ? *assembly : rig.robot.assembly;
 }
 
 Moment LiveRig::moment(double time_s) const {
-  const Move& move = move_at(time_s);
+  const Leg& leg = leg_at(time_s);
+  const Move& move = leg.move;
   Moment now{
       .time_s = time_s,
       .temperature_c = model_.temperature_c(time_s),
       .sample = std::max<std::int64_t>(0, moves_started_ - 1),
       .q_rad = move.at(time_s),
       .approach = approach_,
-      .assembly = model_.world().rig.robot.assembly};
+      .assembly = leg.assembly};
   if (!model_.world().effects.empty()) {
     Moment start = now;
     start.q_rad = move.from_rad();
@@ -71,18 +79,24 @@ Moment LiveRig::moment(double time_s) const {
 
 bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s) {
   advance(time_s);
-  const Vector2d here = move_at(time_s).at(time_s);
+  const Vector2d here = leg_at(time_s).move.at(time_s);
   const double step = habits_.encoder_step_rad;
   const Vector2d target =
       step > 0.0 ? Vector2d((q_rad / step).array().round().matrix() * step) : q_rad;
   const geometry::Robot& robot = model_.world().rig.robot;
+  const geometry::Assembly assembly = assembly_for(target);
+  const auto mode_here =
+      geometry::working_mode_of(robot.nominal, here, leg_at(time_s).assembly);
+  const auto mode_there = geometry::working_mode_of(robot.nominal, target, assembly);
+  const bool changes_mode = !mode_here || !mode_there || *mode_here != *mode_there ||
+                            leg_at(time_s).assembly != assembly;
   Moment on_way = moment(time_s);
-  for (int i = 1; i <= kPathPoints; ++i) {
+  on_way.assembly = assembly;
+  for (int i = changes_mode ? kPathPoints : 1; i <= kPathPoints; ++i) {
     on_way.q_rad = here + (target - here) * (static_cast<double>(i) / kPathPoints);
-    if (!geometry::forward(robot.nominal, on_way.q_rad, robot.assembly) ||
-        !model_.tool(on_way)) {
+    if (!geometry::forward(robot.nominal, on_way.q_rad, assembly) || !model_.tool(on_way)) {
       fault_ = RobotFault::kOutOfReach;
-      moves_.back().cut(time_s);
+      legs_.back().move.cut(time_s);
       return false;
     }
   }
@@ -91,10 +105,10 @@ bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s
     const double way = (target - here)[static_cast<Eigen::Index>(joint)];
     if (std::abs(way) > step / 2) approach_[joint] = way > 0 ? 1 : -1;
   }
-  moves_.back().cut(time_s);
-  moves_.emplace_back(
-      here, target, time_s, habits_.motion, std::clamp(speed_percent, 1, 100) / 100.0);
-  if (moves_.size() > kKeptMoves) moves_.pop_front();
+  legs_.back().move.cut(time_s);
+  const double share = std::clamp(speed_percent, 1, 100) / 100.0;
+  legs_.push_back({Move(here, target, time_s, habits_.motion, share), assembly, changes_mode});
+  if (legs_.size() > kKeptMoves) legs_.pop_front();
   ++moves_started_;
   fault_ = RobotFault::kNone;
   resting_state_ = RobotState::kInPosition;
@@ -103,18 +117,18 @@ bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s
 
 void LiveRig::stop(double time_s) {
   advance(time_s);
-  if (time_s >= moves_.back().end_s()) return;
-  moves_.back().cut(time_s);
+  if (time_s >= legs_.back().move.end_s()) return;
+  legs_.back().move.cut(time_s);
   fault_ = RobotFault::kStopped;
 }
 
 RobotReport LiveRig::robot(double time_s) const {
   RobotReport report;
   report.fault = fault_;
-  report.state = fault_ != RobotFault::kNone      ? RobotState::kFault
-                 : time_s < moves_.back().end_s() ? RobotState::kMoving
-                                                  : resting_state_;
-  report.q_rad = move_at(time_s).at(time_s);
+  report.state = fault_ != RobotFault::kNone          ? RobotState::kFault
+                 : time_s < legs_.back().move.end_s() ? RobotState::kMoving
+                                                      : resting_state_;
+  report.q_rad = leg_at(time_s).move.at(time_s);
   report.moves_started = static_cast<std::uint16_t>(moves_started_);
   report.temperature_c = model_.temperature_c(time_s);
   report.cycles = static_cast<std::uint16_t>(
@@ -144,7 +158,7 @@ void LiveRig::advance(std::size_t index, double time_s) {
   const auto time_of = [&](std::int64_t tick) {
     return (static_cast<double>(tick) + dial.phase) / dial.rate_hz;
   };
-  const double quiet_s = moves_.back().end_s() + kSettled * dial.tau_s;
+  const double quiet_s = legs_.back().move.end_s() + kSettled * dial.tau_s;
   while (dial.tick < last) {
     const double from_s = time_of(dial.tick);
     const bool at_rest = from_s > quiet_s;
@@ -158,12 +172,21 @@ void LiveRig::follow(Dial& dial, std::size_t index, double from_s, double to_s, 
   const int steps = at_rest ? 1 : kSubsteps;
   const double step_s = (to_s - from_s) / steps;
   bool touched = false;
+  bool closed = false;
   Moment now;
   double speed_mm_s = 0.0;
   for (int i = 1; i <= steps; ++i) {
     now = moment(from_s + i * step_s);
     const auto pose = model_.pose(now);
-    if (!pose) throw std::logic_error("the true robot stands where its links cannot close");
+    if (!pose) {
+      if (!leg_at(now.time_s).changes_mode) {
+        throw std::logic_error("the true robot stands where its links cannot close");
+      }
+      dial.face.moving_fast = true;  // somebody is lifting the legs across
+      closed = false;
+      continue;
+    }
+    closed = true;
     const auto& push = pose->pushes[index];
     touched = push.has_value();
     const double pushed = push ? std::min(push->displacement_mm, travel) : 0.0;
@@ -181,6 +204,7 @@ void LiveRig::follow(Dial& dial, std::size_t index, double from_s, double to_s, 
       dial.turning_mm = dial.plunger_mm;
     }
   }
+  if (!closed) return;
   DialFace& face = dial.face;
   face.in_contact = touched;
   face.at_travel_end = touched && dial.plunger_mm >= travel - kAtStop_mm;
@@ -193,7 +217,7 @@ void LiveRig::follow(Dial& dial, std::size_t index, double from_s, double to_s, 
     face.value_mm = model_.quantised_mm(travel);
     return;
   }
-  if (moves_started_ > 1 && to_s > moves_.back().end_s() &&
+  if (moves_started_ > 1 && to_s > legs_.back().move.end_s() &&
       model_.is_stale(index, now.sample)) {
     face.value_mm = dial.before_move_mm;
     return;

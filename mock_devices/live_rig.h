@@ -48,12 +48,15 @@ class LiveRig {
   explicit LiveRig(const World& world, const LiveRigHabits& habits = {});
 
   /// False: refused, out of reach on the way or at the target; the robot stays where it is.
+  /// A move into another working mode passes singular poses: an operator helps the legs across,
+  /// so only its end must be in reach, and the tool ends on the dials' side of the elbows.
   bool start_move(const Eigen::Vector2d& q_rad, int speed_percent, double time_s);
   void stop(double time_s);
   [[nodiscard]] RobotReport robot(double time_s) const;
   [[nodiscard]] DialFace dial(std::size_t name, double time_s);
 
-  /// Tool, cuboid and plungers as they truly are.
+  /// Tool, cuboid and plungers as they truly are. Throws std::logic_error in the middle of a
+  /// change of working mode, where the links may be open.
   [[nodiscard]] TruePose true_pose(double time_s) const;
   [[nodiscard]] const WorldModel& model() const { return model_; }
   /// Readings a second and settling time constant [s] of a dial.
@@ -72,14 +75,20 @@ class LiveRig {
   };
 
   [[nodiscard]] Moment moment(double time_s) const;
-  [[nodiscard]] const Move& move_at(double time_s) const;
+  struct Leg {
+    Move move;
+    geometry::Assembly assembly;
+    bool changes_mode;
+  };
+  [[nodiscard]] const Leg& leg_at(double time_s) const;
+  [[nodiscard]] geometry::Assembly assembly_for(const Eigen::Vector2d& q_rad) const;
   void advance(double time_s);
   void advance(std::size_t index, double time_s);
   void follow(Dial& dial, std::size_t index, double from_s, double to_s, bool at_rest);
 
   WorldModel model_;
   LiveRigHabits habits_;
-  std::deque<Move> moves_;
+  std::deque<Leg> legs_;
   std::vector<Dial> dials_;
   RobotState resting_state_ = RobotState::kIdle;
   RobotFault fault_ = RobotFault::kNone;

@@ -169,6 +169,13 @@ std::vector<PlannedPose> random_plan(
     const geometry::Rig& rig, std::uint64_t seed, int count_g1, int count_g2,
     const Vector2d& low_mm, const Vector2d& high_mm) {
   const Random random(seed, Stream::kRobot, 1);
+  // Angles are continuous around the reference pose: theta2 passes pi on the default rectangle.
+  const auto reference = geometry::inverse(
+      rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
+  if (!reference) {
+    throw std::invalid_argument(
+        "random_plan: the nominal robot cannot take its reference pose");
+  }
   constexpr std::uint64_t kMostTries = 1'000'000;
   std::vector<PlannedPose> plan;
   double time_s = 0.0;
@@ -182,7 +189,8 @@ std::vector<PlannedPose> random_plan(
     const Vector2d target(
         random.uniform(counter, low_mm.x(), high_mm.x()),
         random.uniform(counter + 1, low_mm.y(), high_mm.y()));
-    const auto q = geometry::inverse(rig.robot.nominal, target, rig.robot.working_mode);
+    const auto q =
+        geometry::inverse(rig.robot.nominal, target, rig.robot.working_mode, reference.value());
     if (!q) continue;
     const auto assembly = geometry::assembly_at(rig.robot.nominal, *q, target);
     if (!assembly) continue;

@@ -42,12 +42,30 @@ std::string_view name_of(Mark mark) {
 
 std::size_t marks_of(const Series& s) { return std::max(s.x.size(), s.y.size()); }
 
-std::vector<std::size_t> drawn_marks(const Series& s) {
+/// What an arrow and a dot take on the page.
+std::size_t weight_of(const Series& s) { return s.dx.empty() ? 1 : 2; }
+
+/// The most marks that a series may have; no limit where the chart is small enough.
+std::size_t share_of(const Chart& chart) {
+  std::size_t weight = 0;
+  std::size_t series = 0;
+  for (const Panel& p : chart.panels) {
+    for (const Series& s : p.series) {
+      weight += weight_of(s) * marks_of(s);
+      ++series;
+    }
+  }
+  if (weight <= kMarksOnChart) return weight;
+  return std::max<std::size_t>(2, kMarksOnChart / series);
+}
+
+std::vector<std::size_t> drawn_marks(const Series& s, std::size_t share) {
   const std::size_t n = marks_of(s);
+  const std::size_t most = std::max<std::size_t>(2, share / weight_of(s));
   const auto fields = {&s.x, &s.y, &s.dx, &s.dy, &s.high};
   std::vector<std::size_t> out;
-  for (std::size_t k = 0, last = std::min(n, kMarksOnPage); k < last; ++k) {
-    const std::size_t i = n <= kMarksOnPage ? k : k * (n - 1) / (kMarksOnPage - 1);
+  for (std::size_t k = 0, last = std::min(n, most); k < last; ++k) {
+    const std::size_t i = n <= most ? k : k * (n - 1) / (most - 1);
     const bool whole = std::all_of(fields.begin(), fields.end(), [&](const auto* field) {
       return field->empty() || (i < field->size() && std::isfinite((*field)[i]));
     });
@@ -56,11 +74,11 @@ std::vector<std::size_t> drawn_marks(const Series& s) {
   return out;
 }
 
-json series_json(const Series& s) {
+json series_json(const Series& s, std::size_t share) {
   json out{{"mark", name_of(s.mark)}, {"style", s.style}};
   if (!s.name.empty()) out["name"] = valid_utf8(s.name);
   if (!s.label.empty()) out["label"] = valid_utf8(s.label);
-  const std::vector<std::size_t> marks = drawn_marks(s);
+  const std::vector<std::size_t> marks = drawn_marks(s, share);
   const auto put = [&](const char* key, const std::vector<double>& values) {
     if (values.empty()) return;
     json list = json::array();
@@ -88,10 +106,11 @@ json axis_json(const Axis& a) {
 }  // namespace
 
 json chart_json(const Chart& chart) {
+  const std::size_t share = share_of(chart);
   json panels = json::array();
   for (const Panel& p : chart.panels) {
     json series = json::array();
-    for (const Series& s : p.series) series.push_back(series_json(s));
+    for (const Series& s : p.series) series.push_back(series_json(s, share));
     json panel{
         {"title", valid_utf8(p.title)},
         {"x", axis_json(p.x)},
@@ -109,9 +128,10 @@ json chart_json(const Chart& chart) {
 }
 
 bool is_thinned(const Chart& chart) {
+  const std::size_t share = share_of(chart);
   for (const Panel& p : chart.panels) {
     for (const Series& s : p.series) {
-      if (marks_of(s) > kMarksOnPage) return true;
+      if (marks_of(s) > std::max<std::size_t>(2, share / weight_of(s))) return true;
     }
   }
   return false;

@@ -8,12 +8,13 @@
 
 namespace sixdial::report {
 
-/// Marks of a series beyond this are thinned out evenly, first and last kept.
-inline constexpr std::size_t kMarksOnPage = 1000;
+/// A chart with more marks than this (an arrow counts for two) is thinned: every series to an
+/// equal share, evenly chosen, first and last kept.
+inline constexpr std::size_t kMarksOnChart = 5200;
 
 /// Values not finite are left out with their point. Texts are valid UTF-8.
 [[nodiscard]] nlohmann::json chart_json(const Chart& chart);
-/// True if a series of this chart has more marks than are drawn.
+/// True if this chart has more marks than are drawn.
 [[nodiscard]] bool is_thinned(const Chart& chart);
 
 }  // namespace sixdial::report

@@ -44,7 +44,8 @@ struct Table {
   std::vector<std::vector<Cell>> rows{};
   std::vector<std::string> notes{};       // under the table
   std::optional<std::size_t> main_row{};  // printed bold
-  /// More rows than this are not put on the page, which then says how many and where they are.
+  /// Of a table with more rows than this, the page shows the first half of so many and says
+  /// where the others are.
   std::size_t rows_on_page = 400;
 };
 

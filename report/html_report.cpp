@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 
 #include "report/assets.h"
 #include "report/chart_json.h"
 #include "report/sections.h"
+#include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
 
@@ -22,7 +24,8 @@ constexpr std::string_view kPolicy =
 
 class Page {
  public:
-  explicit Page(const ReportData& data) : data_(data), charts_(nlohmann::json::object()) {}
+  Page(const ReportData& data, bool with_charts)
+      : data_(data), with_charts_(with_charts), charts_(nlohmann::json::object()) {}
 
   std::string text() {
     const std::string name =
@@ -50,6 +53,13 @@ class Page {
   template <typename... Args>
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+  }
+
+  /// An id that this page does not have yet: the second "table" becomes "table_2".
+  std::string new_id(std::string_view wanted) {
+    const std::string id = key_of(wanted);
+    const int n = ++ids_[id];
+    return n == 1 ? id : new_id(fmt::format("{}_{}", id, n));
   }
 
   void fact(std::string_view name, const std::string& value) {
@@ -124,11 +134,18 @@ class Page {
     list("How far to trust it", "cautions", v.cautions);
     list("What could not be judged", "not_judged", v.not_judged);
     put("</div>\n</section>\n");
+    if (!with_charts_) {
+      put("<p class=\"note\" id=\"no_charts\">{} Figures are given as tables only; all numbers "
+          "are here.</p>\n",
+          has_chart_libraries() ? "This report was made without charts."
+                                : "This copy of Sixdial was built without its chart libraries "
+                                  "(npm was not available then).");
+    }
   }
 
   void section(const Section& s) {
-    put("<section id=\"{}\">\n<h2><span class=\"number\">{}</span> {}</h2>\n",
-        escape_html(s.id), ++number_, escape_html(s.heading));
+    put("<section id=\"{}\">\n<h2><span class=\"number\">{}</span> {}</h2>\n", new_id(s.id),
+        ++number_, escape_html(s.heading));
     for (const Block& block : s.blocks) {
       if (const auto* words = std::get_if<std::string>(&block)) {
         put("<p>{}</p>\n", escape_html(*words));
@@ -189,13 +206,19 @@ class Page {
   }
 
   void table(const Table& t, const std::string& title, std::string_view kind) {
-    const std::size_t rows = std::min(t.rows.size(), t.rows_on_page);
+    const std::size_t rows =
+        t.rows.size() <= t.rows_on_page ? t.rows.size() : (t.rows_on_page + 1) / 2;
     std::vector<bool> numeric(t.columns.size());
     for (std::size_t i = 0; i < numeric.size(); ++i) numeric[i] = is_numeric(t, i);
-    const bool narrow = t.columns.size() <= 3 && rows <= 20 && t.notes.empty();
+    const bool few = t.columns.size() <= 3;
+    const bool narrow = few && rows <= 20 && t.notes.empty();
     put("<div class=\"{}{}{}\" id=\"{}\">\n<table>\n<caption>{}{}</caption>\n", kind,
-        rows > 40 ? " long" : "", narrow ? " narrow" : "", escape_html(t.id),
-        title.empty() ? "" : "<b>" + escape_html(title) + "</b> ", escape_html(t.caption));
+        rows > 40 ? " long" : "",
+        narrow ? " few narrow"
+        : few  ? " few"
+               : "",
+        new_id(t.id), title.empty() ? "" : "<b>" + escape_html(title) + "</b> ",
+        escape_html(t.caption));
     column_heads(t, numeric);
     put("<tbody>\n");
     for (std::size_t r = 0; r < rows; ++r) {
@@ -222,10 +245,11 @@ class Page {
   }
 
   void figure(const Figure& f) {
-    put("<figure id=\"{}\">\n", escape_html(f.id));
-    if (has_chart_libraries()) {
-      put("<div class=\"chart\" data-chart=\"{}\"></div>\n", escape_html(f.id));
-      charts_[valid_utf8(f.id)] = chart_json(f.chart);
+    const std::string id = new_id("figure_" + f.id);
+    put("<figure id=\"{}\">\n", id);
+    if (with_charts_) {
+      put("<div class=\"chart\" data-chart=\"{}\"></div>\n", id);
+      charts_[id] = chart_json(f.chart);
     }
     put("<figcaption>\n<p class=\"figure-title\"><b>Figure {}</b> {}</p>\n<dl>\n", ++figures_,
         escape_html(f.title));
@@ -234,24 +258,18 @@ class Page {
         escape_html(f.shows), escape_html(f.good),
         f.here.empty() ? "nothing to say in a sentence" : escape_html(f.here));
     if (is_thinned(f.chart)) {
-      put("<p class=\"note\">At most {} marks of a series are drawn, evenly chosen.</p>\n",
-          kMarksOnPage);
+      put("<p class=\"note\">Too many to draw all: an even choice of each series is "
+          "shown.</p>\n");
     }
     put("</figcaption>\n");
     // Open, so that it is read where no script runs; charts.js closes it once the chart is
     // drawn.
-    put("<details open class=\"numbers\">\n<summary>The numbers of figure {}</summary>\n",
-        figures_);
+    put("<details open>\n<summary>The numbers of figure {}</summary>\n", figures_);
     table(f.table, "", "table");
     put("</details>\n</figure>\n");
   }
 
   void foot() {
-    if (!has_chart_libraries()) {
-      put("<p class=\"note\" id=\"no-charts\">This copy of Sixdial was built without its chart "
-          "libraries (npm was not available then), so figures are given as tables only. All "
-          "numbers are here.</p>\n");
-    }
     put("<footer>\n<p>Made by Sixdial {} from session <bdi>{}</bdi>, data <span "
         "class=\"hash\">{}</span>. Residuals are measured minus modelled; lengths in mm, "
         "angles as headed; times in UTC; frame: the table (WCS). Not an accredited "
@@ -262,7 +280,7 @@ class Page {
   }
 
   void scripts() {
-    if (!has_chart_libraries()) return;
+    if (!with_charts_) return;
     put("<script type=\"application/json\" id=\"charts\">{}</script>\n",
         escape_script(charts_.dump()));
     put("<script>\n/*\n{}*/\n{}</script>\n<script>\n{}</script>\n", assets::licences(),
@@ -271,8 +289,10 @@ class Page {
   }
 
   const ReportData& data_;
+  const bool with_charts_;
   nlohmann::json charts_;
   std::string out_;
+  std::map<std::string, int> ids_{{"state", 1}, {"charts", 1}, {"no_charts", 1}};
   int number_ = 0, tables_ = 0, figures_ = 0;
 };
 
@@ -280,6 +300,8 @@ class Page {
 
 bool has_chart_libraries() { return !assets::d3_js().empty() && !assets::plot_js().empty(); }
 
-std::string html_report(const ReportData& data) { return Page{data}.text(); }
+std::string html_report(const ReportData& data, const HtmlOptions& options) {
+  return Page{data, options.charts && has_chart_libraries()}.text();
+}
 
 }  // namespace sixdial::report

@@ -8,9 +8,13 @@
 
 namespace sixdial::report {
 
-/// A whole HTML5 document. Charts are drawn by the libraries it carries; without JavaScript, or
-/// if the program was built without the libraries, each figure shows its table.
-[[nodiscard]] std::string html_report(const ReportData& data);
+struct HtmlOptions {
+  bool charts = true;  // carry the chart libraries, if this build has them
+};
+
+/// A whole HTML5 document. Charts are drawn by the libraries it carries; where no script runs,
+/// or without the libraries, each figure shows its table.
+[[nodiscard]] std::string html_report(const ReportData& data, const HtmlOptions& options = {});
 
 /// True if this build carries the chart libraries.
 [[nodiscard]] bool has_chart_libraries();

@@ -36,6 +36,30 @@ std::vector<ParameterRow> parameter_rows(
   return out;
 }
 
+std::optional<ErrorStatistics> error_statistics(
+    const ReportData& data, std::string_view set, std::size_t method) {
+  std::vector<double> errors;
+  for (const PointRow& p : data.points) {
+    if (p.set != set || method >= p.residual_mm.size() || !p.residual_mm[method]) continue;
+    errors.push_back(p.residual_mm[method]->norm());
+  }
+  if (errors.empty()) return std::nullopt;
+  const double n = static_cast<double>(errors.size());
+  ErrorStatistics out;
+  out.points = static_cast<int>(errors.size());
+  for (const double e : errors) out.mean_mm += e / n;
+  double squares = 0.0;
+  for (const double e : errors) squares += (e - out.mean_mm) * (e - out.mean_mm);
+  out.max_mm = *std::max_element(errors.begin(), errors.end());
+  if (errors.size() > 1) {
+    out.std_mm = std::sqrt(squares / (n - 1.0));
+    const double half = kNormal95 * out.std_mm / std::sqrt(n);
+    out.mean_low_mm = out.mean_mm - half;
+    out.mean_high_mm = out.mean_mm + half;
+  }
+  return out;
+}
+
 std::optional<std::size_t> result_index(const ReportData& data) {
   if (data.methods.empty()) return std::nullopt;
   if (data.result_method.empty()) return data.methods.size() - 1;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -153,6 +154,11 @@ struct ReportData {
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 
+/// Mean, standard deviation (n - 1) and maximum of |residual| of a method over a set, with the
+/// 95 % interval of the mean (1.96 std / sqrt n; none for one point). Empty if no point has
+/// one.
+[[nodiscard]] std::optional<ErrorStatistics> error_statistics(
+    const ReportData& data, std::string_view set, std::size_t method);
 /// Index of the delivered method; none if there are no methods or the id is not among them.
 [[nodiscard]] std::optional<std::size_t> result_index(const ReportData& data);
 /// Samples whose contacts allowed no position.

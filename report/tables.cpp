@@ -134,7 +134,7 @@ Table parameter_table(const ReportData& data, bool plain) {
        {std::pair{"nominal", "nominal"},
         {"identified", "identified"},
         {"difference", "difference"},
-        {"sd", "standard deviation"}}) {
+        {"sd", "std. dev."}}) {
     out.columns.push_back(text_column(key, title));
   }
   out.columns.push_back({.key = "low", .title = "from", .unit = "", .group = "95 % interval"});

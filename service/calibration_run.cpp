@@ -10,7 +10,6 @@
 
 #include "service/clock_text.h"
 #include "session/bundle.h"
-#include "session/sha256.h"
 #include "session/trials.h"
 
 namespace sixdial::service {
@@ -47,6 +46,15 @@ calibration::Settings settings_of(const CalibrationRequest& request) {
   return settings;
 }
 
+/// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
+/// the dials; empty for an instrument that gives none.
+std::optional<double> rig_noise_mm(const PositionObservations& set) {
+  double sum_mm2 = 0.0;
+  for (const Eigen::Matrix2d& covariance : set.covariance_mm2) sum_mm2 += covariance.trace() / 2.0;
+  if (set.empty() || !(sum_mm2 > 0.0)) return std::nullopt;
+  return std::sqrt(sum_mm2 / set.size());
+}
+
 Json settings_json(const calibration::Settings& settings) {
   const auto swarm = [](const calibration::SwarmSize& size) {
     return Json{{"particles", size.particles}, {"iterations", size.iterations}};
@@ -60,6 +68,7 @@ Json settings_json(const calibration::Settings& settings) {
       {"q", numbers(settings.first_noise.q)},
       {"r", numbers(settings.first_noise.r)},
       {"p0", numbers(settings.p0)},
+      {"noise_mm", settings.noise_mm},
       {"qpso1", swarm(settings.qpso1)},
       {"qpso2", swarm(settings.qpso2)},
       {"anfis",
@@ -78,8 +87,8 @@ Json inputs_json(const session::Session& session, const calibration::Settings& s
   return {
       {"session", session.name},
       {"rig_name", session.rig.name},
-      {"rig_hash", "sha256:" + session::sha256(session::rig_toml(session))},
-      {"data_hash", "sha256:" + session::sha256(session::session_csv(session))},
+      {"rig_hash", "sha256:" + session::rig_sha256(session)},
+      {"data_hash", "sha256:" + session::data_sha256(session)},
       {"samples", session.samples.size()},
       {"rejected_rows", session.rejected.size()},
       {"seed", settings.seed},
@@ -347,8 +356,10 @@ Json calibrate(
     if (now.rmse_mm > 0.0) told.best_mm = now.rmse_mm;
     progress(std::move(told));
   };
+  calibration::Settings settings = settings_of(request);
+  settings.noise_mm = rig_noise_mm(g1).value_or(settings.noise_mm);
   const auto result = calibration::run_dqpso_anfis(
-      g1, g2, session.rig.robot.nominal, settings_of(request), tell, std::move(stop));
+      g1, g2, session.rig.robot.nominal, settings, tell, std::move(stop));
   if (!result) refuse(result.error(), session.name);
   return document_of(session, *result, g1, g2);
 }

@@ -10,6 +10,7 @@
 
 #include "acquisition/connection.h"
 #include "service/sample_json.h"
+#include "service/store_json.h"
 
 namespace sixdial::service {
 namespace {
@@ -159,10 +160,8 @@ Json Collection::start(CollectRequest request) {
   }
   run->dials = *std::move(dials);
   store_.record_action(
-      {.name = request.caller.operator_name,
-       .uid = request.caller.uid,
-       .pid = request.caller.pid},
-      "collect.start", run->id, fmt::format("{} points", run->plan.points.size()));
+      to_operator(request.caller), "collect.start", run->id,
+      fmt::format("{} points", run->plan.points.size()));
 
   state_ = CollectState::kStarting;
   session_ = request.session;

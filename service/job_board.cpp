@@ -171,7 +171,7 @@ void JobBoard::run_one(Entry& entry) {
     entry.stage_began = Steady::now();
     job = entry.job;
   }
-  const JobControl control(entry.cancelled, [this, &entry](JobProgress progress) {
+  const JobControl control(entry.stop.get_token(), [this, &entry](JobProgress progress) {
     report(entry, std::move(progress));
   });
   try {

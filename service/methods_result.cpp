@@ -10,7 +10,6 @@
 #include "service/service.h"
 #include "service/store_json.h"
 #include "session/csv.h"
-#include "session/sha256.h"
 
 namespace sixdial::service {
 namespace {

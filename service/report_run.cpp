@@ -13,7 +13,6 @@
 #include "service/clock_text.h"
 #include "session/bundle.h"
 #include "session/csv.h"
-#include "session/sha256.h"
 #include "session/trials.h"
 
 namespace sixdial::service {
@@ -41,7 +40,7 @@ void check_belongs_together(const Json& document, const session::Session& sessio
             document.value("schema_version", 0)),
         {{"session", session.name}}, "Calibrate the session again.");
   }
-  const std::string now = "sha256:" + session::sha256(session::session_csv(session));
+  const std::string now = "sha256:" + session::data_sha256(session);
   if (document["inputs"]["data_hash"] != now) {
     throw Error(
         ErrorCode::kBadData,

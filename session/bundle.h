@@ -16,7 +16,7 @@ struct ReadOptions {
   /// Bad rows go to Session::rejected instead of being an error. A bad header or rig file stays
   /// one.
   bool skip_bad_rows = false;
-  std::string name;  // of the session; empty: the folder's name
+  std::string name{};  // of the session; empty: the folder's name
 };
 
 /// `bundle`: a folder with session.csv and rig.toml, or a CSV file with rig.toml beside it.

@@ -13,9 +13,9 @@ namespace sixdial::session {
 struct Finding {
   int line = 0;
   int column = 0;
-  std::string field;  // name of the column or key; empty: none
-  std::string what;
-  std::string hint;  // what to do
+  std::string field{};  // name of the column or key; empty: none
+  std::string what{};
+  std::string hint{};  // what to do
 };
 
 /// A file cannot be used as it stands. what() names file, line, column, fault and remedy, one

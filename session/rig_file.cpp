@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "session/csv.h"
+#include "session/toml_text.h"
 
 namespace sixdial::session {
 namespace {
@@ -432,6 +433,7 @@ double degrees_of(double rad) {
 }  // namespace
 
 geometry::Rig parse_rig(std::string_view text, const std::string& file_name) {
+  if (auto finding = stray_character(text)) throw DataError(file_name, std::move(*finding));
   try {
     const toml::table top = toml::parse(text);
     return RigReader(file_name).read(top);

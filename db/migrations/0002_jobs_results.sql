@@ -4,8 +4,8 @@ CREATE TABLE jobs (
   kind TEXT NOT NULL CHECK (kind <> ''),
   session_id INTEGER REFERENCES sessions (id),
   state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'done', 'failed', 'cancelled')),
-  request TEXT NOT NULL CHECK (json_valid(request)),
-  progress TEXT NOT NULL DEFAULT '{}' CHECK (json_valid(progress)),
+  request TEXT NOT NULL,
+  progress TEXT NOT NULL DEFAULT '{}',
   error TEXT NOT NULL DEFAULT '',
   operator TEXT NOT NULL DEFAULT '',
   operator_uid INTEGER,
@@ -24,8 +24,8 @@ CREATE TABLE results (
   data_sha256 TEXT NOT NULL,
   seed TEXT NOT NULL,
   program_version TEXT NOT NULL,
-  settings TEXT NOT NULL CHECK (json_valid(settings)),
-  result TEXT NOT NULL CHECK (json_valid(result)),
+  settings TEXT NOT NULL,
+  result TEXT NOT NULL,
   created_utc TEXT NOT NULL
 ) STRICT;
 CREATE INDEX results_by_session ON results (session_id, kind);

@@ -70,10 +70,7 @@ volatile std::sig_atomic_t stop_wanted = 0;
 
 ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
   const session::Session session =
-      session::read_bundle(options.subject, {.skip_bad_rows = options.skip_bad_rows});
-  for (const session::RejectedRow& row : session.rejected) {
-    cli.console.warn(fmt::format("line {} left out: {}", row.line, row.reason));
-  }
+      read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
   std::signal(SIGINT, [](int) { stop_wanted = 1; });
   ProgressLine line(cli.console);
   Json document;

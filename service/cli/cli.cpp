@@ -8,6 +8,7 @@
 
 #include "service/method.h"
 #include "service/server.h"
+#include "session/bundle.h"
 
 namespace sixdial::service::cli {
 namespace {
@@ -36,7 +37,7 @@ Client& Cli::client() {
 }
 
 int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
-  Cli cli{.console = {.out = out, .err = err}};
+  Cli cli(out, err);
   CLI::App app{kAbout, "sixdial"};
   app.require_subcommand(1);
   app.fallthrough();
@@ -80,6 +81,17 @@ bool is_bundle(const std::string& argument) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(path / "session.csv", ignored) ||
          (path.extension() == ".csv" && std::filesystem::is_regular_file(path, ignored));
+}
+
+session::Session read_bundle_with_warnings(
+    Cli& cli, const std::string& path, bool skip_bad_rows) {
+  session::ReadOptions options;
+  options.skip_bad_rows = skip_bad_rows;
+  session::Session session = session::read_bundle(path, options);
+  for (const session::RejectedRow& row : session.rejected) {
+    cli.console.warn(fmt::format("line {} left out: {}", row.line, row.reason));
+  }
+  return session;
 }
 
 std::string absolute(const std::string& path) {

@@ -11,11 +11,13 @@
 
 #include "service/cli/console.h"
 #include "service/client.h"
+#include "session/session.h"
 
 namespace sixdial::service::cli {
 
 /// What all commands share. A command's callback sets `action`; `run` carries it out.
 struct Cli {
+  Cli(std::ostream& out, std::ostream& err) : console{.out = out, .err = err} {}
   Console console;
   std::string socket_path{};
   std::function<ExitCode()> action{};
@@ -23,7 +25,7 @@ struct Cli {
   /// Connected at the first use. Throws Error unreachable.
   [[nodiscard]] Client& client();
   /// One call for commands that only ask.
-  [[nodiscard]] Json call(std::string_view method, const Json& params = Json::object()) {
+  Json call(std::string_view method, const Json& params = Json::object()) {
     return client().call(method, params);
   }
 
@@ -46,6 +48,9 @@ void add_job_commands(CLI::App& app, Cli& cli);       // job ...
 [[nodiscard]] std::string summary_of(std::string_view method);
 /// A path that names a bundle: a folder with session.csv, or a session.csv.
 [[nodiscard]] bool is_bundle(const std::string& argument);
+/// A bundle; rows that were left out are warned of by line.
+[[nodiscard]] session::Session read_bundle_with_warnings(
+    Cli& cli, const std::string& path, bool skip_bad_rows);
 /// As the service must get it: it runs in another directory.
 [[nodiscard]] std::string absolute(const std::string& path);
 /// Follows a job with a progress line until it has ended; prints nothing else. Returns

@@ -29,11 +29,13 @@ void print_files(Cli& cli, const Json& answer) {
 
 ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string& folder) {
   const session::Session session =
-      session::read_bundle(options.subject, {.skip_bad_rows = options.skip_bad_rows});
+      read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
   Json document;
   if (options.result_file.empty()) {
     ProgressLine line(cli.console);
-    document = calibrate(session, {.seed = options.seed}, [&](const JobProgress& progress) {
+    CalibrationRequest request;
+    request.seed = options.seed;
+    document = calibrate(session, request, [&](const JobProgress& progress) {
       line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
     });
   } else {

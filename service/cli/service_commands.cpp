@@ -22,7 +22,8 @@ void add_service_commands(CLI::App& app, Cli& cli) {
   });
   CLI::App* protocol =
       app.add_subcommand("protocol", "The socket protocol, from the method table.");
-  protocol->add_flag("--markdown", "as doc/protocol.md (the default without --json)");
+  protocol->add_flag("--markdown")
+      ->description("as doc/protocol.md (the default without --json)");
   protocol->callback([&cli] {
     cli.action = [&cli] {
       Json methods = Json::array();

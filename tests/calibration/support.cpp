@@ -102,8 +102,8 @@ ParameterVector random_robot(const ParameterVector& nominal, std::uint64_t seed)
 Rectangle workspace_of(geometry::WorkingMode mode) {
   if (mode == geometry::WorkingMode{+1, +1}) return kDefaultWorkspace;
   if (mode == geometry::WorkingMode{-1, -1}) return {-40, -16, 30, 66};
-  if (mode == geometry::WorkingMode{+1, -1}) return {-20, 20, 68, 98};
-  return {-12, 12, 60, 90};
+  if (mode == geometry::WorkingMode{+1, -1}) return {-10, 10, 74, 100};
+  return {-12, 12, 44, 74};
 }
 
 MeasuredSession measured_session_00() {

@@ -145,25 +145,6 @@ class Bench {
   std::vector<Measured> points_;
 };
 
-std::optional<ErrorStatistics> statistics(
-    const ReportData& data, const std::string& set, std::size_t method) {
-  std::vector<double> errors;
-  for (const PointRow& p : data.points) {
-    if (p.set == set && p.residual_mm[method]) errors.push_back(p.residual_mm[method]->norm());
-  }
-  if (errors.empty()) return std::nullopt;
-  ErrorStatistics out;
-  out.points = static_cast<int>(errors.size());
-  const double n = static_cast<double>(errors.size());
-  for (const double e : errors) out.mean_mm += e / n;
-  for (const double e : errors) out.std_mm += (e - out.mean_mm) * (e - out.mean_mm);
-  out.std_mm = std::sqrt(out.std_mm / std::max(1.0, n - 1.0));
-  out.max_mm = *std::max_element(errors.begin(), errors.end());
-  out.mean_low_mm = out.mean_mm - 1.98 * out.std_mm / std::sqrt(n);
-  out.mean_high_mm = out.mean_mm + 1.98 * out.std_mm / std::sqrt(n);
-  return out;
-}
-
 /// Best cost of a swarm: improves now and then, less and less.
 std::vector<double> swarm(Bench& bench, double start, double end, int iterations, double fall) {
   std::vector<double> out{start};
@@ -254,8 +235,8 @@ ReportData sample_session(const SampleOptions& options) {
     out.points.push_back(std::move(row));
   }
   for (std::size_t m = 0; m < out.methods.size(); ++m) {
-    out.methods[m].g1 = statistics(out, "G1", m);
-    out.methods[m].g2 = statistics(out, "G2", m);
+    out.methods[m].g1 = error_statistics(out, "G1", m);
+    out.methods[m].g2 = error_statistics(out, "G2", m);
   }
   out.position_noise_mm = 0.0031;
   out.least_squares_rmse_mm = bench.rmse(identified);

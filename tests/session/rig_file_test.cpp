@@ -185,7 +185,10 @@ std::vector<WrongRig> wrong_rigs() {
       {"NameNumber", "name = \"five-bar rig\"", "name = 5", 2, 8, "name", "not text"},
       {"Syntax", "[robot]", "[robot", 4, 7, "", "mend the TOML syntax"},
       {"KeyTwice", "l12_mm = 60.0", "l11_mm = 60.0", 9, 10, "", "mend the TOML syntax"},
-      {"OneTableForTheDials", "travel_mm = 50.8", "travel_mm = \"50.8\"", 25, 13, "travel_mm",
+      {"StrayLetter", "x0_mm = 0.0", "x0_mm = 0\xCA\x9C", 13, 10, "", "not ASCII"},
+      {"StrayLetterAfterAString", "mount = \"distal2\"", "mount = \"\" \xCA\x9C", 21, 12, "",
+       "not ASCII"},
+      {"TravelText", "travel_mm = 50.8", "travel_mm = \"50.8\"", 25, 13, "travel_mm",
        "not a number"},
   };
 }
@@ -207,6 +210,15 @@ TEST_P(EveryWrongRig, IsRefusedWithFileLineAndColumn) {
 INSTANTIATE_TEST_SUITE_P(
     , EveryWrongRig, testing::ValuesIn(wrong_rigs()),
     [](const auto& each) { return each.param.name; });
+
+TEST(RigFile, TakesAnyCharacterInQuotesAndComments) {
+  const std::vector<std::string> names{
+      R"("é \" é")", R"('é \')", "\"\"\"é\n\"é\"\"\"\"", "'''é'\né'''", "\"\" # \" é"};
+  for (const std::string& name : names) {
+    const std::string text = with(shared_rig(), "\"five-bar rig\"", name);
+    EXPECT_NO_THROW((void)parse_rig(text, "rig.toml")) << name;
+  }
+}
 
 TEST(RigFile, NamesAMissingTableAndASingleDialTable) {
   EXPECT_THAT(

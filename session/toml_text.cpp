@@ -1,0 +1,71 @@
+#include "session/toml_text.h"
+
+#include <algorithm>
+
+namespace sixdial::session {
+namespace {
+
+bool ascii(char c) { return static_cast<unsigned char>(c) < 0x80U; }
+
+std::size_t run_of(std::string_view text, std::size_t at, char c) {
+  std::size_t count = 0;
+  while (at + count < text.size() && text[at + count] == c) ++count;
+  return count;
+}
+
+/// First place after the string that opens at `at`. A single-line string ends with its line.
+std::size_t after_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const bool escapes = quote == '"';
+  const std::size_t opening = run_of(text, at, quote);
+  if (opening == 2) return at + 2;  // empty
+  const bool long_string = opening >= 3;
+  std::size_t i = at + (long_string ? 3 : 1);
+  while (i < text.size()) {
+    if (text[i] == '\n' && !long_string) return i;
+    if (text[i] == '\\' && escapes) {
+      i += 2;
+      continue;
+    }
+    if (text[i] == quote) {
+      const std::size_t count = run_of(text, i, quote);
+      if (!long_string) return i + 1;
+      if (count >= 3)
+        return i + std::min<std::size_t>(count, 5);  // two may stand before the end
+      i += count;
+      continue;
+    }
+    ++i;
+  }
+  return text.size();
+}
+
+}  // namespace
+
+std::optional<Finding> stray_character(std::string_view text) {
+  std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  while (i < text.size()) {
+    if (text[i] == '#') {
+      i = std::min(text.find('\n', i), text.size());
+    } else if (text[i] == '"' || text[i] == '\'') {
+      i = after_string(text, i);
+    } else if (ascii(text[i])) {
+      ++i;
+    } else {
+      const std::string_view before = text.substr(0, i);
+      const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
+      int column = 1;
+      for (const char c : before.substr(line_start)) {
+        column += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
+      }
+      const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+      return Finding{
+          static_cast<int>(line), column, "",
+          "a character that is not ASCII stands outside quotes and comments",
+          "put it in quotes or write it in ASCII"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace sixdial::session

@@ -1,0 +1,102 @@
+// The program sixdial-mock-rig from outside: its one line of JSON, its ports, its end.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/mock_devices/raw_port.h"
+
+namespace sixdial::mock_devices {
+namespace {
+
+struct Program {
+  explicit Program(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::string(SIXDIAL_BIN_DIR) + "/sixdial-mock-rig");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    std::array<int, 2> ends{};
+    EXPECT_EQ(::pipe(ends.data()), 0);
+    pid = ::fork();
+    if (pid == 0) {
+      ::dup2(ends[1], STDOUT_FILENO);
+      ::dup2(ends[1], STDERR_FILENO);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    ::close(ends[1]);
+    output = ends[0];
+  }
+  ~Program() {
+    if (pid > 0) {
+      ::kill(pid, SIGKILL);
+      ::waitpid(pid, nullptr, 0);
+    }
+    ::close(output);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  std::string line() const {
+    std::string text;
+    char c = 0;
+    while (::read(output, &c, 1) == 1 && c != '\n') text += c;
+    return text;
+  }
+  int wait() {
+    int status = 0;
+    ::waitpid(pid, &status, 0);
+    pid = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  pid_t pid = -1;
+  int output = -1;
+};
+
+using MockProgram = MockRigTest;
+
+TEST_F(MockProgram, PrintsItsPortsServesAndEndsOnSigterm) {
+  const std::string answer = (folder_ / "answer.json").string();
+  Program program(
+      {"--speed", "20", "--pty-dir", (folder_ / "ptys").string(), "--seed", "7", "--robot",
+       "drawn", "--hide-seed", "5", "--reveal", answer});
+  const std::string line = program.line();
+  const auto ready = nlohmann::json::parse(line);
+  EXPECT_EQ(ready["ready"], true);
+  EXPECT_EQ(ready["serial"].size(), 7U);
+  EXPECT_EQ(ready["speed"], 20.0);
+  {
+    Port dials(Port::tcp(ready["dial_port"].get<std::uint16_t>()));
+    EXPECT_EQ(read_six(dials).size(), 6U);
+    Port robot(Port::tcp(ready["robot_port"].get<std::uint16_t>()));
+    EXPECT_EQ(robot_input(robot, 4), 0);
+    Port mux(Port::serial(ready["serial"]["mux10"].get<std::string>()));
+    mux.send("1\r");
+    EXPECT_EQ(mux.line().size(), 13U);
+  }
+  // What is hidden is in the answer file and nowhere else.
+  std::ifstream file(answer);
+  const auto hidden = nlohmann::json::parse(file);
+  ASSERT_EQ(hidden["effects"].size(), 1U);
+  EXPECT_EQ(line.find(hidden["effects"][0]["cause"].get<std::string>()), std::string::npos);
+  ASSERT_EQ(::kill(program.pid, SIGTERM), 0);
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_FALSE(
+      std::filesystem::exists(std::filesystem::symlink_status(folder_ / "ptys" / "mux10")));
+}
+
+TEST_F(MockProgram, SaysWhatIsWrongWithAnEffectAndFails) {
+  Program program({"--hide", "joint_backlash:joint3:0.001"});
+  const std::string line = program.line();
+  EXPECT_NE(line.find("joint3"), std::string::npos) << line;
+  EXPECT_NE(line.find("joint1 joint2"), std::string::npos) << line;
+  EXPECT_EQ(program.wait(), 1);
+}
+
+}  // namespace
+}  // namespace sixdial::mock_devices

@@ -1,0 +1,131 @@
+// The words on the first half page follow from the figures.
+#include "report/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sample_session.h"
+
+namespace sixdial::report {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+ErrorStatistics errors(double mean_mm, int points) {
+  return {
+      .mean_mm = mean_mm, .std_mm = 0.3 * mean_mm, .max_mm = 2.0 * mean_mm, .points = points};
+}
+
+/// The paper's Table 6: before, EKF-DQPSO, EKF-DQPSO & ANFIS.
+ReportData paper_table_6() {
+  ReportData out;
+  out.methods = {
+      {.id = "before", .name = "Before", .g1 = errors(3.051, 100), .g2 = errors(2.995, 50)},
+      {.id = "ekf_dqpso",
+       .name = "EKF-DQPSO",
+       .g1 = errors(0.034, 100),
+       .g2 = errors(0.038, 50)},
+      {.id = "ekf_dqpso+anfis",
+       .name = "EKF-DQPSO & ANFIS",
+       .g1 = errors(0.018, 100),
+       .g2 = errors(0.022, 50),
+       .has_residual_model = true}};
+  return out;
+}
+
+TEST(Verdict, ThePapersRobotIsCalibrated) {
+  const Verdict v = verdict(paper_table_6());
+  EXPECT_EQ(v.state, RobotState::kCalibrated);
+  EXPECT_DOUBLE_EQ(v.before_mm, 2.995);
+  EXPECT_DOUBLE_EQ(v.after_mm, 0.022);
+  EXPECT_THAT(v.headline, HasSubstr("136 times less"));  // 2.995 / 0.022
+  EXPECT_THAT(v.basis, HasSubstr("50 validation points (G2)"));
+  EXPECT_THAT(v.to_do, Contains(HasSubstr("residual model")));
+  EXPECT_THAT(v.not_judged, IsEmpty());
+}
+
+TEST(Verdict, WithoutG2ItIsNotValidated) {
+  ReportData data = paper_table_6();
+  for (Method& m : data.methods) m.g2.reset();
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.state, RobotState::kNotValidated);
+  EXPECT_DOUBLE_EQ(v.after_mm, 0.018);
+  EXPECT_THAT(v.not_judged, Contains(HasSubstr("no validation points")));
+}
+
+TEST(Verdict, ACalibrationThatDoesNotHelpIsNotToBeUsed) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(2.995, 50);
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.state, RobotState::kNotImproved);
+  EXPECT_THAT(v.to_do, Contains(HasSubstr("Do not use")));
+}
+
+TEST(Verdict, ASmallGainIsCalledSmall) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(2.0, 50);
+  EXPECT_EQ(verdict(data).state, RobotState::kImproved);
+}
+
+TEST(Verdict, AResidualModelThatHarmsIsAdvisedAgainst) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(0.045, 50);
+  const Verdict v = verdict(data);
+  EXPECT_THAT(v.cautions, Contains(HasSubstr("Use the parameters alone")));
+  EXPECT_THAT(v.cautions, Contains(HasSubstr("too closely")));  // G1 0.018, G2 0.045
+  EXPECT_THAT(v.to_do, Not(Contains(HasSubstr("residual model"))));
+}
+
+TEST(Verdict, AResidualModelWithoutEffectIsSaidToBringNothing) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(0.0375, 50);
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("brings nothing")));
+}
+
+TEST(Verdict, WhatIsLeftIsComparedWithTheNoise) {
+  ReportData data = paper_table_6();
+  data.position_noise_mm = 0.02;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("as small as the noise")));
+  data.position_noise_mm = 0.004;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("5.5 times the noise")));
+}
+
+TEST(Verdict, ASwarmShortOfTheMinimumIsReported) {
+  ReportData data = paper_table_6();
+  data.least_squares_rmse_mm = 0.0232;
+  data.rmse_mm = 0.0232 + 2e-3;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("least-squares minimum")));
+  data.rmse_mm = 0.0232 + 1e-6;
+  EXPECT_THAT(verdict(data).cautions, Not(Contains(HasSubstr("least-squares minimum"))));
+}
+
+TEST(Verdict, WhatThePosesCannotTellIsNamed) {
+  ReportData data = paper_table_6();
+  data.unidentifiable = {"alpha and dtheta1 + dtheta2"};
+  data.condition_number = 5000.0;
+  const Verdict v = verdict(data);
+  EXPECT_THAT(v.not_judged, Contains(HasSubstr("alpha and dtheta1 + dtheta2")));
+  EXPECT_THAT(v.not_judged, Contains(HasSubstr("condition number 5000")));
+}
+
+TEST(Verdict, ASessionWithoutResultSaysSo) {
+  const Verdict v = verdict(ReportData{});
+  EXPECT_EQ(v.state, RobotState::kUnknown);
+  EXPECT_THAT(v.headline, HasSubstr("no calibration result"));
+  ReportData unknown_method = paper_table_6();
+  unknown_method.result_method = "no such method";
+  EXPECT_EQ(verdict(unknown_method).state, RobotState::kUnknown);
+}
+
+TEST(Verdict, LostSamplesAndRowsAreCounted) {
+  const Verdict v = verdict(sample_session());
+  EXPECT_EQ(v.state, RobotState::kCalibrated);
+  EXPECT_THAT(v.not_judged, Contains(HasSubstr("1 of 150 samples gave no position")));
+  EXPECT_THAT(v.not_judged, Contains(HasSubstr("1 row was left out")));
+}
+
+}  // namespace
+}  // namespace sixdial::report
