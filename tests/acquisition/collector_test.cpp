@@ -62,7 +62,7 @@ class FakeDials final : public DialSource {
   [[nodiscard]] std::size_t size() const override { return rig_.dials.size(); }
   std::vector<Reading> read_since(DeviceTime, const std::stop_token& stop) override {
     const DeviceTime requested = clock_.monotonic();
-    clock_.sleep_for(50ms, stop);
+    clock_.sleep_for(scan_time, stop);
     ++scans;
     std::vector<Reading> readings;
     const auto expected = plausible_.expected_at(robot_.now.q_rad);
@@ -81,6 +81,7 @@ class FakeDials final : public DialSource {
   std::function<void(std::size_t dial, Reading& reading)> spoil;
   std::function<double(DeviceTime since)> settling_mm = [](DeviceTime) { return 0.0; };
   int scans = 0;
+  std::chrono::milliseconds scan_time{50};
 
  private:
   const geometry::Rig& rig_;
@@ -186,6 +187,7 @@ TEST_F(Collecting, APointIsStoredBeforeTheRobotGoesToTheNext) {
 }
 
 TEST_F(Collecting, ReadingsAreTakenOnlyWhenTheySettled) {
+  dials_.scan_time = 5ms;  // so fast that three readings alone look settled
   dials_.settling_mm = [](DeviceTime since) {
     return 5.0 * std::exp(-std::chrono::duration<double>(since).count() / 0.1);
   };
