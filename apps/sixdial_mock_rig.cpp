@@ -16,6 +16,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "session/rig_file.h"
 
 namespace {
 
@@ -23,6 +24,7 @@ using namespace sixdial;
 
 struct Arguments {
   mock_devices::MockRigOptions rig;
+  std::string rig_file;
   std::string robot = "table2";
   std::optional<double> clamp_deg;
   std::vector<std::string> hide;
@@ -38,6 +40,7 @@ mock_devices::Pool pool_of(const std::string& name) {
 
 void make_world(Arguments& arguments) {
   mock_devices::World& world = arguments.rig.world;
+  if (!arguments.rig_file.empty()) world.rig = session::read_rig_file(arguments.rig_file);
   const mock_devices::TrueRobot drawn = mock_devices::drawn_robot(world.rig, world.seed);
   if (arguments.robot == "drawn") {
     world.robot.parameters = drawn.parameters;
@@ -68,6 +71,8 @@ void make_world(Arguments& arguments) {
 void add_options(CLI::App& app, Arguments& arguments) {
   mock_devices::MockRigOptions& rig = arguments.rig;
   mock_devices::World& world = rig.world;
+  app.add_option("--rig", arguments.rig_file, "rig.toml: nominal robot, cuboid and dials")
+      ->check(CLI::ExistingFile);
   app.add_option("--address", rig.address, "Loopback address to listen on")
       ->capture_default_str();
   app.add_option("--dial-port", rig.dial_port, "Modbus TCP port of the six dials, 0: any free");
