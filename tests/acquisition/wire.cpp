@@ -80,7 +80,8 @@ void nap(int span_ms, const std::stop_token& stop) {
 }  // namespace
 
 TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "sixdial-XXXXXX").string();
+  std::string name =
+      (std::filesystem::temp_directory_path() / "sixdial-").string() + std::string(6, 'X');
   if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
   folder_ = name;
 }
