@@ -1,0 +1,89 @@
+// The same pose read over Modbus TCP, over a mux10 multiplexer and over six sylvac cables.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "acquisition/clock.h"
+#include "acquisition/connection.h"
+#include "acquisition/dial_bank.h"
+#include "acquisition/robot.h"
+#include "geometry/contact.h"
+#include "geometry/five_bar.h"
+#include "mock_devices/mock_rig.h"
+#include "mock_devices/session_generator.h"
+#include "session/session.h"
+#include "tests/system/temporary_folder.h"
+
+namespace sixdial {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kSpeed = 20.0;
+// Noise of a reading is 0.002 mm, of an active three's x or y up to 0.003 mm; six sigma of the
+// difference of two.
+constexpr double kSamePosition_mm = 0.026;
+
+TEST(ThreeConnections, GiveTheSamePositionForTheSamePose) {
+  const TemporaryFolder folder;
+  mock_devices::MockRigOptions options;
+  options.clock_speed = kSpeed;
+  options.pty_directory = folder.path() / "ptys";
+  options.dialects = {"mux10", "sylvac"};
+  options.world.seed = 5;
+  mock_devices::MockRig mock(options);
+  mock.start();
+
+  acquisition::AcceleratedClock clock(
+      kSpeed, *session::from_iso8601("2026-03-02T08:30:00.000Z"));
+  const geometry::Rig rig = mock.connected_rig("modbus-tcp");
+  const auto connection = acquisition::parse_robot_connection(rig.robot.connection);
+  ASSERT_TRUE(connection) << connection.error();
+  acquisition::ModbusRobot robot(std::get<acquisition::ModbusConnection>(*connection), clock);
+  std::map<std::string, std::unique_ptr<acquisition::DialBank>> banks;
+  for (const char* kind : {"modbus-tcp", "mux10", "sylvac"}) {
+    auto bank = acquisition::DialBank::open(mock.connected_rig(kind), clock);
+    ASSERT_TRUE(bank) << kind << ": " << bank.error();
+    banks[kind] = std::move(*bank);
+  }
+
+  const auto reference = geometry::inverse(rig.robot.nominal, {28, 48}, {});
+  int compared = 0;
+  for (const Vector2d& target : {Vector2d(28, 48), Vector2d(22, 60), Vector2d(36, 38)}) {
+    const auto q = geometry::inverse(rig.robot.nominal, target, {}, *reference);
+    ASSERT_TRUE(q);
+    const auto there = robot.move_to(*q, std::chrono::seconds(30), {});
+    ASSERT_TRUE(there) << there.error().detail;
+    clock.sleep_for(std::chrono::seconds(1), {});  // settles within 50 ms
+    std::map<std::string, Vector2d> positions;
+    for (const auto& [kind, bank] : banks) {
+      std::vector<geometry::DialReading> readings;
+      const auto scan = bank->scan({});
+      ASSERT_EQ(scan.size(), 6U);
+      for (std::size_t i = 0; i < scan.size(); ++i) {
+        ASSERT_NE(scan[i].quality, session::Quality::kBad)
+            << kind << " dial " << rig.dials[i].id << ": " << scan[i].reason;
+        if (scan[i].value_mm) readings.push_back({static_cast<int>(i), *scan[i].value_mm});
+      }
+      const auto pose = geometry::best_active_three(
+          rig.dial_geometries(), readings, rig.cuboid.side_mm, mock.true_pose().gamma_rad);
+      ASSERT_TRUE(pose) << kind << ": " << geometry::describe(pose.error());
+      positions[kind] = pose->pose.p_WE;
+    }
+    for (const auto& [kind, position] : positions) {
+      EXPECT_LT((position - positions.at("modbus-tcp")).norm(), kSamePosition_mm) << kind;
+      // And it is where the robot really is, within the dials' own error of +-0.006 mm.
+      EXPECT_LT((position - mock.true_pose().p_WE).norm(), 0.02) << kind;
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 9);
+}
+
+}  // namespace
+}  // namespace sixdial
