@@ -17,8 +17,7 @@ fi
 [ -f build/release/compile_commands.json ] || cmake --preset release >/dev/null
 echo "== cppcheck"
 cppcheck --project=build/release/compile_commands.json --quiet --enable=warning,portability \
-  --inline-suppr --suppressions-list=.cppcheck-suppressions -j "$(nproc)" \
-  --file-filter="$PWD/*" --error-exitcode=1
+  --inline-suppr --suppressions-list=.cppcheck-suppressions -j "$(nproc)" --error-exitcode=1
 
 echo "== clang-tidy"
 mapfile -t changed < <(git ls-files 'geometry/*.cpp' 'simulation/*.cpp' 'session/*.cpp' 'calibration/*.cpp' \

@@ -74,7 +74,7 @@ class RigReader {
     if (cuboid != nullptr) read_cuboid(*cuboid, rig.cuboid);
     read_dials(top, rig);
     stop_if_faulty();
-    check_reference_pose(rig, *robot, *cuboid);
+    if (robot != nullptr && cuboid != nullptr) check_reference_pose(rig, *robot, *cuboid);
     stop_if_faulty();
     return rig;
   }
