@@ -50,7 +50,8 @@ calibration::Settings settings_of(const CalibrationRequest& request) {
 /// the dials; empty for an instrument that gives none.
 std::optional<double> rig_noise_mm(const PositionObservations& set) {
   double sum_mm2 = 0.0;
-  for (const Eigen::Matrix2d& covariance : set.covariance_mm2) sum_mm2 += covariance.trace() / 2.0;
+  for (const Eigen::Matrix2d& covariance : set.covariance_mm2)
+    sum_mm2 += covariance.trace() / 2.0;
   if (set.empty() || !(sum_mm2 > 0.0)) return std::nullopt;
   return std::sqrt(sum_mm2 / set.size());
 }
