@@ -249,8 +249,8 @@ asio::awaitable<Json> Connection::run(const Method& method, Json params) {
     over.async_wait([&host = host_](const boost::system::error_code& error) {
       if (!error) host.changed.cancel();
     });
-    while (!wait.ready() && socket_.is_open() && std::chrono::steady_clock::now() < end &&
-           !service.stopping()) {
+    // Going down makes every wait ready: jobs and the collection are ended first.
+    while (!wait.ready() && socket_.is_open() && std::chrono::steady_clock::now() < end) {
       co_await until_cancelled(host_.changed);
     }
     co_return wait.answer();

@@ -129,10 +129,10 @@ Json export_bundle(const Call& call) {
 
 session::PlanOptions plan_options(const Json& params) {
   session::PlanOptions options;
-  options.set = param_or<std::string>(params, "set", "G1");
-  options.repeats = param_or(params, "repeats", 1);
+  options.set = param_or<std::string>(params, "set", options.set);
+  options.repeats = param_or(params, "repeats", options.repeats);
   options.seed = param_or<std::uint64_t>(params, "seed", 1);
-  options.margin_mm = param_or(params, "margin_mm", 0.0);
+  options.margin_mm = param_or(params, "margin_mm", options.margin_mm);
   options.first_point = param_or(params, "first_point", 0);
   options.approach = *session::approach_rule_from(
       param_or<std::string>(params, "approach", std::string(to_string(options.approach))));
@@ -202,13 +202,14 @@ constexpr std::array kPlanCommon{
     Param{
         .name = "margin_mm",
         .type = ParamType::kNumber,
-        .doc = "kept free inside the edge",
+        .doc = "kept free inside the edge; default 1",
         .min = 0},
     Param{
         .name = "first_point",
         .type = ParamType::kInteger,
         .doc = "number of the first point",
-        .min = 0},
+        .min = 0,
+        .max = 1e9},
     Param{
         .name = "approach",
         .doc = "from which side points are reached",

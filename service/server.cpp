@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <system_error>
+#include <thread>
 
 #include "service/request.h"
 #include "service/service.h"
@@ -24,6 +25,7 @@ using asio::use_awaitable;
 using Acceptor = asio::local::stream_protocol::acceptor;
 
 constexpr auto kDrainFor = std::chrono::milliseconds(1000);
+constexpr auto kLongestShutDown = std::chrono::milliseconds(4500);
 constexpr int kFirstHandedOverSocket = 3;        // sd_listen_fds(3)
 constexpr std::size_t kLongestSocketPath = 107;  // sun_path of Linux
 
@@ -188,7 +190,18 @@ void Server::stop() {
 
 void Server::begin_shut_down() {
   if (std::exchange(shutting_down_, true)) return;
+  if (options_.handle_signals) end_in_any_case();
   asio::co_spawn(loop_, shut_down(), asio::detached);
+}
+
+void Server::end_in_any_case() {
+  // A request that hangs (a dead network file system, say) must not hold up the machine's
+  // shutdown. What was acknowledged is on the disk already.
+  std::thread([] {
+    std::this_thread::sleep_for(kLongestShutDown);
+    spdlog::warn("something does not end; leaving it");
+    std::_Exit(0);
+  }).detach();
 }
 
 asio::awaitable<void> Server::accept_clients() {

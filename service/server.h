@@ -62,6 +62,7 @@ class Server {
   asio::awaitable<void> shut_down();
   void welcome(LocalSocket socket);
   void begin_shut_down();
+  static void end_in_any_case();
 
   Service& service_;
   const ServerOptions options_;

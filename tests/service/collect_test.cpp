@@ -1,0 +1,400 @@
+// Whole collections on the mock rig, through real protocol bytes: live, commanded, stopped,
+// killed, gone on with. No acknowledged sample may be missing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <tuple>
+
+#include "mock_devices/iso_time.h"
+#include "mock_devices/mock_rig.h"
+#include "session/bundle.h"
+#include "session/csv.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
+#include "tests/service/rig_for_tests.h"
+
+extern char** environ;
+
+namespace sixdial::service {
+namespace {
+
+using testing::error_code_of;
+using testing::eventually;
+using testing::LineClient;
+using testing::RunningService;
+using testing::TempDirectory;
+
+constexpr double kSpeed = 50.0;  // rig seconds a wall second
+// Dials: noise 0.002 mm each, error curve and hysteresis of some um.
+constexpr double kSameReading_mm = 0.0005;
+
+mock_devices::MockRigOptions mock_options() {
+  mock_devices::MockRigOptions options;
+  options.world.rig = geometry::default_rig();
+  options.world.robot.parameters = geometry::table_2_robot();
+  options.clock_speed = kSpeed;
+  return options;
+}
+
+/// A mock rig, its rig file, and plans for it.
+class Rig {
+ public:
+  Rig() : mock_(mock_options()) { mock_.start(); }
+  [[nodiscard]] std::string toml() const {
+    return session::write_rig(mock_.connected_rig("modbus-tcp"));
+  }
+  [[nodiscard]] std::string now() const { return mock_devices::iso8601(mock_.utc_ms()); }
+  [[nodiscard]] ServiceOptions service_options() const {
+    ServiceOptions options;
+    options.clock_speed = kSpeed;
+    options.clock_start = session::from_iso8601(now());
+    return options;
+  }
+  [[nodiscard]] static session::Plan plan(int count, const std::string& set = "G1") {
+    session::PlanOptions options;
+    options.set = set;
+    options.seed = 5;
+    return session::plan_random(geometry::default_rig(), count, options).value();
+  }
+  mock_devices::MockRig& mock() { return mock_; }
+
+ private:
+  mock_devices::MockRig mock_;
+};
+
+Json create(LineClient& client, const Rig& rig) {
+  return client.call("session.create", {{"name", "live"}, {"rig_toml", rig.toml()}});
+}
+
+Json start(LineClient& client, const session::Plan& plan) {
+  return client.call(
+      "collect.start", {{"session", "live"}, {"plan_csv", session::plan_csv(plan)}});
+}
+
+Json wait_for_end(LineClient& client) {
+  Json status;
+  do {
+    status = client.call("collect.wait", {{"timeout_s", 60}})["result"];
+  } while (status["state"] == "running" || status["state"] == "starting" ||
+           status["state"] == "stopping");
+  return status;
+}
+
+using Key = std::tuple<std::string, int, int>;
+
+Key key_of(const Json& sample) {
+  return {
+      sample["set"].get<std::string>(), sample["point"].get<int>(),
+      sample["repeat"].get<int>()};
+}
+
+TEST(Collect, AWholePlanIsMeasuredStoredAndShown) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  ASSERT_EQ(error_code_of(create(client, rig)), "");
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"sample", "collect", "live"}}});
+  const session::Plan plan = Rig::plan(12);
+  ASSERT_EQ(start(client, plan)["result"]["total"], 12);
+  const Json status = wait_for_end(client);
+  EXPECT_EQ(status["state"], "done") << status;
+  EXPECT_EQ(status["done"], 12);
+  EXPECT_EQ(status["failed"], 0);
+
+  std::map<Key, Json> told;
+  bool ended = false;
+  while (!ended) {
+    const Json note = watcher.read();
+    if (note["method"] != "events.event") continue;
+    const Json& params = note["params"];
+    if (params["topic"] == "sample") told[key_of(params["data"])] = params["data"];
+    ended = params["topic"] == "collect" && params["data"]["type"] == "done";
+  }
+  EXPECT_EQ(told.size(), 12U);
+  const session::Session stored =
+      running.service().reader().load_session(running.service().reader().find_session("live"));
+  ASSERT_EQ(stored.samples.size(), 12U);
+  for (const session::Sample& sample : stored.samples) {
+    const Json& event = told.at({sample.set, sample.point, sample.repeat});
+    EXPECT_TRUE(event["position_mm"].is_array()) << event;
+    EXPECT_TRUE(sample.temperature_c.has_value());
+    EXPECT_TRUE(sample.target_mm.has_value());
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Json& shown = event["dials"][stored.rig.dials[i].id]["value_mm"];
+      ASSERT_EQ(shown.is_number(), sample.dials[i].value_mm.has_value());
+      if (shown.is_number()) {
+        EXPECT_NEAR(shown.get<double>(), *sample.dials[i].value_mm, kSameReading_mm);
+      }
+    }
+  }
+}
+
+TEST(Collect, GoesOnAtTheNextPointAfterAStop) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"sample"}}});
+  const session::Plan plan = Rig::plan(10);
+  start(client, plan);
+  for (int i = 0; i < 3; ++i) watcher.read();
+  EXPECT_EQ(error_code_of(start(client, plan)), "wrong_state");  // one at a time
+  ASSERT_EQ(error_code_of(client.call("collect.stop")), "");
+  const Json stopped = wait_for_end(client);
+  EXPECT_EQ(stopped["state"], "stopped");
+  const std::size_t first = stopped["stored_in_this_run"].get<std::size_t>();
+  EXPECT_GE(first, 3U);
+  EXPECT_LT(first, 10U);
+  ASSERT_EQ(error_code_of(client.call("collect.start", {{"session", "live"}})), "");
+  const Json done = wait_for_end(client);
+  EXPECT_EQ(done["state"], "done");
+  EXPECT_EQ(done["done"], 10);
+  EXPECT_EQ(done["stored_in_this_run"].get<std::size_t>(), 10 - first);
+}
+
+TEST(Collect, IsPausedGoneOnWithAndRetaken) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  start(client, Rig::plan(6));
+  client.call("collect.pause");
+  ASSERT_TRUE(eventually([&] {
+    const std::string state = client.call("collect.status")["result"]["state"];
+    return state == "paused" || state == "done";
+  }));
+  const Json paused = client.call("collect.status")["result"];
+  ASSERT_EQ(paused["state"], "paused") << paused;
+  const auto before = paused["stored_in_this_run"].get<int>();
+  if (before > 0)
+    client.call("collect.retake");
+  else
+    client.call("collect.resume");
+  ASSERT_TRUE(eventually([&] {
+    Json status = client.call("collect.status")["result"];
+    if (status["state"] == "paused") client.call("collect.resume");
+    return status["state"] == "done";
+  }));
+  db::Store& reader = running.service().reader();
+  const auto rows = reader.list_samples(reader.find_session("live"));
+  EXPECT_EQ(rows.size(), before > 0 ? 7U : 6U);  // a retake is a row of its own
+  EXPECT_EQ(reader.load_session(reader.find_session("live")).samples.size(), 6U);
+}
+
+TEST(Collect, APlanThatContradictsWhatIsMeasuredIsRefused) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  session::Plan plan = Rig::plan(3);
+  start(client, plan);
+  ASSERT_EQ(wait_for_end(client)["state"], "done");
+  plan.points[1].target_mm.x() += 0.5;
+  plan.points[1].q_rad =
+      *geometry::inverse(geometry::default_rig().robot.nominal, plan.points[1].target_mm, {});
+  EXPECT_EQ(error_code_of(start(client, plan)), "wrong_state");
+}
+
+TEST(Collect, ADialThatDoesNotAnswerIsStoredAsSuchAndSaid) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  // Dial D's cable leads nowhere.
+  session::Session made;
+  made.rig = rig.mock().connected_rig("modbus-tcp");
+  made.rig.dials[3].connection = "serial:/dev/does-not-exist?dialect=sylvac";
+  client.call("session.create", {{"name", "live"}, {"rig_toml", session::write_rig(made.rig)}});
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"sample"}}});
+  start(client, Rig::plan(2));
+  EXPECT_EQ(wait_for_end(client)["state"], "done");
+  const Json sample = watcher.read()["params"]["data"];
+  EXPECT_TRUE(sample["dials"]["D"]["value_mm"].is_null());
+  EXPECT_EQ(sample["dials"]["D"]["quality"], "bad");
+  EXPECT_FALSE(sample["dials"]["D"]["reason"].get<std::string>().empty());
+}
+
+TEST(Collect, GoingDownInTheMiddleKeepsWhatWasAcknowledged) {
+  TempDirectory directory;
+  Rig rig;
+  ServiceOptions options = rig.service_options();
+  options.database = directory.path() / "kept.db";
+  std::size_t told = 0;
+  {
+    RunningService running({}, options);
+    LineClient client = running.client();
+    create(client, rig);
+    client.call("events.subscribe", {{"topics", {"sample"}}});
+    start(client, Rig::plan(20));
+    for (; told < 2; ++told) client.read();
+    client.call("shutdown");
+    running.stop();
+  }
+  options.clock_start = session::from_iso8601(rig.now());
+  RunningService running({}, options);
+  db::Store& reader = running.service().reader();
+  EXPECT_GE(reader.done_points(reader.find_session("live")).size(), told);
+  LineClient client = running.client();
+  client.call("collect.start", {{"session", "live"}});
+  const Json done = wait_for_end(client);
+  EXPECT_EQ(done["state"], "done") << done;
+  EXPECT_EQ(done["done"], 20);
+}
+
+/// A real sixdiald process.
+class Daemon {
+ public:
+  Daemon(const std::filesystem::path& directory, const std::string& clock_start)
+      : socket_(directory / "s") {
+    const std::string program = std::string(SIXDIAL_BIN_DIR) + "/sixdiald";
+    const std::string database = (directory / "daemon.db").string();
+    std::vector<std::string> words{program,         "--socket",      socket_.string(),
+                                   "--db",          database,        "--log-level",
+                                   "error",         "--clock-speed", std::to_string(kSpeed),
+                                   "--clock-start", clock_start};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    if (posix_spawn(&pid_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0) {
+      throw std::runtime_error("cannot start " + program);
+    }
+  }
+  ~Daemon() {
+    if (pid_ > 0) end(SIGKILL);
+  }
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  /// Waits until it answers.
+  LineClient client() {
+    std::optional<LineClient> connected;
+    if (!eventually([&] {
+          try {
+            connected.emplace(socket_);
+            return connected->call("hello").contains("result");
+          } catch (const std::runtime_error&) {
+            return false;
+          }
+        })) {
+      throw std::runtime_error("sixdiald does not answer");
+    }
+    return *std::move(connected);
+  }
+  /// The wait status after the signal.
+  int end(int signal) {
+    ::kill(pid_, signal);
+    int status = 0;
+    ::waitpid(std::exchange(pid_, -1), &status, 0);
+    return status;
+  }
+
+ private:
+  std::filesystem::path socket_;
+  pid_t pid_ = -1;
+};
+
+TEST(Daemon, KilledDuringCollectionItLosesNoAcknowledgedSampleAndCompletes) {
+  constexpr int kPoints = 30;
+  TempDirectory directory;
+  Rig rig;
+  std::map<Key, Json> acknowledged;
+  int kills = 0;
+  bool created = false;
+  for (const int until : {1, 5, 11, 18}) {
+    Daemon daemon(directory.path(), rig.now());
+    LineClient client = daemon.client();
+    if (!created) {
+      ASSERT_EQ(error_code_of(create(client, rig)), "");
+      created = true;
+    }
+    client.call("events.subscribe", {{"topics", {"sample"}}});
+    ASSERT_EQ(error_code_of(start(client, Rig::plan(kPoints))), "");
+    while (std::ssize(acknowledged) < until) {
+      const Json data = client.read()["params"]["data"];
+      acknowledged[key_of(data)] = data;
+    }
+    EXPECT_TRUE(WIFSIGNALED(daemon.end(SIGKILL)));
+    ++kills;
+    // What was on its way when it died was acknowledged, too.
+    while (const auto line = client.read_line()) {
+      const Json note = Json::parse(*line);
+      if (note["method"] != "events.event") continue;
+      acknowledged[key_of(note["params"]["data"])] = note["params"]["data"];
+    }
+  }
+  EXPECT_EQ(kills, 4);
+  Daemon daemon(directory.path(), rig.now());
+  LineClient client = daemon.client();
+  ASSERT_EQ(error_code_of(client.call("collect.start", {{"session", "live"}})), "");
+  const Json done = wait_for_end(client);
+  EXPECT_EQ(done["state"], "done") << done;
+  EXPECT_EQ(done["done"], kPoints);
+  const auto folder = directory.path() / "exported";
+  client.call("session.export", {{"session", "live"}, {"path", folder.string()}});
+  const session::Session session = session::read_bundle(folder);
+  EXPECT_EQ(session.samples.size(), static_cast<std::size_t>(kPoints));
+  std::size_t found = 0;
+  for (const session::Sample& sample : session.samples) {
+    const auto told = acknowledged.find({sample.set, sample.point, sample.repeat});
+    if (told == acknowledged.end()) continue;
+    ++found;
+    for (std::size_t i = 0; i < session.rig.dials.size(); ++i) {
+      const Json& shown = told->second["dials"][session.rig.dials[i].id]["value_mm"];
+      ASSERT_EQ(shown.is_number(), sample.dials[i].value_mm.has_value());
+      if (!shown.is_number()) continue;
+      EXPECT_NEAR(shown.get<double>(), *sample.dials[i].value_mm, kSameReading_mm);
+    }
+  }
+  EXPECT_EQ(found, acknowledged.size());
+  EXPECT_GE(found, 18U);
+  EXPECT_EQ(daemon.end(SIGTERM), 0);  // exit code 0
+}
+
+TEST(Daemon, ASignalToEndIsObeyedInTheMiddleOfEverything) {
+  TempDirectory directory;
+  Rig rig;
+  Daemon daemon(directory.path(), rig.now());
+  LineClient client = daemon.client();
+  create(client, rig);
+  start(client, Rig::plan(30));
+  const std::string bundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
+  client.call("session.import", {{"path", bundle}, {"name", "other"}});
+  client.call(
+      "calibrate.start",
+      {{"session", "other"}, {"particles", 2000}, {"qpso1_iterations", 100'000}});
+  LineClient waiting = daemon.client();
+  waiting.send(R"({"jsonrpc":"2.0","id":1,"method":"job.wait","params":{"job":1}})"
+               "\n");
+  EXPECT_EQ(daemon.end(SIGTERM), 0);
+  // The waiting client was told; nothing but files that belong there is left.
+  const auto reply = waiting.read_line();
+  ASSERT_TRUE(reply.has_value());
+  EXPECT_EQ(Json::parse(*reply)["result"]["state"], "cancelled");
+  EXPECT_FALSE(std::filesystem::exists(directory.path() / "s"));
+}
+
+TEST(Daemon, ASecondOneOnTheSameDatabaseIsRefused) {
+  TempDirectory directory;
+  Rig rig;
+  Daemon daemon(directory.path(), rig.now());
+  static_cast<void>(daemon.client());
+  ServiceOptions options;
+  options.database = directory.path() / "daemon.db";
+  try {
+    Service second(options);
+    FAIL() << "two services write one database";
+  } catch (const db::StoreError& error) {
+    EXPECT_EQ(error.trouble, db::StoreTrouble::kLocked);
+  }
+}
+
+}  // namespace
+}  // namespace sixdial::service

@@ -1,0 +1,199 @@
+// The method table: every example is run, every row says what it must, the printed protocol is
+// the committed one.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "service/request.h"
+#include "session/bundle.h"
+#include "session/rig_file.h"
+#include "tests/service/rig_for_tests.h"
+
+namespace sixdial::service {
+namespace {
+
+using testing::error_code_of;
+using testing::LineClient;
+using testing::RunningService;
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at)) {
+    text.replace(at, what.size(), with);
+    at += with.size();
+  }
+  return text;
+}
+
+Json example_of(const std::string& method, const RunningService& running) {
+  return Json::parse(replaced(
+      std::string(find_method(method).example), "/srv/rig", running.directory().string()));
+}
+
+/// The world that the examples speak of: session `demo`, and a bundle in /srv/rig/bundle.
+void prepare(RunningService& running) {
+  const std::filesystem::path bundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+  std::filesystem::create_directories(running.directory() / "bundle");
+  for (const char* file : {"session.csv", "rig.toml"}) {
+    std::filesystem::copy_file(bundle / file, running.directory() / "bundle" / file);
+  }
+  LineClient client = running.client();
+  ASSERT_EQ(
+      error_code_of(
+          client.call("session.import", {{"path", bundle.string()}, {"name", "demo"}})),
+      "");
+}
+
+TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
+  RunningService running;
+  prepare(running);
+  LineClient client = running.client();
+  std::set<std::string> tried;
+  const auto run = [&](const std::string& method) {
+    tried.insert(method);
+    return client.call(method, example_of(method, running));
+  };
+  const auto run_well = [&](const std::string& method) {
+    Json reply = run(method);
+    EXPECT_TRUE(reply.contains("result")) << method << ": " << reply;
+    return reply.value("result", Json::object());
+  };
+
+  EXPECT_EQ(run_well("hello")["service"], "sixdiald");
+  EXPECT_EQ(run_well("rpc.discover")["methods"].size(), 1U);
+  EXPECT_EQ(run_well("events.subscribe")["lost"], 0);
+  EXPECT_EQ(run_well("session.create")["samples"], 0);
+  EXPECT_EQ(run_well("session.import")["samples"], 150);
+  EXPECT_EQ(run_well("session.list")["total"], 3);
+  EXPECT_EQ(run_well("session.show")["page"].size(), 5U);
+  EXPECT_EQ(run_well("session.export")["samples"], 150);
+  EXPECT_EQ(run_well("plan.grid")["points"], 100);
+  EXPECT_EQ(run_well("plan.random")["points"], 50);
+
+  EXPECT_EQ(run_well("calibrate.start")["job"], 1);
+  EXPECT_EQ(run_well("job.wait")["state"], "done");
+  EXPECT_EQ(run_well("job.status")["result"], 1);
+  EXPECT_EQ(run_well("job.cancel")["cancelling"], false);
+  EXPECT_EQ(run_well("job.list")["jobs"].size(), 1U);
+  EXPECT_EQ(run_well("result.list")["results"].size(), 1U);
+  EXPECT_GT(run_well("result.get")["bytes"], 10'000);
+  EXPECT_GT(run_well("report.write")["files"].size(), 5U);
+  EXPECT_TRUE(std::filesystem::exists(running.directory() / "report" / "report.html"));
+
+  // Without a plan and without a rig these answer with the error that says so.
+  EXPECT_EQ(run_well("collect.status")["state"], "idle");
+  EXPECT_EQ(run_well("collect.wait")["state"], "idle");
+  EXPECT_EQ(error_code_of(run("collect.start")), "bad_data");
+  for (const char* verb : {"pause", "resume", "skip", "retake", "accept", "moved", "stop"}) {
+    EXPECT_EQ(error_code_of(run(std::string("collect.") + verb)), "wrong_state") << verb;
+  }
+  EXPECT_EQ(run_well("shutdown")["stopping"], true);
+
+  for (const Method* method : all_methods()) {
+    EXPECT_TRUE(tried.contains(std::string(method->name))) << method->name << " was not tried";
+  }
+}
+
+TEST(Methods, EveryRowHasWordsSchemaAndAnExampleThatFitsIt) {
+  int rows = 0;
+  for (const Method* method : all_methods()) {
+    ++rows;
+    EXPECT_FALSE(method->summary.empty()) << method->name;
+    EXPECT_FALSE(method->result.empty()) << method->name;
+    EXPECT_NE(method->run == nullptr, method->wait == nullptr) << method->name;
+    EXPECT_NO_THROW(check_params(*method, Json::parse(method->example))) << method->name;
+    for (const Param& param : method->params) EXPECT_FALSE(param.doc.empty()) << param.name;
+    EXPECT_EQ(params_schema(*method)["properties"].size(), method->params.size());
+  }
+  EXPECT_GT(rows, 20);
+}
+
+TEST(Methods, TheWholeTableFitsIntoOneLine) {
+  RunningService running;
+  LineClient client = running.client();
+  client.send(R"({"jsonrpc":"2.0","id":1,"method":"rpc.discover"})"
+              "\n");
+  const auto line = client.read_line();
+  ASSERT_TRUE(line.has_value());
+  EXPECT_LT(line->size() + 1, kMaxLineBytes);
+  EXPECT_EQ(Json::parse(*line)["result"]["methods"].size(), all_methods().size());
+}
+
+TEST(Methods, TheCommittedProtocolIsTheOneOfTheTable) {
+  std::ifstream file(std::filesystem::path(SIXDIAL_SOURCE_DIR) / "doc" / "protocol.md");
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(text.str(), protocol_markdown())
+      << "print it anew: sixdiald --print-protocol > doc/protocol.md";
+}
+
+TEST(Methods, ErrorNumbersAndWordsAreUnique) {
+  std::set<int> numbers;
+  std::set<std::string_view> codes;
+  for (const ErrorKind& kind : error_table()) {
+    EXPECT_TRUE(numbers.insert(kind.number).second) << kind.code;
+    EXPECT_TRUE(codes.insert(kind.code).second) << kind.code;
+    EXPECT_FALSE(kind.hint.empty());
+    EXPECT_EQ(&error_kind(kind.key), &kind);
+  }
+}
+
+TEST(Methods, AWrongBundleIsRefusedWithFileLineAndColumn) {
+  RunningService running;
+  prepare(running);
+  std::ifstream in(running.directory() / "bundle" / "session.csv");
+  std::stringstream whole;
+  whole << in.rdbuf();
+  const auto import_with = [&](const std::string& what, const std::string& with) {
+    std::string text = whole.str();
+    const std::size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos);
+    text.replace(at, what.size(), with);
+    std::ofstream(running.directory() / "bundle" / "session.csv") << text;
+    LineClient client = running.client();
+    return client.call(
+        "session.import",
+        {{"path", (running.directory() / "bundle").string()}, {"name", "wrong"}});
+  };
+  const Json text = import_with("1.411917868", "abc");
+  EXPECT_EQ(error_code_of(text), "bad_data");
+  EXPECT_EQ(text["error"]["data"]["at"]["line"], 3);
+  EXPECT_GT(text["error"]["data"]["at"]["column"], 1);
+  EXPECT_THAT(
+      text["error"]["data"]["at"]["file"].get<std::string>(),
+      ::testing::EndsWith("session.csv"));
+  EXPECT_EQ(
+      error_code_of(import_with("1.411917868,2.880616311", "3.1,0.0")),
+      "bad_data");  // out of reach
+  EXPECT_EQ(error_code_of(import_with("1.411917868", "nan")), "bad_data");
+  EXPECT_EQ(error_code_of(import_with("theta2_rad", "theta2")), "bad_data");  // missing column
+  EXPECT_EQ(error_code_of(import_with("dial_F_mm", "dial_Z_mm")), "bad_data");
+  EXPECT_EQ(error_code_of(import_with("\nG1,1,0,", "\nG1,0,0,")), "bad_data");  // twice
+  LineClient client = running.client();
+  EXPECT_EQ(error_code_of(client.call("session.show", {{"session", "wrong"}})), "not_found");
+  EXPECT_EQ(import_with("G1,0,0,", "G1,0,0,")["result"]["samples"], 150);  // as it was
+  EXPECT_EQ(error_code_of(import_with("G1,0,0,", "G1,0,0,")), "already_exists");
+}
+
+TEST(Methods, PathsMustBeAbsoluteAndNamesHarmless) {
+  RunningService running;
+  prepare(running);
+  LineClient client = running.client();
+  EXPECT_EQ(
+      error_code_of(client.call("session.import", {{"path", "bundle"}})), "invalid_params");
+  EXPECT_EQ(
+      error_code_of(client.call("session.export", {{"session", "demo"}, {"path", "x"}})),
+      "invalid_params");
+  const std::string rig = session::write_rig(geometry::default_rig());
+  for (const char* name : {"", "../up", "a b", ".hidden", "x/y"}) {
+    EXPECT_EQ(
+        error_code_of(client.call("session.create", {{"name", name}, {"rig_toml", rig}})),
+        "invalid_params")
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace sixdial::service
