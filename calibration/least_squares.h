@@ -79,4 +79,12 @@ struct LeastSquaresFit {
     const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     const LeastSquaresSettings& settings = {});
 
+/// With a robust loss: from the plain minimum, with a scale that shrinks to 2.5 robust standard
+/// deviations of the residuals (settings.loss_scale at least). A robust loss has many minima;
+/// this one forgives only what stands out from everything else. `block`: residuals that belong
+/// together. settings.loss is ignored.
+[[nodiscard]] LeastSquaresFit solve_robustly(
+    const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
+    LeastSquaresSettings settings, Loss loss, int block);
+
 }  // namespace sixdial::calibration
