@@ -89,7 +89,7 @@ tl::expected<Words, Fault> parse_read_reply(
   if (const auto head = check_head(reply, unit, function); !head) {
     return tl::unexpected(head.error());
   }
-  const auto expected = static_cast<std::size_t>(2 * count);
+  const auto expected = 2 * static_cast<std::size_t>(count);
   if (reply[2] != expected || reply.size() != 3 + expected) {
     return tl::unexpected(Fault{
         FaultKind::kBadFrame,
