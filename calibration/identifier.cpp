@@ -73,6 +73,7 @@ bool is_weighted(const ObservationSpace& space, const IdentifySettings& settings
 LeastSquaresSettings core_settings(
     const ObservationSpace& space, const IdentifySettings& settings) {
   LeastSquaresSettings core;
+  core.first_damping = 1e-7;  // nominal is near
   core.scale = space.scale;
   core.anchor = space.nominal;
   core.fixed = settings.fixed;

@@ -13,7 +13,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e30;
 constexpr double kSmallStep = 1e-14;      // relative to the parameters
 constexpr double kSmallDecrease = 1e-26;  // predicted, relative to the cost
@@ -178,7 +177,7 @@ class Solver {
     while (fit_.iterations < settings_.max_iterations) {
       const auto n = singular_.size() - held_;
       if (n <= 0) return true;
-      if (damping < 0.0) damping = kFirstDamping * singular_[0] * singular_[0];
+      if (damping < 0.0) damping = settings_.first_damping * singular_[0] * singular_[0];
       const double possible = projected_.head(n).squaredNorm();
       if (possible <= kSmallDecrease * fit_.cost) return true;
       ++fit_.iterations;

@@ -32,6 +32,9 @@ enum class Loss {
 
 struct LeastSquaresSettings {
   int max_iterations = 300;
+  /// First damping relative to the largest squared singular value. Small: begins as
+  /// Gauss-Newton, right where the start is near or the valley is long.
+  double first_damping = 1e-3;
   Eigen::VectorXd scale;    // of each parameter; empty: largest column norm seen (Marquardt)
   Eigen::VectorXd anchor;   // where held directions stay; empty: the start
   std::vector<char> fixed;  // 1: the parameter keeps its start value; empty: all free

@@ -77,6 +77,7 @@ PositionFit run(
     geometry::ParameterVector start, const PositionFitSettings& settings, int max_iterations) {
   LeastSquaresSettings core;
   core.max_iterations = max_iterations;
+  core.first_damping = 1e-7;  // nominal is near; condition 400
   core.scale = parameter_scale();
   core.anchor = nominal;
   core.hold_below = settings.noise_mm / settings.hold_uncertainty_mm;

@@ -150,7 +150,11 @@ TEST(DialSpace, DerivativesAreThoseOfDifferences) {
     const auto session = simulate_dials({}, 9, mount);
     const auto space = dial_space(session.g1, session.rig);
     ASSERT_GT(space.samples(), 90);
+    const bool free = mount == geometry::Mount::kFree;
     Eigen::VectorXd x = space.nominal;
+    // The eliminated rotation's own turn is left out (Kaufman's approximation): right where the
+    // residual is small, so near the truth.
+    if (free) x = session.robot;
     for (int sample = 0; sample < space.samples(); sample += 10) {
       const int rows = space.rows(sample);
       Eigen::VectorXd e(rows);
@@ -166,13 +170,8 @@ TEST(DialSpace, DerivativesAreThoseOfDifferences) {
         moved[i] -= 2 * h;
         ASSERT_TRUE(space.evaluate(sample, moved, low, nullptr));
         const Eigen::VectorXd difference = -(high - low) / (2 * h);
-        if (mount != geometry::Mount::kFree) {
-          EXPECT_LT((difference - J.col(i)).norm(), 1e-5 * (1.0 + J.col(i).norm()));
-        } else {
-          // The eliminated rotation turns the projection a little (Kaufman's approximation):
-          // exact in the gradient, J'e, once the residual is small.
-          EXPECT_LT((difference - J.col(i)).norm(), 0.1 * (1.0 + J.col(i).norm()));
-        }
+        const double tolerance = free ? 1e-3 : 1e-5;
+        EXPECT_LT((difference - J.col(i)).norm(), tolerance * (1.0 + J.col(i).norm()));
       }
     }
   }
