@@ -50,6 +50,7 @@ def put(tree, path, old, new):
 
 
 def add_a_dial(source, work):
+    source, work = os.path.abspath(source), os.path.abspath(work)
     tree = os.path.join(work, "tree")
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(source, tree, ignore=shutil.ignore_patterns("build*", ".git", "out", "node_modules"))
