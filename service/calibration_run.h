@@ -29,8 +29,9 @@ struct CalibrationRequest {
   std::optional<int> anfis_epochs{};
 };
 
-/// "sixdial.calibration" as in doc/result.md. Throws Error: bad_data (too few samples, poses
-/// out of reach), cancelled.
+/// "sixdial.calibration": inputs, parameters [mm, rad], identification, methods (Table 6),
+/// convergence, traces, anfis, points with their residuals by method. Throws Error: bad_data
+/// (too few samples, poses out of reach), cancelled.
 [[nodiscard]] Json calibrate(
     const session::Session& session, const CalibrationRequest& request,
     const std::function<void(JobProgress)>& progress = {}, std::stop_token stop = {});

@@ -127,6 +127,23 @@ Json export_bundle(const Call& call) {
       {"samples", session.samples.size()}};
 }
 
+/// The row stays in the store as withdrawn; what it had replaced counts again.
+Json undo(const Call& call) {
+  Service& service = call.service;
+  const Json collecting = service.collection().status();
+  if (service.collection().active() && collecting["session"] == call.params["session"]) {
+    throw Error(
+        ErrorCode::kWrongState, "the session is being collected",
+        {{"session", collecting["session"]}}, "collect.retake measures the last point again.");
+  }
+  const db::SessionId id = service.reader().find_session(session_name(call));
+  const auto undone = service.store().undo_last(
+      id, param_or<std::string>(call.params, "reason", "undo"), to_operator(call.caller));
+  Json answer = info_json(service, id);
+  answer["undone"] = undone ? Json(undone->value) : Json(nullptr);
+  return answer;
+}
+
 session::PlanOptions plan_options(const Json& params) {
   session::PlanOptions options;
   options.set = param_or<std::string>(params, "set", options.set);
@@ -184,6 +201,7 @@ constexpr std::array kImportParams{
         .doc = "leave bad rows out and list them, instead of refusing the bundle"}};
 constexpr std::array kExportParams{
     kSession, Param{.name = "path", .required = true, .doc = "absolute path of the folder"}};
+constexpr std::array kUndoParams{kSession, Param{.name = "reason", .doc = "kept with the row"}};
 constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate", "both-sides"};
 constexpr std::array kPlanCommon{
     kSession,
@@ -287,6 +305,15 @@ constexpr std::array kMethods{
         .result = "path, files, samples",
         .example = R"({"session": "demo", "path": "/srv/rig/exported"})",
         .run = export_bundle},
+    Method{
+        .name = "session.undo",
+        .summary =
+            "Withdraws the newest sample; its row stays in the store, and its point is open "
+            "again.",
+        .params = kUndoParams,
+        .result = "as session.show, and undone: the sample's number, null if there was none",
+        .example = R"({"session": "demo", "reason": "the dial slipped"})",
+        .run = undo},
     Method{
         .name = "plan.grid",
         .summary = "A plan over a grid of targets that the session's rig can measure.",

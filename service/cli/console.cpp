@@ -108,7 +108,9 @@ void ProgressLine::show(
                 : 0.0;
   std::string text = fmt::format("{} {}/{}", stage, done, total);
   if (!remark.empty()) text += fmt::format("  {}", remark);
-  if (eta_s) text += fmt::format("  {} left", duration_text(*eta_s));
+  constexpr double kNotWorthSaying_s = 1.0;
+  if (eta_s && *eta_s >= kNotWorthSaying_s)
+    text += fmt::format("  {} left", duration_text(*eta_s));
   if (console_.terminal) {
     const int full = static_cast<int>(fraction * kBarCells);
     console_.err << "\r\x1b[K[" << std::string(static_cast<std::size_t>(full), '#')

@@ -1,4 +1,4 @@
-// sixdial session create|list|show|import|export.
+// sixdial session create|list|show|import|export|undo.
 #include <fmt/format.h>
 
 #include "service/cli/cli.h"
@@ -133,6 +133,18 @@ void add_export(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>
   });
 }
 
+void add_undo(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>& options) {
+  CLI::App* command = group.add_subcommand("undo", summary_of("session.undo"));
+  command->add_option("NAME", options->name)->required();
+  command->callback([&cli, options] {
+    cli.action = [&cli, options] {
+      const Json info = cli.call("session.undo", {{"session", options->name}});
+      cli.console.print("session", info, info_text(info));
+      return ExitCode::kOk;
+    };
+  });
+}
+
 }  // namespace
 
 void add_session_commands(CLI::App& app, Cli& cli) {
@@ -144,6 +156,7 @@ void add_session_commands(CLI::App& app, Cli& cli) {
   add_show(*group, cli, options);
   add_import(*group, cli, options);
   add_export(*group, cli, options);
+  add_undo(*group, cli, options);
 }
 
 }  // namespace sixdial::service::cli

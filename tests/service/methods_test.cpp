@@ -82,6 +82,8 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_GT(run_well("report.write")["files"].size(), 5U);
   EXPECT_TRUE(std::filesystem::exists(running.directory() / "report" / "report.html"));
 
+  EXPECT_EQ(run_well("session.undo")["samples"], 149);
+
   // Without a plan and without a rig these answer with the error that says so.
   EXPECT_EQ(run_well("collect.status")["state"], "idle");
   EXPECT_EQ(run_well("collect.wait")["state"], "idle");

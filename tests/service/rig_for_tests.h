@@ -29,7 +29,8 @@ inline constexpr auto kPatience = std::chrono::seconds(60);
 class TempDirectory {
  public:
   TempDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "sixdial-XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "sixdial-").string();
+    name.append(6, 'X');  // mkdtemp's
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary directory");
     path_ = name;
   }
