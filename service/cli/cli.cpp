@@ -79,8 +79,9 @@ std::string summary_of(std::string_view method) {
 bool is_bundle(const std::string& argument) {
   const std::filesystem::path path(argument);
   std::error_code ignored;
-  return std::filesystem::is_regular_file(path / "session.csv", ignored) ||
-         (path.extension() == ".csv" && std::filesystem::is_regular_file(path, ignored));
+  // What looks like a path is meant as one, also where nothing is there: reading it says so.
+  return argument.find('/') != std::string::npos || path.extension() == ".csv" ||
+         std::filesystem::is_directory(path, ignored);
 }
 
 session::Session read_bundle_with_warnings(
