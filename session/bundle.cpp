@@ -275,6 +275,13 @@ Session read_bundle(
 
 Session read_bundle(const std::filesystem::path& bundle, const ReadOptions& options) {
   const bool folder = std::filesystem::is_directory(bundle);
+  if (!folder && !std::filesystem::exists(bundle)) {
+    throw DataError(
+        bundle.string(), Finding{
+                             0, 0, "", "there is no such folder or file",
+                             "name a folder with session.csv and rig.toml, or a CSV file with "
+                             "rig.toml beside it"});
+  }
   const auto csv = folder ? bundle / "session.csv" : bundle;
   const auto rig = folder ? bundle / "rig.toml" : bundle.parent_path() / "rig.toml";
   return read_bundle(csv, rig, options);
