@@ -13,6 +13,7 @@
 #include <set>
 
 #include "acquisition/dial_bank.h"
+#include "tests/acquisition/answered.h"
 #include "tests/acquisition/wire.h"
 
 namespace sixdial::acquisition {
@@ -21,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using session::Quality;
 using std::chrono::steady_clock;
+using test::answered;
 using test::eventually;
 using test::ModbusRtuServer;
 using test::ModbusTable;
@@ -77,7 +79,7 @@ TEST_F(ModbusDials, AllSixComeFromOneReadWithOneTime) {
   fill(table_);
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server)), clock_);
-  const auto readings = bank->scan({});
+  const auto readings = answered(*bank);
   expect_all(readings);
   for (const Reading& each : readings) EXPECT_EQ(each.time_utc, readings[0].time_utc);
   EXPECT_EQ(bank->buses().size(), 1u);
@@ -90,7 +92,7 @@ TEST_F(ModbusDials, ReachFortyScansASecond) {
   (void)bank->scan({});
   const auto before = steady_clock::now();
   constexpr int kScans = 20;
-  for (int i = 0; i < kScans; ++i) expect_all(bank->scan({}));
+  for (int i = 0; i < kScans; ++i) expect_all(answered(*bank));
   // 25 ms a scan; a scan that begins just before another was asked for waits for the next.
   EXPECT_LT(steady_clock::now() - before, kScans * 200ms);
 }
@@ -99,8 +101,8 @@ TEST_F(ModbusDials, ABoxWithoutStatusAndCounterIsReadAllTheSame) {
   fill(table_, false);
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server)), clock_);
-  expect_all(bank->scan({}));
-  expect_all(bank->scan({}));
+  expect_all(answered(*bank));
+  expect_all(answered(*bank));
   EXPECT_EQ(server.connections(), 1);  // exceptions are answers, no reason to reconnect
 }
 
@@ -119,7 +121,7 @@ TEST_F(ModbusDials, MapsWithOtherOrderScaleFunctionAndPlace) {
                     5 - k));
   }
   const auto bank = open(rig, clock_);
-  const auto readings = bank->scan({});
+  const auto readings = answered(*bank);
   for (std::size_t k = 0; k < 6; ++k) {
     ASSERT_TRUE(readings[k].value_mm) << readings[k].reason;
     EXPECT_NEAR(*readings[k].value_mm, shown_mm(5 - k), kExact_mm);
@@ -138,7 +140,7 @@ TEST_F(ModbusDials, StatusWordsBecomeReasons) {
   });
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server)), clock_);
-  const auto readings = bank->scan({});
+  const auto readings = answered(*bank);
   EXPECT_FALSE(readings[0].value_mm);
   EXPECT_EQ(readings[0].quality, Quality::kGood);
   EXPECT_EQ(readings[0].reason, "no contact");
@@ -156,7 +158,7 @@ TEST_F(ModbusDials, AWrongWordOrderIsNoticedByItsValues) {
   fill(table_);
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server, "word_order=low")), clock_);
-  const auto reading = bank->scan({})[0];
+  const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
   EXPECT_EQ(reading.reason, "range");
   EXPECT_THAT(reading.detail, HasSubstr("88145.920"));
@@ -167,7 +169,7 @@ TEST_F(ModbusDials, AnEndStopIsNoContact) {
   table_.set([](ModbusTable& table) { test::put_int32(table.input, 0, 4); });
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server)), clock_);
-  const auto reading = bank->scan({})[0];
+  const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
   EXPECT_EQ(reading.reason, "no contact");
   EXPECT_EQ(reading.quality, Quality::kGood);
@@ -178,11 +180,11 @@ TEST_F(ModbusDials, AnOldScanIsNotHandedOutAgain) {
   fill(table_);
   ModbusTcpServer server(table_);
   const auto bank = open(rig_on(tcp(server)), clock_);
-  expect_all(bank->scan({}));
-  expect_all(bank->scan({}));
+  expect_all(answered(*bank));
+  expect_all(answered(*bank));
   table_.set([](ModbusTable& table) { table.before_read = nullptr; });
   (void)bank->scan({});  // may still be the last that counted
-  const auto reading = bank->scan({})[0];
+  const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
   EXPECT_EQ(reading.reason, "stale");
   table_.set(
@@ -193,11 +195,11 @@ TEST_F(ModbusDials, AnOldScanIsNotHandedOutAgain) {
 TEST_F(ModbusDials, ALateReplyNeverEndsUpInAnotherReading) {
   fill(table_);
   ModbusTcpServer server(table_);
-  server.delay_ms = [](int k) { return k == 6 ? 600 : 0; };
+  server.set_delay([](int k) { return k == 6 ? 600 : 0; });
   const auto bank = open(rig_on(tcp(server)), clock_);
   ASSERT_TRUE(eventually([&] { return bank->buses()[0].faults > 0; }));
   EXPECT_THAT(bank->buses()[0].last_fault, HasSubstr("timeout"));
-  for (int i = 0; i < 5; ++i) expect_all(bank->scan({}));
+  for (int i = 0; i < 5; ++i) expect_all(answered(*bank));
   EXPECT_GE(server.connections(), 2);
   EXPECT_GE(bank->buses()[0].reconnections, 1u);
 }
@@ -227,7 +229,7 @@ TEST_F(ModbusDials, RepliesToAnotherRequestOrOfAnotherUnitAreRefused) {
   };
   for (const Case& each : cases) {
     ModbusTcpServer server(table_);
-    server.spoil = [&](int, std::vector<std::uint8_t>& reply) { each.spoil(reply); };
+    server.set_spoil([&](int, std::vector<std::uint8_t>& reply) { each.spoil(reply); });
     const auto bank = open(rig_on(tcp(server)), clock_);
     const auto readings = bank->scan({});
     for (const Reading& reading : readings) EXPECT_FALSE(reading.value_mm) << each.reason;
@@ -241,7 +243,7 @@ TEST_F(ModbusDials, AServerThatComesBackIsTakenUpAgain) {
   auto server = std::make_unique<ModbusTcpServer>(table_);
   const int port = server->port();
   const auto bank = open(rig_on(tcp(*server)), clock_);
-  expect_all(bank->scan({}));
+  expect_all(answered(*bank));
   server.reset();
   ASSERT_TRUE(eventually([&] { return bank->latest()[0].reason == "disconnected"; }));
   const auto gone = bank->scan({});
@@ -249,14 +251,14 @@ TEST_F(ModbusDials, AServerThatComesBackIsTakenUpAgain) {
   EXPECT_EQ(bank->buses()[0].state, LinkState::kDown);
   server = std::make_unique<ModbusTcpServer>(table_, port);
   ASSERT_TRUE(eventually([&] { return bank->latest()[0].value_mm.has_value(); }));
-  expect_all(bank->scan({}));
+  expect_all(answered(*bank));
   EXPECT_EQ(bank->buses()[0].state, LinkState::kOk);
 }
 
 TEST_F(ModbusDials, StopInTimeWhateverTheServerDoes) {
   fill(table_);
   ModbusTcpServer server(table_);
-  server.delay_ms = [](int) { return 60'000; };
+  server.set_delay([](int) { return 60'000; });
   auto bank = open(rig_on(tcp(server)), clock_);
   ASSERT_TRUE(eventually([&] { return server.requests() > 0; }));
   const auto before = steady_clock::now();
@@ -269,8 +271,8 @@ TEST_F(ModbusDials, AreReadOverARtuLine) {
   ModbusRtuServer server(table_, 1);
   const auto bank =
       open(rig_on(fmt::format("modbus-rtu:{}?baud=19200&unit=1", server.path())), clock_);
-  expect_all(bank->scan({}));
-  expect_all(bank->scan({}));
+  expect_all(answered(*bank));
+  expect_all(answered(*bank));
 }
 
 // libmodbus's trap: after one late RTU reply every later one is the answer to the question
@@ -286,13 +288,12 @@ TEST_F(ModbusDials, ALateRtuReplyNeverEndsUpInAnotherReading) {
       for (int k = 0; k < 6; ++k) test::put_int32(table.input, 2 * k, 1000 * (k + 1) + n);
     };
   });
-  ModbusRtuServer server(table_, 1);
-  server.delay_ms = [](int k) { return k == 5 ? 700 : 0; };
+  ModbusRtuServer server(table_, 1, [](int k) { return k == 5 ? 700 : 0; });
   const auto bank = open(rig_on(fmt::format("modbus-rtu:{}?unit=1", server.path())), clock_);
   ASSERT_TRUE(eventually([&] { return bank->buses()[0].faults > 0; }));
   std::set<double> seen;
   for (int i = 0; i < 5; ++i) {
-    const auto readings = bank->scan({});
+    const auto readings = answered(*bank);
     for (std::size_t k = 0; k < 6; ++k) {
       ASSERT_TRUE(readings[k].value_mm) << readings[k].reason;
       EXPECT_NEAR(

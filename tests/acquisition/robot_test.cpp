@@ -115,9 +115,9 @@ TEST_F(Robot, AControllerThatTakesNoCommandIsNoticed) {
 
 TEST_F(Robot, ALostAnswerToTheStartDoesNotStartTwice) {
   ModbusTcpServer server(controller_.table);
-  server.spoil = [](int k, std::vector<std::uint8_t>& reply) {
+  server.set_spoil([](int k, std::vector<std::uint8_t>& reply) {
     if (k == 1) reply.clear();  // the start's
-  };
+  });
   auto robot = connect(server);
   const auto there = robot.move_to({0.1, 0.2}, 10s, {});
   ASSERT_TRUE(there) << there.error().detail;

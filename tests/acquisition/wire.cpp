@@ -80,7 +80,8 @@ void nap(int span_ms, const std::stop_token& stop) {
 }  // namespace
 
 TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "sixdial-XXXXXX").string();
+  std::string name =
+      (std::filesystem::temp_directory_path() / "sixdial-").string() + std::string(6, 'X');
   if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
   folder_ = name;
 }
@@ -201,6 +202,16 @@ ModbusTcpServer::~ModbusTcpServer() {
   ::close(listener_);
 }
 
+void ModbusTcpServer::set_delay(std::function<int(int k)> delay_ms) {
+  const std::lock_guard lock(mutex_);
+  delay_ms_ = std::move(delay_ms);
+}
+
+void ModbusTcpServer::set_spoil(Spoil spoil) {
+  const std::lock_guard lock(mutex_);
+  spoil_ = std::move(spoil);
+}
+
 void ModbusTcpServer::serve(int socket, const std::stop_token& stop) {
   std::string pending;
   while (!stop.stop_requested()) {
@@ -218,6 +229,13 @@ void ModbusTcpServer::serve(int socket, const std::stop_token& stop) {
           pending.begin() + 6, pending.begin() + 6 + static_cast<std::ptrdiff_t>(length));
       pending.erase(0, 6 + length);
       const int k = requests_++;
+      std::function<int(int)> delay_ms;
+      Spoil spoil;
+      {
+        const std::lock_guard lock(mutex_);
+        delay_ms = delay_ms_;
+        spoil = spoil_;
+      }
       nap(delay_ms(k), stop);
       const std::vector<std::uint8_t> reply = table_.reply(request);
       const int size = static_cast<int>(reply.size());
@@ -243,8 +261,9 @@ std::uint16_t modbus_crc(const std::vector<std::uint8_t>& bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
-ModbusRtuServer::ModbusRtuServer(ModbusTable& table, int unit)
-    : table_(table), unit_(unit), master_(open_master(path_)) {
+ModbusRtuServer::ModbusRtuServer(
+    ModbusTable& table, int unit, std::function<int(int k)> delay_ms)
+    : table_(table), delay_ms_(std::move(delay_ms)), unit_(unit), master_(open_master(path_)) {
   thread_ = std::jthread([this](const std::stop_token& stop) {
     std::string pending;
     while (!stop.stop_requested()) {
@@ -258,7 +277,7 @@ ModbusRtuServer::ModbusRtuServer(ModbusTable& table, int unit)
         pending.erase(0, size);
         const int k = requests_++;
         if (request[0] != unit_) continue;
-        nap(delay_ms(k), stop);
+        nap(delay_ms_(k), stop);
         std::vector<std::uint8_t> reply = table_.reply(request);
         const std::uint16_t crc = modbus_crc(reply);
         reply.push_back(low(crc));

@@ -71,7 +71,7 @@ class ModbusTable {
   void set(const std::function<void(ModbusTable&)>& change);
 };
 
-/// On 127.0.0.1 and a free port. `delay_ms(k)`: how late the k-th request is answered.
+/// On 127.0.0.1 and a free port. The k-th request can be answered late or spoilt.
 class ModbusTcpServer {
  public:
   explicit ModbusTcpServer(ModbusTable& table, int port = 0);
@@ -82,14 +82,17 @@ class ModbusTcpServer {
   [[nodiscard]] int requests() const { return requests_; }
   [[nodiscard]] int connections() const { return connections_; }
 
-  std::function<int(int k)> delay_ms = [](int) { return 0; };
-  std::function<void(int k, std::vector<std::uint8_t>& reply)> spoil =
-      [](int, std::vector<std::uint8_t>&) {};  // of the whole frame
+  using Spoil = std::function<void(int k, std::vector<std::uint8_t>& frame)>;
+  void set_delay(std::function<int(int k)> delay_ms);
+  void set_spoil(Spoil spoil);
 
  private:
   void serve(int socket, const std::stop_token& stop);
 
   ModbusTable& table_;
+  std::mutex mutex_;  // of the next two
+  std::function<int(int k)> delay_ms_ = [](int) { return 0; };
+  Spoil spoil_ = [](int, std::vector<std::uint8_t>&) {};
   int listener_ = -1;
   int port_ = 0;
   std::atomic<int> requests_{0};
@@ -101,16 +104,17 @@ class ModbusTcpServer {
 /// The same on a pseudo-terminal.
 class ModbusRtuServer {
  public:
-  ModbusRtuServer(ModbusTable& table, int unit);
+  ModbusRtuServer(
+      ModbusTable& table, int unit, std::function<int(int k)> delay_ms = [](int) { return 0; });
   ~ModbusRtuServer();
   ModbusRtuServer(const ModbusRtuServer&) = delete;
   ModbusRtuServer& operator=(const ModbusRtuServer&) = delete;
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] int requests() const { return requests_; }
-  std::function<int(int k)> delay_ms = [](int) { return 0; };
 
  private:
   ModbusTable& table_;
+  std::function<int(int k)> delay_ms_;
   int unit_;
   std::string path_;
   int master_ = -1;
