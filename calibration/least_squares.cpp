@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace sixdial::calibration {
@@ -12,7 +13,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e30;
 constexpr double kSmallStep = 1e-14;      // relative to the parameters
 constexpr double kSmallDecrease = 1e-26;  // predicted, relative to the cost
@@ -177,7 +177,7 @@ class Solver {
     while (fit_.iterations < settings_.max_iterations) {
       const auto n = singular_.size() - held_;
       if (n <= 0) return true;
-      if (damping < 0.0) damping = kFirstDamping * singular_[0] * singular_[0];
+      if (damping < 0.0) damping = settings_.first_damping * singular_[0] * singular_[0];
       const double possible = projected_.head(n).squaredNorm();
       if (possible <= kSmallDecrease * fit_.cost) return true;
       ++fit_.iterations;
@@ -281,6 +281,22 @@ class Solver {
   LeastSquaresFit fit_;
 };
 
+constexpr int kRobustRounds = 20;
+constexpr double kRobustScale = 2.5;     // in standard deviations
+constexpr double kRobustSettled = 1e-9;  // relative change of the residuals
+
+/// Standard deviation of one residual from the median size of the blocks, which gross errors do
+/// not move: the median of |r| is 0.6745 sigma, that of a pair's length sigma sqrt(2 ln 2).
+double robust_sigma(const VectorXd& residual, int block) {
+  std::vector<double> sizes;
+  for (Eigen::Index i = 0; i + block <= residual.size(); i += block) {
+    sizes.push_back(residual.segment(i, block).norm());
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::ranges::nth_element(sizes, middle);
+  return *middle / (block == 1 ? 0.6744897501960817 : std::sqrt(2.0 * std::numbers::ln2));
+}
+
 }  // namespace
 
 std::string_view describe(FitStatus status) {
@@ -320,6 +336,27 @@ LeastSquaresFit solve_least_squares(
     const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     const LeastSquaresSettings& settings) {
   return Solver(problem, start, settings).solve();
+}
+
+LeastSquaresFit solve_robustly(
+    const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
+    LeastSquaresSettings settings, Loss loss, int block) {
+  settings.loss = Loss::kSquare;
+  settings.block = 1;
+  LeastSquaresFit fit = solve_least_squares(problem, start, settings);
+  if (loss == Loss::kSquare || fit.status == FitStatus::kBadStart) return fit;
+  settings.loss = loss;
+  settings.block = block;
+  const double least_scale = settings.loss_scale;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    const double sigma = robust_sigma(fit.residual, block);
+    if (sigma <= 0.0) break;
+    settings.loss_scale = std::max(kRobustScale * sigma, least_scale);
+    const double before = fit.rss;
+    fit = solve_least_squares(problem, fit.x, settings);
+    if (std::abs(fit.rss - before) < kRobustSettled * before) break;
+  }
+  return fit;
 }
 
 }  // namespace sixdial::calibration

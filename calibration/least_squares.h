@@ -32,6 +32,9 @@ enum class Loss {
 
 struct LeastSquaresSettings {
   int max_iterations = 300;
+  /// First damping relative to the largest squared singular value. Small: begins as
+  /// Gauss-Newton, right where the start is near or the valley is long.
+  double first_damping = 1e-3;
   Eigen::VectorXd scale;    // of each parameter; empty: largest column norm seen (Marquardt)
   Eigen::VectorXd anchor;   // where held directions stay; empty: the start
   std::vector<char> fixed;  // 1: the parameter keeps its start value; empty: all free
@@ -78,5 +81,13 @@ struct LeastSquaresFit {
 [[nodiscard]] LeastSquaresFit solve_least_squares(
     const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     const LeastSquaresSettings& settings = {});
+
+/// With a robust loss: from the plain minimum, with a scale that shrinks to 2.5 robust standard
+/// deviations of the residuals (settings.loss_scale at least). A robust loss has many minima;
+/// this one forgives only what stands out from everything else. `block`: residuals that belong
+/// together. settings.loss is ignored.
+[[nodiscard]] LeastSquaresFit solve_robustly(
+    const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
+    LeastSquaresSettings settings, Loss loss, int block);
 
 }  // namespace sixdial::calibration

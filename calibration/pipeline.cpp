@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
-#include "calibration/random.h"
 #include "calibration/workers.h"
 
 namespace sixdial::calibration {
@@ -15,7 +13,6 @@ namespace {
 using geometry::ParameterVector;
 
 constexpr int kLeastSamples = 3;
-constexpr std::uint32_t kHoldoutStream = 32;
 // Shares of the whole, for the progress bar.
 constexpr double kAfterFilter = 0.01;
 constexpr double kAfterNoiseSearch = 0.45;
@@ -62,60 +59,6 @@ MethodErrors row(std::string method, const Eigen::Matrix2Xd& g1, const Eigen::Ma
   result.g1 = error_stats(result.g1_mm);
   result.g2 = error_stats(result.g2_mm);
   return result;
-}
-
-struct Split {
-  std::vector<int> train, check;
-};
-
-/// A seeded shuffle; the first part is held out.
-Split holdout(int n, double fraction, std::uint64_t seed) {
-  std::vector<int> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), 0);
-  RandomSequence random(seed, kHoldoutStream);
-  for (int i = n - 1; i > 0; --i) {
-    std::swap(
-        order[static_cast<std::size_t>(i)],
-        order[static_cast<std::size_t>(random.below(i + 1))]);
-  }
-  const auto held = static_cast<std::ptrdiff_t>(std::lround(fraction * n));
-  Split split{{order.begin() + held, order.end()}, {order.begin(), order.begin() + held}};
-  std::ranges::sort(split.train);
-  std::ranges::sort(split.check);
-  return split;
-}
-
-AnfisReport learn(
-    const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets, const Settings& settings,
-    std::stop_token stop) {
-  AnfisReport report;
-  AnfisSettings anfis = settings.anfis;
-  if (settings.cross_validate) {
-    report.selection = select_anfis(inputs, targets, anfis.kind);
-    anfis.functions = report.selection->chosen.functions;
-    anfis.ridge = report.selection->chosen.ridge;
-    if (anfis.functions == 0) {
-      report.model = zero_anfis(static_cast<int>(inputs.cols()));
-      return report;
-    }
-  }
-  const Split split =
-      holdout(static_cast<int>(inputs.rows()), settings.holdout_fraction, settings.seed);
-  AnfisTraining training = train_anfis(
-      inputs(split.train, Eigen::all), targets(split.train), inputs(split.check, Eigen::all),
-      targets(split.check), anfis, stop);
-  report.train_rmse_mm = std::move(training.train_rmse);
-  report.check_rmse_mm = std::move(training.check_rmse);
-  report.best_epoch = training.best_epoch;
-  report.target_reached = training.target_reached;
-  report.model = std::move(training.model);
-  if (report.selection) {
-    // The epoch is chosen; now every sample may speak for the consequents.
-    report.model = scaled(
-        refit_consequents(report.model, inputs, targets, anfis.ridge, anfis.output_margin),
-        report.selection->gain);
-  }
-  return report;
 }
 
 std::optional<Trouble> refuse(const PositionObservations& g1, const ParameterVector& nominal) {
@@ -309,12 +252,14 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
   tell(Stage::kResidual, kAfterReference, {}, found.rmse_mm);
   const Eigen::MatrixXd inputs = g1.q_rad.transpose();
   const Eigen::Matrix2Xd residual = position_residuals(g1, found.v);
+  const AnfisLearning learning{
+      settings.anfis, settings.cross_validate, settings.holdout_fraction, settings.seed};
   Workers workers(std::min(settings.threads, 2));
   watch.lap();
   workers.run([&](int share) {
     for (int axis = share; axis < 2; axis += workers.count()) {
       (axis == 0 ? result.anfis_x : result.anfis_y) =
-          learn(inputs, residual.row(axis).transpose(), settings, stop);
+          learn_anfis(inputs, residual.row(axis).transpose(), learning, stop);
     }
   });
   if (stop.stop_requested()) return tl::unexpected(cancelled());

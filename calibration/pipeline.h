@@ -11,7 +11,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "calibration/anfis_selection.h"
+#include "calibration/anfis_learning.h"
 #include "calibration/dqpso.h"
 #include "calibration/identifiability.h"
 
@@ -81,16 +81,6 @@ struct StageResult {
   geometry::ParameterVector v = geometry::ParameterVector::Zero();
   double rmse_g1_mm = 0.0;
   double seconds = 0.0;  // of this stage alone
-};
-
-/// One network (for x or for y) and how it came about.
-struct AnfisReport {
-  AnfisModel model;
-  std::optional<AnfisSelection> selection;  // where cross-validated
-  std::vector<double> train_rmse_mm;        // by epoch
-  std::vector<double> check_rmse_mm;
-  int best_epoch = 0;
-  int target_reached = 0;
 };
 
 struct Result {

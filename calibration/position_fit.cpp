@@ -2,10 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 namespace sixdial::calibration {
 namespace {
@@ -74,42 +72,25 @@ LeastSquaresProblem position_problem(
 
 namespace {
 
-constexpr int kRobustRounds = 20;
-constexpr double kRobustScale = 2.5;     // in standard deviations
-constexpr double kRobustSettled = 1e-9;  // relative change of the RMSE
-
-/// Standard deviation of one axis from the median length of the residual vectors, which gross
-/// errors do not move: for two normal axes the median length is sigma sqrt(2 ln 2).
-double robust_sigma(const Eigen::VectorXd& residual) {
-  std::vector<double> lengths;
-  for (Eigen::Index i = 0; i + 1 < residual.size(); i += 2) {
-    lengths.push_back(residual.segment<2>(i).norm());
-  }
-  if (lengths.empty()) return 0.0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::ranges::nth_element(lengths, middle);
-  return *middle / std::sqrt(2.0 * std::numbers::ln2);
-}
-
 PositionFit run(
     const PositionObservations& observations, const geometry::ParameterVector& nominal,
     geometry::ParameterVector start, const PositionFitSettings& settings, int max_iterations) {
   LeastSquaresSettings core;
   core.max_iterations = max_iterations;
+  core.first_damping = 1e-7;  // nominal is near; condition 400
   core.scale = parameter_scale();
   core.anchor = nominal;
   core.hold_below = settings.noise_mm / settings.hold_uncertainty_mm;
-  core.loss = settings.loss;
   core.loss_scale = settings.loss_scale_mm;
-  core.block = 2;
   for (int i = 0; i < geometry::kParameterCount; ++i) {
     const bool fixed = settings.fixed[static_cast<std::size_t>(i)];
     core.fixed.push_back(fixed ? 1 : 0);
     if (fixed) start[i] = nominal[i];
   }
   PositionFit result;
-  result.fit = solve_least_squares(
-      position_problem(observations, settings.weigh_by_covariance), start, core);
+  result.fit = solve_robustly(
+      position_problem(observations, settings.weigh_by_covariance), start, core, settings.loss,
+      2);
   result.v = result.fit.x;
   result.rmse_mm = position_rmse(observations, result.v);
   if (result.fit.status == FitStatus::kBadStart) return result;
@@ -125,24 +106,9 @@ PositionFit run(
 PositionFit fit_positions(
     const PositionObservations& observations, const geometry::ParameterVector& nominal,
     const PositionFitSettings& settings) {
-  const int most = LeastSquaresSettings{}.max_iterations;
-  PositionFitSettings step = settings;
-  step.loss = Loss::kSquare;
-  PositionFit result = run(observations, nominal, settings.start.value_or(nominal), step, most);
-  if (settings.loss == Loss::kSquare || result.fit.status == FitStatus::kBadStart)
-    return result;
-  // A robust loss has many minima. Come from the plain one with a scale that shrinks: the first
-  // scale forgives nothing but what stands out from everything else.
-  step.loss = settings.loss;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    const double sigma_mm = robust_sigma(result.fit.residual);
-    if (sigma_mm <= 0.0) break;
-    step.loss_scale_mm = std::max(kRobustScale * sigma_mm, settings.loss_scale_mm);
-    const double before_mm = result.rmse_mm;
-    result = run(observations, nominal, result.v, step, most);
-    if (std::abs(result.rmse_mm - before_mm) < kRobustSettled * before_mm) break;
-  }
-  return result;
+  return run(
+      observations, nominal, settings.start.value_or(nominal), settings,
+      LeastSquaresSettings{}.max_iterations);
 }
 
 PositionFit assess_positions(

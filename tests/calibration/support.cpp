@@ -88,6 +88,52 @@ SimulatedSession simulate(const SessionPlan& plan, std::uint64_t seed) {
   return session;
 }
 
+DialSession simulate_dials(const SessionPlan& plan, std::uint64_t seed, geometry::Mount mount) {
+  DialSession session;
+  session.rig = geometry::default_rig();
+  session.rig.robot.nominal = plan.nominal;
+  session.rig.robot.working_mode = plan.mode;
+  session.rig.cuboid.mount = mount;
+  session.robot = plan.robot;
+  RandomSequence random(seed, 902);
+  session.clamp_rad = random.uniform(-1.0, 1.0) * std::numbers::pi / 180.0;
+  const double reference = geometry::reference_link_angle(session.rig).value();
+  const auto dials = session.rig.dial_geometries();
+  const auto measure = [&](int count) {
+    SessionPlan exact = plan;
+    exact.noise_mm = 0.0;
+    std::vector<simulation::Trial> result = trials(exact, count, random);
+    for (simulation::Trial& trial : result) {
+      const auto pose = geometry::forward(plan.robot, trial.q_rad, trial.assembly).value();
+      const double gamma =
+          mount == geometry::Mount::kFree
+              ? random.uniform(-0.05, 0.05)
+              : geometry::cuboid_angle(session.rig, reference, pose, session.clamp_rad);
+      trial.dial_mm.resize(dials.size());
+      std::vector<geometry::DialReading> readings;
+      for (std::size_t k = 0; k < dials.size(); ++k) {
+        const auto contact =
+            geometry::touch(dials[k], {*trial.position_mm, gamma}, session.rig.cuboid.side_mm);
+        if (!contact) continue;
+        const double reading_mm = contact->displacement_mm + plan.noise_mm * random.normal();
+        trial.dial_mm[k] = reading_mm;
+        readings.push_back({static_cast<int>(k), reading_mm, plan.noise_mm});
+      }
+      trial.position_mm.reset();
+      const auto estimate =
+          geometry::best_active_three(dials, readings, session.rig.cuboid.side_mm, gamma);
+      if (!estimate) continue;
+      trial.position_mm = estimate->pose.p_WE;
+      trial.position_covariance = estimate->covariance.topLeftCorner<2, 2>();
+      trial.gamma_rad = estimate->pose.gamma_rad;
+    }
+    return result;
+  };
+  session.g1 = measure(plan.g1_points);
+  session.g2 = measure(plan.g2_points);
+  return session;
+}
+
 ParameterVector random_robot(const ParameterVector& nominal, std::uint64_t seed) {
   RandomSequence random(seed, 901);
   ParameterVector v = nominal;

@@ -30,11 +30,22 @@ struct SessionPlan {
 struct SimulatedSession {
   geometry::ParameterVector nominal, robot;
   PositionObservations g1, g2;
-  std::vector<double> noise_free_x_mm;  // unused entries stay empty
 };
 
 /// Targets stratified over the workspace, commanded by nominal inverse kinematics.
 [[nodiscard]] SimulatedSession simulate(const SessionPlan& plan, std::uint64_t seed);
+
+/// The same plan measured by the dials of the default rig: noise on each reading, and a clamp
+/// angle that nobody knows. Positions are those of the best active three.
+struct DialSession {
+  geometry::Rig rig;
+  geometry::ParameterVector robot;
+  double clamp_rad = 0.0;
+  std::vector<simulation::Trial> g1, g2;
+};
+[[nodiscard]] DialSession simulate_dials(
+    const SessionPlan& plan, std::uint64_t seed,
+    geometry::Mount mount = geometry::Mount::kDistal2);
 
 /// A robot near nominal: lengths within 0.5 mm, frame within 1 mm, angles within 1 degree.
 [[nodiscard]] geometry::ParameterVector random_robot(

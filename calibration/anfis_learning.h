@@ -1,0 +1,33 @@
+// ANFIS on residuals as the project uses it: chosen by cross-validation, or the paper's
+// setting.
+#pragma once
+
+#include <optional>
+
+#include "calibration/anfis_selection.h"
+
+namespace sixdial::calibration {
+
+/// One network (for x or for y) and how it came about.
+struct AnfisReport {
+  AnfisModel model;
+  std::optional<AnfisSelection> selection;  // where cross-validated
+  std::vector<double> train_rmse_mm;        // by epoch
+  std::vector<double> check_rmse_mm;
+  int best_epoch = 0;
+  int target_reached = 0;
+};
+
+struct AnfisLearning {
+  AnfisSettings anfis;            // functions and ridge are replaced where cross_validate
+  bool cross_validate = true;     // choose functions, ridge or no network at all
+  double holdout_fraction = 0.2;  // for choosing the epoch
+  std::uint64_t seed = 1;
+};
+
+/// inputs: samples x inputs; targets: samples [mm].
+[[nodiscard]] AnfisReport learn_anfis(
+    const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets,
+    const AnfisLearning& settings, const std::stop_token& stop = {});
+
+}  // namespace sixdial::calibration

@@ -1,0 +1,85 @@
+// A way to find the parameters: one file in identifiers/ and one row in the table for each.
+// Every identifier works in every observation space.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <string_view>
+
+#include "calibration/dqpso.h"
+#include "calibration/observation_space.h"
+
+namespace sixdial::calibration {
+
+struct IdentifySettings {
+  std::vector<char> fixed;    // by parameter, 1 keeps nominal; empty: all free
+  Loss loss = Loss::kSquare;  // lm only
+  bool weighted = false;      // rows by their sigma; the dial space always is
+  std::uint64_t seed = 1;
+  int threads = 1;
+  Linearisation linearisation = Linearisation::kEstimate;
+  SearchCoordinates coordinates = SearchCoordinates::kWhitened;
+  SwarmSize qpso1{50, 100};
+  SwarmSize qpso2{50, 400};
+  double first_variance = 1e-4;  // Q and R of `ekf`
+  double p0 = 1.0;               // diagonal of P0
+  double tikhonov_sd = 0.0;      // prior standard deviation in units of scale; 0: by evidence
+  double noise_mm = 0.003;       // of one reading, to judge what is determined
+  double hold_uncertainty_mm = 2.0;
+};
+
+struct Identified {
+  Eigen::VectorXd x;  // n
+  FitStatus status = FitStatus::kConverged;
+  double rmse = 0.0;  // ObservationSpace::rmse [mm]
+  int iterations = 0;
+  std::vector<double> history;  // best RMSE by iteration, of searches
+  LeastSquaresFit fit;          // the data at x: Jacobian, singular values, held directions
+  Eigen::MatrixXd covariance;  // of x, from the residual variance (or noise_mm without freedom)
+  double sigma_mm = 0.0;       // of one reading, from the residuals
+  bool cancelled = false;
+};
+
+struct Identifier {
+  std::string_view name;         // "ekf_dqpso"
+  std::string_view description;  // for people
+  Identified (*identify)(
+      const ObservationSpace& space, const IdentifySettings& settings,
+      const SearchProgress& progress, const std::stop_token& stop);
+};
+
+[[nodiscard]] std::span<const Identifier* const> all_identifiers();
+/// Null if there is none of that name.
+[[nodiscard]] const Identifier* find_identifier(std::string_view name);
+
+/// Calls the identifier and adds what the data say at its answer (fit, covariance, rmse).
+[[nodiscard]] Identified identify(
+    const Identifier& identifier, const ObservationSpace& space,
+    const IdentifySettings& settings = {}, const SearchProgress& progress = {},
+    const std::stop_token& stop = {});
+
+// Shared by the files of identifiers/.
+
+[[nodiscard]] LeastSquaresSettings core_settings(
+    const ObservationSpace& space, const IdentifySettings& settings);
+[[nodiscard]] bool is_fixed(const IdentifySettings& settings, int parameter);
+[[nodiscard]] bool is_weighted(const ObservationSpace& space, const IdentifySettings& settings);
+
+/// The filter over any space, rows one after the other with diagonal R by channel: errors x -
+/// nominal after the last sample; NaN where a pose could not be reached.
+[[nodiscard]] Eigen::VectorXd filter_space(
+    const ObservationSpace& space, const Eigen::VectorXd& q, const Eigen::VectorXd& r,
+    const Eigen::VectorXd& p0, Linearisation linearisation);
+
+/// QPSO-1 in any space: returns nominal + the filter's estimate with the best noise.
+[[nodiscard]] Identified qpso1_in(
+    const ObservationSpace& space, const IdentifySettings& settings,
+    const SearchProgress& progress, const std::stop_token& stop);
+/// QPSO-2 in any space, from an estimate.
+[[nodiscard]] Identified qpso2_in(
+    const ObservationSpace& space, const Eigen::VectorXd& estimate,
+    const IdentifySettings& settings, const SearchProgress& progress,
+    const std::stop_token& stop);
+
+}  // namespace sixdial::calibration

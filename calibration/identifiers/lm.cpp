@@ -1,0 +1,29 @@
+// Levenberg-Marquardt on all samples: the reference minimum. With a robust loss on request.
+#include "calibration/identifier.h"
+
+namespace sixdial::calibration {
+namespace {
+
+Identified fit(
+    const ObservationSpace& space, const IdentifySettings& settings, const SearchProgress&,
+    const std::stop_token&) {
+  LeastSquaresSettings core = core_settings(space, settings);
+  core.loss_scale = 0.0;  // from the residuals
+  LeastSquaresFit found = solve_robustly(
+      space.problem(is_weighted(space, settings)), space.nominal, core, settings.loss,
+      space.positions ? 2 : 1);
+  Identified result;
+  result.x = found.x;
+  result.status = found.status;
+  result.iterations = found.iterations;
+  return result;
+}
+
+}  // namespace
+
+extern constinit const Identifier lm{
+    .name = "lm",
+    .description = "Levenberg-Marquardt, nonlinear least squares",
+    .identify = fit};
+
+}  // namespace sixdial::calibration
