@@ -10,7 +10,6 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <sstream>
 
 #include "geometry/rig.h"
@@ -422,7 +421,10 @@ TEST(Page, HostileTextStaysText) {
   for (const CsvFile& file : csv_report(data)) {
     const auto rows = read_csv(file.text);
     for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size()) << file.name;
-    EXPECT_TRUE(std::regex_match(file.name, std::regex("[a-z0-9_]+\\.csv"))) << file.name;
+    EXPECT_EQ(
+        file.name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_"),
+        file.name.size() - std::string_view{".csv"}.size())
+        << file.name;
   }
 }
 
