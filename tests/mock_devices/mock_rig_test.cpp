@@ -150,6 +150,16 @@ TEST_F(MockRigTest, RequestsInPiecesAndInOneGoAreAnsweredInOrder) {
   EXPECT_EQ(replies[34], 2);
 }
 
+TEST_F(MockRigTest, ASerialRequestInPiecesIsOneRequest) {
+  MockRig rig(options());
+  rig.start();
+  Port sylvac(Port::serial(rig.ports().serial.at("sylvac_B")));
+  sylvac.send("BA");
+  EXPECT_EQ(sylvac.nothing(), "");
+  sylvac.send("T?\r");
+  EXPECT_EQ(sylvac.line(), "BAT1\r");
+}
+
 TEST_F(MockRigTest, ServesManyClientsAtOnceWhileTheRobotMoves) {
   MockRig rig(options());
   rig.start();
