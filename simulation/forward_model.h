@@ -46,6 +46,8 @@ class ForwardModel {
   /// Nominal robot, clamp angle 0.
   [[nodiscard]] ModelVector nominal() const;
   [[nodiscard]] const geometry::Rig& rig() const { return rig_; }
+  /// Angle in W of the cuboid's link at the reference pose [rad].
+  [[nodiscard]] double reference_angle_rad() const { return reference_angle_rad_; }
 
   /// `free_gamma_rad` replaces gamma where the mount is free (dial_J then leaves gamma out).
   [[nodiscard]] tl::expected<Prediction, geometry::KinematicTrouble> predict(

@@ -1,0 +1,59 @@
+// From readings to a verdict: detect, identify, adapt (notes: DIA), with several effects at
+// once, ties as sets, and "unknown" where a smooth function explains more than any name.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+#include "diagnosis/search.h"
+#include "diagnosis/unknown.h"
+
+namespace sixdial::diagnosis {
+
+struct Settings {
+  double false_alarm_level = 0.01;  // over the whole catalogue
+  double tie_log_odds = 4.0;        // rivals closer than this cannot be told apart
+  double unknown_log_odds = 5.0;    // what a smooth remainder must show
+  /// What a smooth function must explain better by, to be preferred to a name: a drift is also
+  /// a smooth function of time.
+  double name_preference = 3.0;
+  int most_causes = 6;
+};
+
+struct Rival {
+  Hypothesis hypothesis;
+  simulation::ActiveEffect fitted;
+  double log_odds = 0.0;  // evidence for the named one less evidence for this one
+};
+
+struct Finding {
+  Hypothesis hypothesis;
+  simulation::ActiveEffect fitted;
+  double evidence = 0.0;  // log evidence lost if this one is left out
+  std::vector<Rival> tied_with;
+};
+
+struct GrossReading {
+  int row = 0;
+  double size_mm = 0.0;
+  bool stale = false;
+};
+
+struct Identification {
+  JointFit baseline;  // robot and clamp only
+  JointFit extended;  // with the findings
+  std::vector<Finding> findings;
+  std::optional<UnknownCandidate> unknown;
+  std::vector<GrossReading> gross;
+  std::optional<Hypothesis> swap;
+  double family_p_value = 1.0;
+  std::vector<Candidate> candidates;  // scored against the baseline
+  std::vector<NotTestable> not_testable;
+};
+
+/// `readings` come out as they were explained: with exchanged dials set right.
+[[nodiscard]] Identification identify(Readings& readings, const Settings& settings = {});
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,190 @@
+#include "diagnosis/joint_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace sixdial::diagnosis {
+namespace {
+
+using simulation::ActiveEffect;
+using simulation::ExtendedModel;
+using simulation::kModelParameterCount;
+using simulation::ModelVector;
+
+constexpr double kGrossRange_mm = 1.0;
+constexpr double kLeastGrossShare = 0.002;
+constexpr double kMostGrossShare = 0.25;
+// A pose that does not exist is as far off as can be.
+constexpr double kOutOfReach_mm = 100.0;
+
+double robust_scale(const Eigen::VectorXd& e) {
+  std::vector<double> size(static_cast<std::size_t>(e.size()));
+  for (Eigen::Index i = 0; i < e.size(); ++i)
+    size[static_cast<std::size_t>(i)] = std::abs(e[i]);
+  if (size.empty()) return 0.0;
+  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
+  std::nth_element(size.begin(), middle, size.end());
+  return 1.4826 * *middle;
+}
+
+/// Expectation steps: weights, s, share of gross errors, likelihood.
+void weigh(JointFit& fit, double smallest_s_mm) {
+  const Eigen::VectorXd& e = fit.residual_mm;
+  const double n = static_cast<double>(e.size());
+  fit.weight.resize(e.size());
+  for (int pass = 0; pass < 3; ++pass) {
+    double squares = 0.0;
+    double good = 0.0;
+    fit.log_likelihood = 0.0;
+    const double density = 1.0 / (fit.s_mm * std::sqrt(2 * std::numbers::pi));
+    const double as_gross = fit.gross_share / kGrossRange_mm;
+    for (Eigen::Index i = 0; i < e.size(); ++i) {
+      const double z = e[i] / fit.s_mm;
+      const double as_good = (1 - fit.gross_share) * density * std::exp(-0.5 * z * z);
+      fit.weight[i] = as_good / (as_good + as_gross);
+      fit.log_likelihood += std::log(as_good + as_gross);
+      squares += fit.weight[i] * e[i] * e[i];
+      good += fit.weight[i];
+    }
+    fit.s_mm = std::max(smallest_s_mm, std::sqrt(squares / std::max(1.0, good)));
+    fit.gross_share = std::clamp(1 - good / n, kLeastGrossShare, kMostGrossShare);
+  }
+}
+
+Eigen::VectorXd tamed(Eigen::VectorXd e) {
+  return e.unaryExpr([](double v) { return std::isfinite(v) ? v : kOutOfReach_mm; });
+}
+
+}  // namespace
+
+int linear_count(const simulation::Effect& effect) {
+  return static_cast<int>(effect.parameters.size()) - (effect.searched ? 1 : 0);
+}
+
+Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns, double relative) {
+  Eigen::MatrixXd scaled = columns;
+  for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
+    const double norm = scaled.col(i).norm();
+    if (norm > 0) scaled.col(i) /= norm;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+  qr.setThreshold(relative);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(scaled.rows(), qr.rank());
+}
+
+Eigen::MatrixXd effect_columns(
+    const Readings& readings, const ModelVector& at, const ExtendedModel& extended,
+    const ActiveEffect& candidate, const Eigen::VectorXd& simulated_mm) {
+  const int count = linear_count(*candidate.effect);
+  Eigen::MatrixXd columns(readings.count(), count);
+  for (int i = 0; i < count; ++i) {
+    ActiveEffect moved = candidate;
+    const auto k = static_cast<std::size_t>(i);
+    const double step = 1e-3 * candidate.effect->parameters[k].sigma;
+    moved.x[k] += step;
+    columns.col(i) = (readings.simulate(at, extended, &moved) - simulated_mm) / step;
+  }
+  return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
+JointFit fit_jointly(
+    const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
+    const JointFit* near) {
+  JointFit fit;
+  fit.model = start;
+  fit.effects = std::move(effects);
+  fit.gross_share = near ? near->gross_share : kLeastGrossShare;
+  const double smallest_s_mm = 0.05 * readings.rig_noise_mm();
+  int linear = 0;
+  for (const ActiveEffect& active : fit.effects) linear += linear_count(*active.effect);
+  const int count = kModelParameterCount + linear;
+
+  const auto simulated_with = [&](const ModelVector& model,
+                                  const std::vector<ActiveEffect>& with) -> Eigen::VectorXd {
+    return readings.simulate(model, ExtendedModel(readings.model(), with));
+  };
+  const auto residual_with = [&](const ModelVector& model,
+                                 const std::vector<ActiveEffect>& with) -> Eigen::VectorXd {
+    return tamed(readings.measured_mm() - simulated_with(model, with));
+  };
+  fit.residual_mm = residual_with(fit.model, fit.effects);
+  fit.s_mm = std::max({smallest_s_mm, near ? near->s_mm : 0.0, robust_scale(fit.residual_mm)});
+
+  constexpr int kMostSteps = 60;
+  for (int step = 0; step < kMostSteps; ++step) {
+    weigh(fit, smallest_s_mm);
+    fit.J.resize(readings.count(), count);
+    fit.J.leftCols(kModelParameterCount) = readings.jacobian(fit.model);
+    const Eigen::VectorXd simulated = readings.measured_mm() - fit.residual_mm;
+    Eigen::Index column = kModelParameterCount;
+    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+      const auto& effect = *fit.effects[k].effect;
+      for (int i = 0; i < linear_count(effect); ++i) {
+        const auto index = static_cast<std::size_t>(i);
+        std::vector<ActiveEffect> moved = fit.effects;
+        const double size = 1e-3 * effect.parameters[index].sigma;
+        moved[k].x[index] += size;
+        fit.J.col(column++) = (simulated_with(fit.model, moved) - simulated) / size;
+      }
+    }
+    fit.J = fit.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
+
+    const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+    Eigen::MatrixXd A = root.asDiagonal() * fit.J;
+    Eigen::VectorXd scale(count);
+    for (int i = 0; i < count; ++i) {
+      const double norm = A.col(i).norm();
+      scale[i] = norm > 0 ? 1.0 / norm : 0.0;
+      A.col(i) *= scale[i];
+    }
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod;
+    cod.setThreshold(1e-9);
+    cod.compute(A);
+    fit.fitted = static_cast<int>(cod.rank());
+    const Eigen::VectorXd change =
+        scale.cwiseProduct(cod.solve(root.cwiseProduct(fit.residual_mm)));
+    if (!change.allFinite()) break;
+
+    // Half steps until the weighted squares do not grow.
+    const double before = root.cwiseProduct(fit.residual_mm).squaredNorm();
+    ModelVector model;
+    std::vector<ActiveEffect> next;
+    Eigen::VectorXd residual;
+    double share = 1.0;
+    for (int halving = 0; halving < 12; ++halving, share /= 2) {
+      model = fit.model + share * change.head<kModelParameterCount>();
+      next = fit.effects;
+      Eigen::Index at = kModelParameterCount;
+      for (ActiveEffect& active : next) {
+        for (int i = 0; i < linear_count(*active.effect); ++i) {
+          active.x[static_cast<std::size_t>(i)] += share * change[at++];
+        }
+      }
+      residual = residual_with(model, next);
+      if (root.cwiseProduct(residual).squaredNorm() <= before * (1 + 1e-12)) break;
+    }
+    const double moved = root.cwiseProduct(residual - fit.residual_mm).norm();
+    const double last = fit.log_likelihood;
+    fit.model = model;
+    fit.effects = std::move(next);
+    fit.residual_mm = std::move(residual);
+    weigh(fit, smallest_s_mm);
+    if (moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
+        std::abs(fit.log_likelihood - last) < 1e-2) {
+      fit.converged = true;
+      break;
+    }
+  }
+  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+  const Eigen::MatrixXd A = root.asDiagonal() * fit.J;
+  const double freedom = std::max(1.0, fit.weight.sum() - fit.fitted);
+  const double variance = root.cwiseProduct(fit.residual_mm).squaredNorm() / freedom;
+  fit.covariance =
+      (A.transpose() * A).eval().completeOrthogonalDecomposition().pseudoInverse() * variance;
+  return fit;
+}
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,48 @@
+// Robot, clamp angle and effects fitted together to every reading. Each reading is either good,
+// normal with standard deviation s, or gross, anywhere within a millimetre:
+//   L = sum ln((1 - eps) phi(e/s)/s + eps/W),   W = 1 mm
+// so that gross errors neither pull the fit nor are lost as evidence. Fitted by weighted
+// Gauss-Newton steps, weights = probability of being good.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diagnosis/readings.h"
+
+namespace sixdial::diagnosis {
+
+struct JointFit {
+  simulation::ModelVector model = simulation::ModelVector::Zero();
+  std::vector<simulation::ActiveEffect> effects;
+  Eigen::VectorXd residual_mm;  // measured - simulated
+  Eigen::VectorXd weight;       // probability that a reading is good
+  Eigen::MatrixXd J;            // d(simulated)/d(model, linear parameters of the effects)
+  Eigen::MatrixXd covariance;   // of the same, with the fitted s
+  double s_mm = 0.0;            // standard deviation of the good readings
+  double gross_share = 0.0;     // eps
+  double log_likelihood = 0.0;
+  int fitted = 0;  // number of parameters that the data determine
+  bool converged = false;
+};
+
+/// Fits from a start. Parameters that the data cannot tell keep their start (minimum norm).
+/// `near`: a fit of a similar model, whose scale of errors to start with.
+[[nodiscard]] JointFit fit_jointly(
+    const Readings& readings, const simulation::ModelVector& start,
+    std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr);
+
+/// d(simulated)/d(linear parameter i of an effect), one column each.
+[[nodiscard]] Eigen::MatrixXd effect_columns(
+    const Readings& readings, const simulation::ModelVector& at,
+    const simulation::ExtendedModel& extended, const simulation::ActiveEffect& candidate,
+    const Eigen::VectorXd& simulated_mm);
+
+/// Number of linear parameters: all but a searched one.
+[[nodiscard]] int linear_count(const simulation::Effect& effect);
+
+/// Thin orthonormal basis of a matrix's columns, directions below `relative` left out.
+[[nodiscard]] Eigen::MatrixXd orthonormal_basis(
+    const Eigen::MatrixXd& columns, double relative = 1e-9);
+
+}  // namespace sixdial::diagnosis

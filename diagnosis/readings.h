@@ -1,0 +1,66 @@
+// A session's measured numbers as one vector, and the simulation's answer to each: every dial
+// in contact of every sample, or x and y where the session has positions only.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "simulation/extended_model.h"
+#include "simulation/forward_model.h"
+#include "simulation/trial.h"
+
+namespace sixdial::diagnosis {
+
+/// One measured number.
+struct Row {
+  int trial = 0;  // index into the trials
+  int dial = 0;   // index into rig.dials; 0 for x and 1 for y in a position session
+};
+
+class Readings {
+ public:
+  /// Trials in time order; the model must outlive this. Dials are used if any trial has one;
+  /// else positions.
+  Readings(const simulation::ForwardModel& model, std::vector<simulation::Trial> trials);
+
+  /// The same session with two dials' readings exchanged.
+  [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
+
+  [[nodiscard]] bool has_dials() const { return has_dials_; }
+  [[nodiscard]] Eigen::Index count() const { return measured_mm_.size(); }
+  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+  [[nodiscard]] const Eigen::VectorXd& measured_mm() const { return measured_mm_; }
+  [[nodiscard]] const std::vector<simulation::Trial>& trials() const { return trials_; }
+  [[nodiscard]] const simulation::ForwardModel& model() const { return *model_; }
+  [[nodiscard]] const std::vector<simulation::Circumstance>& circumstances() const {
+    return circumstances_;
+  }
+  /// Standard deviation of one number at rest by the rig file, with its rounding [mm].
+  [[nodiscard]] double rig_noise_mm() const { return rig_noise_mm_; }
+  /// The direction of travel depends on where the tool was: set it again after a fit.
+  void place_tool(const simulation::ModelVector& at);
+  /// Rows of trial t: [first_row(t), first_row(t + 1)).
+  [[nodiscard]] Eigen::Index first_row(std::size_t trial) const { return first_row_[trial]; }
+
+  /// Simulated values [mm]; NaN where the pose does not exist.
+  [[nodiscard]] Eigen::VectorXd simulate(
+      const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
+      const simulation::ActiveEffect* extra = nullptr) const;
+  /// d(simulated)/d(model), count x 11, of the plain model: effects bend it by their own size,
+  /// which Gauss-Newton steps do not notice.
+  [[nodiscard]] Eigen::MatrixXd jacobian(const simulation::ModelVector& at) const;
+  /// Takes this session's numbers out of a scene.
+  void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
+
+ private:
+  const simulation::ForwardModel* model_;
+  std::vector<simulation::Trial> trials_;
+  std::vector<simulation::Circumstance> circumstances_;
+  std::vector<Row> rows_;
+  std::vector<Eigen::Index> first_row_;
+  Eigen::VectorXd measured_mm_;
+  bool has_dials_ = false;
+  double rig_noise_mm_ = 0.0;
+};
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,55 @@
+// Which effect explains what the fit leaves? Every candidate's columns are projected off the
+// fitted parameters' Jacobian and tried against the residual (score), the best are fitted
+// jointly and compared by evidence. notes: nested evidence, n/2 ln SSE with a gross-error
+// component.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+
+namespace sixdial::diagnosis {
+
+/// One hypothesis: an effect at a place.
+struct Hypothesis {
+  const simulation::Effect* effect = nullptr;
+  simulation::Place place;
+  /// "joint_backlash@joint2".
+  [[nodiscard]] std::string name() const;
+  friend bool operator==(const Hypothesis& a, const Hypothesis& b) {
+    return a.effect == b.effect && a.place.name == b.place.name;
+  }
+};
+
+/// What a hypothesis would do here, projected off everything already fitted.
+struct Candidate {
+  Hypothesis hypothesis;
+  double searched = 0.0;     // best searched value, if the effect has one
+  Eigen::MatrixXd columns;   // projected, weighted, n x k, at the best searched value
+  double gain = 0.0;         // rise of the log likelihood, linear
+  double evidence = 0.0;     // gain less the cost of its parameters and its search
+  double p_value = 1.0;      // of the gain under no effect, with its own search
+  double surviving = 1.0;    // share of its columns that the fitted parameters do not absorb
+  double size_per_unit = 0;  // |projected column| per parameter unit, worst direction
+  double plausible = 0.0;    // of that parameter
+};
+
+/// Every testable hypothesis on this session, and those that are not, with the reason.
+struct NotTestable {
+  Hypothesis hypothesis;
+  std::string reason;
+  std::string needs;
+};
+[[nodiscard]] std::vector<Hypothesis> hypotheses_for(
+    const Readings& readings, std::vector<NotTestable>& not_testable);
+
+/// Scores all hypotheses against a fit's residual; sorted by evidence, best first.
+[[nodiscard]] std::vector<Candidate> score_all(
+    const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses);
+
+/// Least significance of the best of a whole catalogue: 1 - prod(1 - p_i).
+[[nodiscard]] double family_p_value(const std::vector<Candidate>& candidates);
+
+}  // namespace sixdial::diagnosis

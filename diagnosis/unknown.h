@@ -1,0 +1,28 @@
+// The honest rival of every named cause: "something smooth that depends on C". A Gaussian
+// process over a covariate (cosine basis with the spectrum of a squared-exponential kernel),
+// entering at a stage of the robot, held against the same residual as the named effects, by the
+// same evidence.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+
+namespace sixdial::diagnosis {
+
+struct UnknownCandidate {
+  std::vector<std::string> covariates;  // {"x", "y"}, {"time"}, {"theta1"}, {"dial A reading"}
+  std::string enters;                   // "tool", "joint1", "dial A", "clamp"
+  double evidence = 0.0;                // log Bayes factor against nothing
+  double length = 0.0;                  // of the kernel, in half ranges of the covariate
+  double rms_mm = 0.0;                  // of what it explains in the readings
+  Eigen::MatrixXd columns;              // raw basis, n x m, scaled by the prior's spread
+};
+
+/// All of them, best first.
+[[nodiscard]] std::vector<UnknownCandidate> score_unknown(
+    const Readings& readings, const JointFit& fit);
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,33 @@
+// The cuboid's centre is not at the tool point.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"u", "mm", 5e-2},
+    {"v", "mm", 5e-2},
+};
+
+void bend_contact(std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  scene.centre_offset_mm += Eigen::Vector2d(x[0], x[1]);
+}
+
+}  // namespace
+
+extern constinit const Effect cuboid_offset;
+constinit const Effect cuboid_offset{
+    .cause = "cuboid_offset",
+    .in_words = "offset of the cuboid",
+    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .parameters = kParameters,
+    .needs = kDials,
+    .before_contact = bend_contact,
+    .signature = "The residual turns with the cuboid.",
+    .consequence = "The tool point that was calibrated is not the one that works.",
+    .advice =
+        "Centre the cuboid on the tool axis or measure the offset by turning the cuboid by 90 "
+        "degrees.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,31 @@
+// The cuboid is not as long as the rig file says.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"l", "mm", 2e-2},
+};
+
+void bend_contact(std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  scene.side_mm += x[0];
+}
+
+}  // namespace
+
+extern constinit const Effect cuboid_size;
+constinit const Effect cuboid_size{
+    .cause = "cuboid_size",
+    .in_words = "size of the cuboid",
+    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .parameters = kParameters,
+    .needs = kDials,
+    .before_contact = bend_contact,
+    .signature =
+        "Dials on opposite faces are off to the same side of their scale by equal amounts.",
+    .consequence = "None on parts; positions from one face and from its opposite disagree.",
+    .advice = "Measure the cuboid with a micrometer and enter side_mm.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

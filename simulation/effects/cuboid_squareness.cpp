@@ -1,0 +1,32 @@
+// Neighbouring faces of the cuboid are not at a right angle.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"s", "rad", 3e-4},
+};
+
+void bend_contact(std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  scene.squareness_rad += x[0];
+}
+
+}  // namespace
+
+extern constinit const Effect cuboid_squareness;
+constinit const Effect cuboid_squareness{
+    .cause = "cuboid_squareness",
+    .in_words = "squareness of the cuboid",
+    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .parameters = kParameters,
+    .needs = kDials,
+    .before_contact = bend_contact,
+    .signature =
+        "Dials of one pair of faces are off in proportion to their distance from the middle of "
+        "the face.",
+    .consequence = "None on parts; measured x and y are not independent.",
+    .advice = "Measure the cuboid's squareness, enter it or use a better cuboid.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

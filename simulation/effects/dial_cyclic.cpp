@@ -1,0 +1,54 @@
+// A periodic error of a dial's scale: a sin(2 pi r / p) + b cos(2 pi r / p).
+#include <cmath>
+#include <numbers>
+
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"a", "mm", 4e-3},
+    {"b", "mm", 4e-3},
+    {"period", "mm", 5.0},
+};
+
+// Frequencies between one wave over the travel and the finest that 100 readings can hold apart.
+std::vector<double> periods(
+    const geometry::Rig& rig, std::span<const Circumstance>, const Place& place) {
+  const double travel_mm = rig.dials[static_cast<std::size_t>(place.dial)].geometry.travel_mm;
+  constexpr double kShortest_mm = 0.8;
+  const double step = 1.0 / (3.0 * travel_mm);
+  std::vector<double> result;
+  for (double frequency = 1.0 / travel_mm; frequency <= 1.0 / kShortest_mm; frequency += step) {
+    result.push_back(1.0 / frequency);
+  }
+  return result;
+}
+
+void bend_after_reading(
+    std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
+  double& reading_mm = scene.reading_mm[static_cast<std::size_t>(place.dial)];
+  const double phase = 2 * std::numbers::pi * reading_mm / x[2];
+  reading_mm += x[0] * std::sin(phase) + x[1] * std::cos(phase);
+}
+
+}  // namespace
+
+extern constinit const Effect dial_cyclic;
+constinit const Effect dial_cyclic{
+    .cause = "dial_cyclic",
+    .in_words = "cyclic error of a dial",
+    .places = at_each_dial,
+    .parameters = kParameters,
+    .needs = kDials,
+    .searched = periods,
+    .after_reading = bend_after_reading,
+    .signature = "One dial's residual is a wave over its own reading.",
+    .consequence = "None on parts; positions that use this dial carry a ripple.",
+    .advice =
+        "Check the dial's scale against gauge blocks at steps smaller than the period; replace "
+        "it or enter the wave.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,32 @@
+// A dial's scale is stretched: reading (1 + g).
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"g", "1", 1e-3},
+};
+
+void bend_after_reading(
+    std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
+  double& reading_mm = scene.reading_mm[static_cast<std::size_t>(place.dial)];
+  reading_mm *= 1.0 + x[0];
+}
+
+}  // namespace
+
+extern constinit const Effect dial_gain;
+constinit const Effect dial_gain{
+    .cause = "dial_gain",
+    .in_words = "scale of a dial",
+    .places = at_each_dial,
+    .parameters = kParameters,
+    .needs = kDials,
+    .after_reading = bend_after_reading,
+    .signature = "One dial's residual grows in proportion to its reading.",
+    .consequence = "None on parts; positions that use this dial are stretched.",
+    .advice = "Check the dial against gauge blocks; repair, or enter its factor.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,30 @@
+// Two dials' readings are exchanged: cables or channels mixed up.
+#include <utility>
+
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+void bend_after_reading(
+    std::span<const double>, const Place& place, const Circumstance&, Scene& scene) {
+  std::swap(
+      scene.reading_mm[static_cast<std::size_t>(place.dial)],
+      scene.reading_mm[static_cast<std::size_t>(place.other_dial)]);
+}
+
+}  // namespace
+
+extern constinit const Effect dial_swap;
+constinit const Effect dial_swap{
+    .cause = "dial_swap",
+    .in_words = "swapped dials",
+    .places = at_each_pair_of_dials,
+    .needs = kDials,
+    .after_reading = bend_after_reading,
+    .signature = "Two dials are off by large amounts of opposite course.",
+    .consequence = "Positions are wrong by millimetres.",
+    .advice = "Exchange the two connections in the rig file, or the plugs.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

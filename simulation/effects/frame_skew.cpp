@@ -1,0 +1,32 @@
+// The measuring frame's axes are not square: x += s (y - y_ref).
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"s", "rad", 3e-4},
+};
+
+void bend_after_kinematics(
+    std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  // About the origin of W; what a rotation takes is left to the robot's alpha.
+  scene.p_WE.x() += x[0] * scene.p_WE.y();
+}
+
+}  // namespace
+
+extern constinit const Effect frame_skew;
+constinit const Effect frame_skew{
+    .cause = "frame_skew",
+    .in_words = "skew of the measuring frame",
+    .places = [](const geometry::Rig&) { return at_one_place("frame"); },
+    .parameters = kParameters,
+    .needs = kNothing,
+    .after_kinematics = bend_after_kinematics,
+    .signature = "Residuals in x grow with y.",
+    .consequence = "Squares come out as rhombs.",
+    .advice = "Square the dials' holders against a reference square and enter their axes.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,37 @@
+// Lost motion: theta -= (b/2) direction of arrival.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"b", "rad", 4e-4},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  scene.q_rad[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
+}
+
+}  // namespace
+
+extern constinit const Effect joint_backlash;
+constinit const Effect joint_backlash{
+    .cause = "joint_backlash",
+    .in_words = "backlash",
+    .places = at_each_joint,
+    .parameters = kParameters,
+    .needs = kApproach,
+    .before_kinematics = bend_kinematics,
+    .signature =
+        "Two parallel levels of residual: one when the joint arrives turning up, one when "
+        "turning down.",
+    .consequence = "A part depends on the side from which each position was approached.",
+    .advice =
+        "Take up the play (preload, gear mesh, coupling), or always approach from the same "
+        "side.",
+    .why_not_learned =
+        "A network on joint angles cannot learn this: the same angles come with two different "
+        "errors, by the direction of arrival."};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,38 @@
+// The joints give under the plungers' springs: theta += K^-1 J' F.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"1/K1", "rad/(N mm)", 1e-6},
+    {"1/K2", "rad/(N mm)", 1e-6},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
+  // J at the rigid pose, torque of the plungers in contact.
+  const Eigen::Vector2d torque_Nmm = scene.J_q.transpose() * sample.force_n;
+  scene.q_rad[0] += x[0] * torque_Nmm[0];
+  scene.q_rad[1] += x[1] * torque_Nmm[1];
+}
+
+}  // namespace
+
+extern constinit const Effect joint_compliance;
+constinit const Effect joint_compliance{
+    .cause = "joint_compliance",
+    .in_words = "compliance",
+    .places = [](const geometry::Rig&) { return at_one_place("joints"); },
+    .parameters = kParameters,
+    .needs = kDials,
+    .before_kinematics = bend_kinematics,
+    .signature =
+        "Residuals follow the sum of the plungers' forces, seen through the arm's lever.",
+    .consequence = "The tool gives way under load: cutting or probing forces move it.",
+    .advice =
+        "Stiffen the joints or the drives' control loop; use dials with a lighter spring, or "
+        "enter the stiffness.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,41 @@
+// Gear or encoder runs out, once a turn: theta += a sin theta + b cos theta.
+#include <cmath>
+#include <numbers>
+
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"a", "rad", 1e-3},
+    {"b", "rad", 1e-3},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
+  const double theta = scene.q_rad[place.joint];
+  scene.q_rad[place.joint] += x[0] * std::sin(theta) + x[1] * std::cos(theta);
+}
+
+}  // namespace
+
+extern constinit const Effect joint_eccentricity;
+constinit const Effect joint_eccentricity{
+    .cause = "joint_eccentricity",
+    .in_words = "eccentricity",
+    .places = at_each_joint,
+    .parameters = kParameters,
+    .needs = kNothing,
+    .before_kinematics = bend_kinematics,
+    .signature =
+        "A smooth wave over one joint's angle, once a turn, the same whenever the joint passes "
+        "there.",
+    .consequence =
+        "Parts are off by a smooth, repeatable amount that changes across the workspace.",
+    .advice =
+        "Check the run-out of the joint's gear or encoder disc, re-centre it, or enter the "
+        "wave as an angle correction.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

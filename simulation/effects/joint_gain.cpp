@@ -1,0 +1,32 @@
+// Encoder or gear ratio off: theta += g (theta - mid). The middle is taken by the joint's
+// offset.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"g", "1", 2e-3},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
+  scene.q_rad[place.joint] += x[0] * scene.q_rad[place.joint];
+}
+
+}  // namespace
+
+extern constinit const Effect joint_gain;
+constinit const Effect joint_gain{
+    .cause = "joint_gain",
+    .in_words = "wrong ratio",
+    .places = at_each_joint,
+    .parameters = kParameters,
+    .needs = kNothing,
+    .before_kinematics = bend_kinematics,
+    .signature = "An angle error that grows in proportion to the joint's angle.",
+    .consequence = "Moves come out too long or too short in proportion to the joint's travel.",
+    .advice = "Check the encoder's counts per turn and the gear ratio in the controller.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,41 @@
+// A harmonic drive's twice-a-turn error: theta += a sin 2 theta + b cos 2 theta.
+#include <cmath>
+#include <numbers>
+
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"a", "rad", 5e-4},
+    {"b", "rad", 5e-4},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
+  const double twice = 2 * scene.q_rad[place.joint];
+  scene.q_rad[place.joint] += x[0] * std::sin(twice) + x[1] * std::cos(twice);
+}
+
+}  // namespace
+
+extern constinit const Effect joint_second_harmonic;
+constinit const Effect joint_second_harmonic{
+    .cause = "joint_second_harmonic",
+    .in_words = "second harmonic",
+    .places = at_each_joint,
+    .parameters = kParameters,
+    .needs = kNothing,
+    .before_kinematics = bend_kinematics,
+    .signature =
+        "A smooth wave over one joint's angle, twice a turn, the same whenever the joint "
+        "passes there.",
+    .consequence =
+        "Parts are off by a smooth, repeatable amount that changes across the workspace.",
+    .advice =
+        "Check the harmonic drive's assembly and preload, or enter the wave as an angle "
+        "correction.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,36 @@
+// Links grow with temperature: l (1 + a (T - 20 degC)), ISO 1 reference temperature.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"a", "1/K", 2e-5},
+};
+
+void bend_kinematics(
+    std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
+  constexpr double kReference_degC = 20.0;
+  scene.v.head<4>() *= 1.0 + x[0] * (sample.temperature_degC - kReference_degC);
+}
+
+}  // namespace
+
+extern constinit const Effect link_thermal_growth;
+constinit const Effect link_thermal_growth{
+    .cause = "link_thermal_growth",
+    .in_words = "thermal growth of the links",
+    .places = [](const geometry::Rig&) { return at_one_place("links"); },
+    .parameters = kParameters,
+    .needs = kTemperature,
+    .before_kinematics = bend_kinematics,
+    .signature = "Residuals point outwards along the arm and grow with temperature.",
+    .consequence = "Parts grow or shift as the machine warms up.",
+    .advice =
+        "Let the machine warm up before measuring and working, keep the room steady, or enter "
+        "the expansion coefficient.",
+    .why_not_learned =
+        "A network on joint angles cannot learn this: the same angles come with different "
+        "errors at different temperatures."};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,33 @@
+// Play in the passive elbow joints: E lags or leads along its direction of travel.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"c", "mm", 8e-3},
+};
+
+void bend_after_kinematics(
+    std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
+  scene.p_WE += x[0] * sample.travel;
+}
+
+}  // namespace
+
+extern constinit const Effect passive_clearance;
+constinit const Effect passive_clearance{
+    .cause = "passive_clearance",
+    .in_words = "clearance of the elbow joints",
+    .places = [](const geometry::Rig&) { return at_one_place("elbows"); },
+    .parameters = kParameters,
+    .needs = kNothing,
+    .after_kinematics = bend_after_kinematics,
+    .signature = "Residuals point along the last move of the tool.",
+    .consequence = "A part depends on the direction from which each position was approached.",
+    .advice = "Replace or preload the elbow bearings, or always approach from the same side.",
+    .why_not_learned =
+        "A network on joint angles cannot learn this: the same angles come with different "
+        "errors, by the direction of the last move."};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,77 @@
+// Something was knocked: a constant shift from one sample on. The sample is searched.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"shift", "mm or rad", 1e-2}, {"shift_y", "mm", 1e-2}, {"sample", "1", 1.0}};
+
+// A step needs a few samples on each side to be one.
+constexpr int kFewestOnASide = 3;
+
+std::vector<double> samples(
+    const geometry::Rig&, std::span<const Circumstance> all, const Place&) {
+  std::vector<double> result;
+  for (int k = kFewestOnASide; k + kFewestOnASide <= static_cast<int>(all.size()); ++k) {
+    result.push_back(k);
+  }
+  return result;
+}
+
+std::vector<Place> places(const geometry::Rig& rig) {
+  std::vector<Place> result{
+      {.name = "base"},
+      {.name = "joint1", .joint = 0},
+      {.name = "joint2", .joint = 1},
+      {.name = "cuboid"}};
+  for (const Place& dial : at_each_dial(rig)) result.push_back(dial);
+  return result;
+}
+
+bool after(std::span<const double> x, const Circumstance& sample) {
+  return sample.order >= x[2];
+}
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  if (place.joint >= 0 && after(x, sample)) scene.q_rad[place.joint] += x[0];
+}
+
+void bend_after_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  if (place.name == "base" && after(x, sample)) scene.p_WE += Eigen::Vector2d(x[0], x[1]);
+}
+
+void bend_contact(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  if (!after(x, sample)) return;
+  if (place.name == "cuboid") scene.gamma_rad += x[0];
+  if (place.dial >= 0) {
+    geometry::DialGeometry& dial = scene.dials[static_cast<std::size_t>(place.dial)];
+    dial.position_mm += x[0] * dial.axis;
+  }
+}
+
+}  // namespace
+
+extern constinit const Effect step;
+constinit const Effect step{
+    .cause = "step",
+    .in_words = "a step",
+    .places = places,
+    .parameters = kParameters,
+    .needs = kNothing,
+    .searched = samples,
+    .before_kinematics = bend_kinematics,
+    .after_kinematics = bend_after_kinematics,
+    .before_contact = bend_contact,
+    .signature = "Residuals jump at one sample and stay there.",
+    .consequence = "Parts before and after the event do not fit each other.",
+    .advice = "Find what was knocked at that time, fix it, and measure again from there on.",
+    .why_not_learned =
+        "A network on joint angles cannot learn this: the same angles come with different "
+        "errors "
+        "before and after the event."};
+
+}  // namespace sixdial::simulation

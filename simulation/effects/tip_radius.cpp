@@ -1,0 +1,33 @@
+// The dials' balls have another radius than the rig file says.
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+namespace {
+
+constexpr EffectParameter kParameters[] = {
+    {"rho", "mm", 3e-2},
+};
+
+void bend_contact(std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  for (geometry::DialGeometry& dial : scene.dials) {
+    // The front of the tip stays where it was set; the ball's centre moves back.
+    dial.tip_radius_mm += x[0];
+  }
+}
+
+}  // namespace
+
+extern constinit const Effect tip_radius;
+constinit const Effect tip_radius{
+    .cause = "tip_radius",
+    .in_words = "radius of the tips",
+    .places = [](const geometry::Rig&) { return at_one_place("dials"); },
+    .parameters = kParameters,
+    .needs = kDials,
+    .before_contact = bend_contact,
+    .signature = "Residuals grow with the cuboid's rotation, alike on all dials.",
+    .consequence = "None on parts; positions are wrong where the cuboid is turned.",
+    .advice = "Measure a tip and enter tip_radius_mm.",
+    .why_not_learned = ""};
+
+}  // namespace sixdial::simulation

@@ -1,0 +1,126 @@
+#include "simulation/extended_model.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace sixdial::simulation {
+namespace {
+
+void apply(
+    Effect::Hook Effect::*hook, const std::vector<ActiveEffect>& effects,
+    const ActiveEffect* extra, const Circumstance& sample, Scene& scene) {
+  for (const ActiveEffect& active : effects) {
+    if (active.effect->*hook) (active.effect->*hook)(active.x, active.place, sample, scene);
+  }
+  if (extra && extra->effect->*hook) {
+    (extra->effect->*hook)(extra->x, extra->place, sample, scene);
+  }
+}
+
+double sign(double value) { return value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0; }
+
+}  // namespace
+
+std::vector<Circumstance> circumstances_of(
+    const ForwardModel& model, const ModelVector& at, std::span<const Trial> trials) {
+  const auto& rig = model.rig();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Circumstance> result;
+  std::vector<double> previous(rig.dials.size(), nan);
+  std::vector<double> rest(
+      rig.dials.size(), 0.0);  // where the plunger stood one sample earlier
+  std::optional<Eigen::Vector2d> last_position;
+  double first_s = trials.empty() ? 0.0 : trials.front().time_s.value_or(0.0);
+  for (const Trial& trial : trials) {
+    Circumstance each;
+    each.order = static_cast<int>(result.size());
+    each.time_h = (trial.time_s.value_or(first_s) - first_s) / 3600.0;
+    each.temperature_degC = trial.temperature_c.value_or(20.0);
+    each.approach = {
+        static_cast<double>(trial.approach[0]), static_cast<double>(trial.approach[1])};
+    const auto pose =
+        geometry::forward(at.head<geometry::kParameterCount>(), trial.q_rad, trial.assembly);
+    if (pose) {
+      if (last_position) {
+        const Eigen::Vector2d move = pose->p_WE - *last_position;
+        if (move.norm() > 1e-9) each.travel = move.normalized();
+      }
+      last_position = pose->p_WE;
+    }
+    each.previous_mm = previous;
+    each.plunger_direction.assign(rig.dials.size(), 0.0);
+    for (std::size_t i = 0; i < rig.dials.size() && i < trial.dial_mm.size(); ++i) {
+      const auto& reading = trial.dial_mm[i];
+      const double now = reading.value_or(0.0);
+      if (!result.empty()) each.plunger_direction[i] = sign(now - rest[i]);
+      if (reading) {
+        const auto& dial = rig.dials[i];
+        each.force_n += (dial.force_n + dial.spring_n_per_mm * now) * dial.geometry.axis;
+      }
+      previous[i] = reading.value_or(nan);
+      rest[i] = now;
+    }
+    result.push_back(std::move(each));
+  }
+  return result;
+}
+
+ExtendedModel::ExtendedModel(const ForwardModel& base, std::vector<ActiveEffect> effects)
+    : base_(&base), effects_(std::move(effects)) {}
+
+tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    const ActiveEffect* extra) const {
+  const auto& rig = base_->rig();
+  scene.q_rad = trial.q_rad;
+  scene.v = model.head<geometry::kParameterCount>();
+  const auto bends_joints = [](const ActiveEffect& active) {
+    return active.effect->needs & kDials && active.effect->before_kinematics;
+  };
+  bool needs_J = extra && bends_joints(*extra);
+  for (const ActiveEffect& active : effects_) needs_J = needs_J || bends_joints(active);
+  if (needs_J) {
+    const auto rigid = geometry::forward_derivative(scene.v, scene.q_rad, trial.assembly);
+    if (!rigid) return tl::unexpected(rigid.error());
+    scene.J_q = rigid->J_q;
+  }
+  apply(&Effect::before_kinematics, effects_, extra, sample, scene);
+
+  const auto pose = geometry::forward(scene.v, scene.q_rad, trial.assembly);
+  if (!pose) return tl::unexpected(pose.error());
+  scene.p_WE = pose->p_WE;
+  scene.gamma_rad =
+      geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, model[kClamp]);
+  if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
+    scene.gamma_rad = *trial.gamma_rad;
+  }
+  apply(&Effect::after_kinematics, effects_, extra, sample, scene);
+
+  scene.side_mm = rig.cuboid.side_mm;
+  scene.squareness_rad = 0.0;
+  scene.centre_offset_mm.setZero();
+  scene.dials.resize(rig.dials.size());
+  for (std::size_t i = 0; i < rig.dials.size(); ++i) scene.dials[i] = rig.dials[i].geometry;
+  apply(&Effect::before_contact, effects_, extra, sample, scene);
+
+  const double c = std::cos(scene.gamma_rad);
+  const double s = std::sin(scene.gamma_rad);
+  const Eigen::Vector2d centre =
+      scene.p_WE + Eigen::Vector2d(
+                       c * scene.centre_offset_mm.x() - s * scene.centre_offset_mm.y(),
+                       s * scene.centre_offset_mm.x() + c * scene.centre_offset_mm.y());
+  scene.reading_mm.resize(rig.dials.size());
+  for (std::size_t i = 0; i < rig.dials.size(); ++i) {
+    const int face = geometry::face_towards(rig.dials[i].geometry, scene.gamma_rad);
+    const double turn = face % 2 != 0 ? scene.squareness_rad : 0.0;
+    scene.reading_mm[i] =
+        geometry::contact_on_face(
+            scene.dials[i], {centre, scene.gamma_rad + turn}, scene.side_mm, face)
+            .displacement_mm;
+  }
+  apply(&Effect::after_reading, effects_, extra, sample, scene);
+  return {};
+}
+
+}  // namespace sixdial::simulation
