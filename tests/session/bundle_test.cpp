@@ -237,7 +237,7 @@ TEST(WrongBundle, ReportsTwentyFaultsAndCountsTheRest) {
 TEST(WrongBundle, NamesAMissingFile) {
   const DataError error =
       error_of([] { (void)read_bundle(std::string(SIXDIAL_TEST_DATA) + "/no_such_folder"); });
-  EXPECT_THAT(error.what(), HasSubstr("cannot be read: No such file"));
+  EXPECT_THAT(error.what(), HasSubstr("no_such_folder: there is no such folder or file"));
 }
 
 TEST(SkipBadRows, LeavesThemOutListsThemAndKeepsTheRest) {
