@@ -1,4 +1,5 @@
-// The example of CONTRIBUTING.md: "?\r" -> "+012.345\r", sign, three digits, point, three digits.
+// The example of CONTRIBUTING.md: "?\r" -> "+012.345\r", sign, three digits, point, three
+// digits.
 #include "acquisition/dials/decimal.h"
 
 namespace sixdial::acquisition {
