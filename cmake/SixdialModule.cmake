@@ -38,5 +38,5 @@ function(sixdial_tests name)
                          SIXDIAL_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data"
                          SIXDIAL_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   gtest_discover_tests(test_${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 120
-                       PROPERTIES TIMEOUT 600)
+                       PROPERTIES TIMEOUT 600 LABELS ${name})
 endfunction()
