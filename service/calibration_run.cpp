@@ -374,11 +374,22 @@ Json result_summary(const Json& document) {
 std::string method_name(const std::string& id) {
   constexpr std::array kNames{
       std::pair{"before", "before calibration"},
+      std::pair{"lse", "LSE"},
+      std::pair{"lse_iterated", "LSE, iterated"},
+      std::pair{"lm", "least squares (LM)"},
+      std::pair{"tikhonov", "Tikhonov"},
       std::pair{"ekf", "EKF"},
       std::pair{"ekf_qpso1", "EKF-QPSO-1"},
       std::pair{"ekf_dqpso", "EKF-DQPSO"},
-      std::pair{"ekf_dqpso+anfis", "EKF-DQPSO + ANFIS"},
-      std::pair{"lm", "least squares (LM)"}};
+      std::pair{"anfis", "ANFIS"},
+      std::pair{"anfis_paper", "ANFIS as printed"},
+      std::pair{"bpnn", "BPNN"},
+      std::pair{"gp", "Gaussian process"},
+      std::pair{"rbf", "RBF"}};
+  const std::size_t plus = id.find('+');
+  if (plus != std::string::npos) {
+    return method_name(id.substr(0, plus)) + " + " + method_name(id.substr(plus + 1));
+  }
   const auto* found =
       std::ranges::find(kNames, id, [](const auto& pair) { return std::string(pair.first); });
   return found == kNames.end() ? id : found->second;
