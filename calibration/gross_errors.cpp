@@ -14,10 +14,14 @@ using Eigen::VectorXd;
 using simulation::Trial;
 
 constexpr int kMostRounds = 25;
-constexpr int kLeastFreedom = 8;       // readings more than parameters, to know what is usual
-constexpr int kLeastOfADial = 15;      // readings for a standard deviation of its own
-constexpr double kLeastLimit = 5.0;    // in standard deviations
-constexpr double kFalseAlarms = 0.01;  // of a whole session, for normal noise
+constexpr int kLeastFreedom = 8;        // readings more than parameters, to know what is usual
+constexpr int kLeastOfADial = 15;       // readings for a standard deviation of its own
+constexpr double kLeastLimit = 5.0;     // in standard deviations
+constexpr double kFalseAlarms = 0.01;   // of a whole session, for normal noise
+constexpr std::size_t kNeighbours = 6;  // poses whose errors are compared
+constexpr int kJudgedNeighbourhoods = 200;
+constexpr double kTimesAccuracy = 5.0;  // of what the maker allows: less is no gross error
+constexpr double kMostAccidents = 0.15;  // of all readings
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
 constexpr double kSigmaOfMedianLength = 1.1774100225154747;  // of a pair's length
@@ -111,6 +115,54 @@ std::string too_few(int readings, int parameters, std::string_view what) {
          " parameters: too few to tell a bad one from a robot that is different";
 }
 
+/// Errors of one dial at x, pose by pose.
+struct DialErrors {
+  std::vector<Eigen::Vector2d> q_rad;
+  std::vector<double> error_mm;
+  double local_sigma_mm = 0.0;  // of an error against its neighbours' median
+
+  /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
+  [[nodiscard]] double against_neighbours(std::size_t i) const {
+    std::vector<std::pair<double, double>> others;
+    for (std::size_t k = 0; k < q_rad.size(); ++k) {
+      if (k != i) others.emplace_back((q_rad[k] - q_rad[i]).squaredNorm(), error_mm[k]);
+    }
+    if (others.size() < kNeighbours) return error_mm[i];
+    std::ranges::partial_sort(others, others.begin() + kNeighbours);
+    std::vector<double> near;
+    for (std::size_t k = 0; k < kNeighbours; ++k) near.push_back(others[k].second);
+    return error_mm[i] - median(std::move(near));
+  }
+};
+
+std::vector<DialErrors> errors_by_dial(
+    const std::map<int, const Trial*>& by_sample, const ObservationSpace& space,
+    const VectorXd& x, std::vector<std::size_t>& place_of_row) {
+  std::vector<DialErrors> dials(static_cast<std::size_t>(space.channels));
+  VectorXd e;
+  for (int i = 0; i < space.samples(); ++i) {
+    e.resize(space.rows(i));
+    if (!space.evaluate(i, x, e, nullptr)) e.setZero();
+    for (int row = 0; row < space.rows(i); ++row) {
+      const auto at =
+          static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
+      DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
+      place_of_row.push_back(dial.error_mm.size());
+      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q_rad);
+      dial.error_mm.push_back(e[row]);
+    }
+  }
+  for (DialErrors& dial : dials) {
+    std::vector<double> sizes;
+    const std::size_t step = 1 + dial.error_mm.size() / kJudgedNeighbourhoods;
+    for (std::size_t i = 0; i < dial.error_mm.size(); i += step) {
+      sizes.push_back(std::abs(dial.against_neighbours(i)));
+    }
+    if (!sizes.empty()) dial.local_sigma_mm = median(std::move(sizes)) / kSigmaOfMedian;
+  }
+  return dials;
+}
+
 /// The worst reading of each sample beyond the limit, by x and sigma.
 std::vector<GrossError> worst_of_each(
     std::span<const Trial> trials, const geometry::Rig& rig, const ObservationSpace& space,
@@ -118,6 +170,8 @@ std::vector<GrossError> worst_of_each(
   const bool free = rig.cuboid.mount == geometry::Mount::kFree;
   std::map<int, const Trial*> by_sample;
   for (const Trial& trial : trials) by_sample[trial.sample] = &trial;
+  std::vector<std::size_t> place_of_row;
+  const auto dials = errors_by_dial(by_sample, space, x, place_of_row);
   std::vector<GrossError> found;
   VectorXd e;
   for (int i = 0; i < space.samples(); ++i) {
@@ -126,21 +180,36 @@ std::vector<GrossError> worst_of_each(
     const Trial& trial = *by_sample.at(space.sample[static_cast<std::size_t>(i)]);
     GrossError worst;
     for (int row = 0; row < space.rows(i); ++row) {
-      const auto channel =
+      const auto at =
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
-      const int dial = space.channel[channel];
-      const double sigma_mm = sigma.by_dial[static_cast<std::size_t>(dial)];
+      const int dial = space.channel[at];
+      const auto k = static_cast<std::size_t>(dial);
       Seen seen{e[row], 1.0};
       // The sample's own rotation takes its part of a free cuboid's errors.
-      if (free && e.cwiseAbs().maxCoeff() > 0.3 * limit * sigma_mm) {
+      if (free && e.cwiseAbs().maxCoeff() > 0.3 * limit * sigma.by_dial[k]) {
         seen = seen_error(trial, rig, dial, x);
       }
-      const double times = std::abs(seen.size_mm) * seen.visible / sigma_mm;
-      if (times > worst.times_sigma) worst = {trial.sample, dial, seen.size_mm, times};
+      const double times = std::abs(seen.size_mm) * seen.visible / sigma.by_dial[k];
+      if (times <= std::max(limit, worst.times_sigma)) continue;
+      if (std::abs(seen.size_mm) < kTimesAccuracy * rig.dials[k].accuracy_mm) continue;
+      const DialErrors& all = dials[k];
+      if (std::abs(all.against_neighbours(place_of_row[at])) <=
+          limit * std::max(all.local_sigma_mm, 0.5 * sigma.by_dial[k])) {
+        continue;
+      }
+      worst = {trial.sample, dial, seen.size_mm, times};
     }
     if (worst.times_sigma > limit) found.push_back(worst);
   }
   return found;
+}
+
+/// Too many are not accidents.
+void judge_number(int readings, GrossErrorCheck& result) {
+  const auto count = static_cast<int>(result.found.size());
+  if (count <= std::max(3, static_cast<int>(kMostAccidents * readings))) return;
+  result.systematic = count;
+  result.found.clear();
 }
 
 void take_out(std::vector<Trial>& trials, const std::vector<GrossError>& bad) {
@@ -204,6 +273,8 @@ GrossErrorCheck check_dials(
     result.found.insert(result.found.end(), bad.begin(), bad.end());
     take_out(good, bad);
   }
+  result.sigma_by_dial_mm = sigma.by_dial;
+  judge_number(result.readings, result);
   if (result.x.size() > 0) measure_again(trials, good, rig, result.x, sigma, result.found);
   sort(result.found);
   return result;
@@ -253,6 +324,7 @@ GrossErrorCheck check_positions(
       kLeastSigma_mm);
   result.limit_times_sigma = limit_of(2 * space.samples(), freedom);
   list_positions(space, sizes, result);
+  judge_number(space.samples(), result);
   return result;
 }
 
@@ -264,31 +336,34 @@ GrossErrorCheck find_gross_errors(
                               : check_positions(trials, rig, settings);
 }
 
-std::vector<GrossError> judge_readings(
+GrossErrorCheck judge_readings(
     std::span<const Trial> trials, const geometry::Rig& rig, const GrossErrorCheck& fitted) {
-  GrossErrorCheck result;
-  if (fitted.x.size() == 0) return {};
+  GrossErrorCheck result = fitted;
+  result.found.clear();
+  result.systematic = 0;
+  if (fitted.x.size() == 0) return result;
   if (!has_readings(trials)) {
     const ObservationSpace space =
         position_space(position_observations(trials), rig.robot.nominal);
-    result.sigma_mm = fitted.sigma_mm;
-    result.limit_times_sigma = fitted.limit_times_sigma;
+    result.readings = space.samples();
     list_positions(space, lengths(space, fitted.x.head<geometry::kParameterCount>()), result);
-    return result.found;
+    judge_number(space.samples(), result);
+    return result;
   }
   std::vector<Trial> good(trials.begin(), trials.end());
-  const DialSigma sigma{
-      std::vector<double>(rig.dials.size(), fitted.sigma_mm), fitted.sigma_mm};
+  const DialSigma sigma{fitted.sigma_by_dial_mm, fitted.sigma_mm};
   for (int round = 0; round < kMostRounds; ++round) {
     const ObservationSpace space = dial_space(good, rig);
     if (space.parameters() != fitted.x.size()) break;  // fitted to positions alone
+    if (round == 0) result.readings = space.rows();
     const auto bad = worst_of_each(good, rig, space, fitted.x, sigma, fitted.limit_times_sigma);
     if (bad.empty()) break;
     result.found.insert(result.found.end(), bad.begin(), bad.end());
     take_out(good, bad);
   }
+  judge_number(result.readings, result);
   sort(result.found);
-  return result.found;
+  return result;
 }
 
 }  // namespace sixdial::calibration

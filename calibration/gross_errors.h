@@ -1,6 +1,7 @@
 // Readings that stand out from everything else a session says: a dial bumped, a misread digit,
-// a chip under a tip. Found in the raw readings, where the dial can be named, by a robust fit;
-// never by looking at positions alone unless an instrument gives nothing else.
+// a chip under a tip. Found in the raw readings, where the dial can be named, by a robust fit
+// (in positions where an instrument gives nothing else). What neighbouring poses share is no
+// accident but something the model misses, and is left to the diagnosis.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,10 +23,14 @@ struct GrossError {
 };
 
 struct GrossErrorCheck {
-  std::vector<GrossError> found;  // by sample, then dial
-  double sigma_mm = 0.0;          // robust standard deviation of one good reading
+  std::vector<GrossError> found;         // by sample, then dial
+  double sigma_mm = 0.0;                 // robust standard deviation of one good reading
+  std::vector<double> sigma_by_dial_mm;  // the same, dial by dial
   double limit_times_sigma = 0.0;
   int readings = 0;  // that were judged
+  /// So many readings stand out that they cannot be accidents: a dial, the rig file or the
+  /// model is wrong. `found` is left empty then.
+  int systematic = 0;
   /// Empty, or why the check could not judge: "6 readings for 10 parameters ...".
   std::string not_possible;
   Eigen::VectorXd x;  // of the robust fit, parameters of the space; empty if not possible
@@ -40,7 +45,7 @@ struct GrossErrorCheck {
 
 /// Which of `trials`' readings stand out from what x (of an earlier check) expects; for sets
 /// that must not be fitted.
-[[nodiscard]] std::vector<GrossError> judge_readings(
+[[nodiscard]] GrossErrorCheck judge_readings(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig,
     const GrossErrorCheck& fitted);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -125,6 +126,55 @@ Json parameters_json(const std::vector<calibration::ParameterEstimate>& estimate
 
 }  // namespace
 
+Json precision_json(
+    std::span<const simulation::Trial> g1, const session::Session& session,
+    const calibration::IdentifySettings& settings) {
+  constexpr std::array<const char*, 2> kSpaces{"positions", "dials"};
+  std::array<std::vector<calibration::ParameterEstimate>, 2> estimates;
+  for (std::size_t k = 0; k < kSpaces.size(); ++k) {
+    const ObservationSpace space = k == 0 ? calibration::position_space(
+                                                calibration::position_observations(g1),
+                                                session.rig.robot.nominal, settings.noise_mm)
+                                          : calibration::dial_space(g1, session.rig);
+    if (2 * space.samples() <= space.parameters()) return nullptr;
+    calibration::IdentifySettings here = settings;
+    if (!here.fixed.empty()) here.fixed.resize(space.parameter_names.size(), 0);
+    const auto found = calibration::identify(*calibration::find_identifier("lm"), space, here);
+    if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return nullptr;
+    Eigen::MatrixXd covariance;
+    estimates[k] = calibration::estimates_with_noise(
+        space, found.fit, calibration::noise_estimate(space, g1, found.fit), covariance);
+  }
+  Json rows = Json::array();
+  double log_ratio = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < geometry::kParameterCount; ++i) {
+    const auto& by_positions = estimates[0][i];
+    const auto& by_dials = estimates[1][i];
+    if (by_positions.fixed || !(by_dials.sd > 0.0)) continue;
+    const double ratio = by_positions.sd / by_dials.sd;
+    rows.push_back(
+        {{"name", by_positions.name},
+         {"unit", is_angle(by_positions.name) ? "rad" : "mm"},
+         {"positions_sd", by_positions.sd},
+         {"dials_sd", by_dials.sd},
+         {"ratio", ratio}});
+    log_ratio += std::log(ratio);
+    ++count;
+  }
+  if (count == 0) return nullptr;
+  return {
+      {"parameters", std::move(rows)}, {"geometric_mean_ratio", std::exp(log_ratio / count)}};
+}
+
+std::string precision_line(const Json& precision) {
+  return fmt::format(
+      "raw readings of all dials determine the parameters {:.1f} times as precisely as "
+      "positions of the active three do (geometric mean){}",
+      precision["geometric_mean_ratio"].get<double>(),
+      precision["geometric_mean_ratio"].get<double>() > 1.5 ? ": fit with --space dials" : "");
+}
+
 std::optional<double> rig_noise_mm(const calibration::PositionObservations& set) {
   double sum_mm2 = 0.0;
   for (const Eigen::Matrix2d& covariance : set.covariance_mm2) {
@@ -156,7 +206,7 @@ Json gross_errors_json(
   for (const GrossError& each : checked.g1.found) {
     found.push_back(gross_error_json(each, session, set_aside ? "set aside" : "kept"));
   }
-  for (const GrossError& each : checked.g2) {
+  for (const GrossError& each : checked.g2.found) {
     found.push_back(gross_error_json(each, session, "kept, validates"));
   }
   return {
@@ -165,6 +215,7 @@ Json gross_errors_json(
       {"sigma_mm", checked.g1.sigma_mm},
       {"limit_times_sigma", checked.g1.limit_times_sigma},
       {"set_aside", set_aside},
+      {"systematic", {{"g1", checked.g1.systematic}, {"g2", checked.g2.systematic}}},
       {"not_possible",
        checked.g1.not_possible.empty() ? Json(nullptr) : Json(checked.g1.not_possible)}};
 }
@@ -275,12 +326,21 @@ std::vector<std::string> gross_error_lines(const Json& gross_errors) {
     lines.push_back(
         "not checked for gross errors: " + gross_errors["not_possible"].get<std::string>());
   }
+  for (const char* set : {"g1", "g2"}) {
+    const int systematic = gross_errors["systematic"][set].get<int>();
+    if (systematic == 0) continue;
+    lines.push_back(fmt::format(
+        "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
+        "model is wrong; none was set aside (sixdial diagnose looks for the cause)",
+        systematic, set[1] == '1' ? "G1" : "G2"));
+  }
   for (const Json& each : gross_errors["found"]) {
     const std::string where =
         each["dial"].is_string()
             ? fmt::format(
-                  "dial {} reads {:+.3f} mm too much", each["dial"].get<std::string>(),
-                  each["size_mm"].get<double>())
+                  "dial {} reads {:.3f} mm too {}", each["dial"].get<std::string>(),
+                  std::abs(each["size_mm"].get<double>()),
+                  each["size_mm"].get<double>() < 0.0 ? "little" : "much")
             : fmt::format("the position is {:.3f} mm off", each["size_mm"].get<double>());
     lines.push_back(fmt::format(
         "gross error: {} point {} repeat {}: {} ({:.0f} times the noise), {}",

@@ -17,8 +17,8 @@ namespace sixdial::service {
 /// A session with the readings that stand out marked bad ("gross error"), and what was found.
 struct CheckedSession {
   session::Session session;
-  calibration::GrossErrorCheck g1;          // set aside
-  std::vector<calibration::GrossError> g2;  // listed only: G2 judges with all it has
+  calibration::GrossErrorCheck g1;  // set aside
+  calibration::GrossErrorCheck g2;  // listed only: G2 judges with all it has
 };
 /// `set_aside` false: the list alone, the session is unchanged.
 [[nodiscard]] CheckedSession check_gross_errors(
@@ -33,6 +33,13 @@ struct CheckedSession {
     const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
     const geometry::Rig& rig);
+
+/// Standard deviation of each parameter from positions and from raw readings, side by side;
+/// null where the session has only one of them, or one leaves something open.
+[[nodiscard]] Json precision_json(
+    std::span<const simulation::Trial> g1, const session::Session& session,
+    const calibration::IdentifySettings& settings);
+[[nodiscard]] std::string precision_line(const Json& precision);
 
 /// The space that a request names: "positions" or "dials". Throws Error bad_data where the
 /// session has no dial readings for the latter.
@@ -54,8 +61,9 @@ struct CheckedSession {
 [[nodiscard]] std::vector<std::string> assessment_lines(const Json& assessment);
 [[nodiscard]] std::vector<std::string> gross_error_lines(const Json& gross_errors);
 
-/// The report's sections: uncertainty with its map, what the data cannot tell, gross errors.
+/// The report's sections: uncertainty with its map and both spaces side by side (`precision`
+/// may be null), what the data cannot tell, gross errors.
 [[nodiscard]] std::vector<report::Section> assessment_sections(
-    const Json& assessment, const Json& gross_errors);
+    const Json& assessment, const Json& precision, const Json& gross_errors);
 
 }  // namespace sixdial::service

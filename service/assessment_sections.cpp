@@ -135,6 +135,25 @@ report::Figure uncertainty_map(const Json& assessment) {
   return figure;
 }
 
+report::Table precision_table(const Json& precision) {
+  report::Table table{.id = "precision", .caption = "Standard deviation by what is fitted"};
+  table.columns = {
+      column("name", "parameter"), column("unit", "unit"),
+      column("positions_sd", "positions of the active three"),
+      column("dials_sd", "raw readings of all dials"), column("ratio", "ratio")};
+  for (const Json& each : precision["parameters"]) {
+    const double shown = each["unit"] == "rad" ? kDeg : 1.0;
+    table.rows.push_back(
+        {each["name"].get<std::string>(), std::string(each["unit"] == "rad" ? "deg" : "mm"),
+         number(shown * number_of(each["positions_sd"]), 5),
+         number(shown * number_of(each["dials_sd"]), 5), number(number_of(each["ratio"]), 2)});
+  }
+  table.notes.push_back(fmt::format(
+      "Raw readings are {:.2f} times as precise in the geometric mean.",
+      number_of(precision["geometric_mean_ratio"])));
+  return table;
+}
+
 report::Section uncertainty(const Json& assessment) {
   report::Section section{.id = "uncertainty", .heading = "What the numbers are worth"};
   section.blocks.emplace_back(fmt::format(
@@ -195,37 +214,31 @@ report::Section outliers(const Json& gross_errors) {
       number_of(gross_errors["sigma_mm"]),
       gross_errors["found"].empty() ? std::string("None was")
                                     : fmt::format("{} were", gross_errors["found"].size())));
-  if (gross_errors["found"].empty()) return section;
-  report::Table table{.id = "gross_errors", .caption = "Gross errors"};
-  table.columns = {
-      column("set", "set"),
-      column("point", "point"),
-      column("repeat", "repeat"),
-      column("dial", "dial"),
-      column("reading_mm", "reading", "mm"),
-      column("size_mm", "too large by", "mm"),
-      column("times_sigma", "times the noise"),
-      column("treatment", "treatment")};
-  for (const Json& each : gross_errors["found"]) {
-    table.rows.push_back(
-        {each["set"].get<std::string>(), whole(each["point"].get<int>()),
-         whole(each["repeat"].get<int>()),
-         each["dial"].is_string() ? each["dial"].get<std::string>() : std::string("position"),
-         number(number_of(each["reading_mm"]), 3), number(number_of(each["size_mm"]), 4),
-         number(number_of(each["times_sigma"]), 0), each["treatment"].get<std::string>()});
+  for (const char* set : {"g1", "g2"}) {
+    const int systematic = gross_errors["systematic"][set].get<int>();
+    if (systematic == 0) continue;
+    section.blocks.emplace_back(fmt::format(
+        "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
+        "model is wrong. None was set aside.",
+        systematic, set[1] == '1' ? "G1" : "G2"));
   }
-  table.notes.emplace_back(
-      "Raw readings stay as they were stored. Those set aside were not fitted; G2 is judged "
-      "with all of its readings.");
-  section.blocks.emplace_back(std::move(table));
+  if (!gross_errors["found"].empty()) {
+    section.blocks.emplace_back(fmt::format(
+        "They are listed under the quality of the measured data. Raw readings stay as they "
+        "were "
+        "stored; those of G1 were {}; G2 is judged with all of its readings.",
+        gross_errors["set_aside"].get<bool>() ? "not fitted" : "fitted all the same"));
+  }
   return section;
 }
 
 }  // namespace
 
 std::vector<report::Section> assessment_sections(
-    const Json& assessment, const Json& gross_errors) {
-  return {uncertainty(assessment), cannot_tell(assessment), outliers(gross_errors)};
+    const Json& assessment, const Json& precision, const Json& gross_errors) {
+  report::Section worth = uncertainty(assessment);
+  if (precision.is_object()) worth.blocks.emplace_back(precision_table(precision));
+  return {std::move(worth), cannot_tell(assessment), outliers(gross_errors)};
 }
 
 }  // namespace sixdial::service

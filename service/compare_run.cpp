@@ -271,6 +271,7 @@ Json compare(
       {"assessment", assessment_json(
                          space, reference.fit, g1_trials,
                          session::trials_of(checked.session, ""), session.rig)},
+      {"precision", precision_json(g1_trials, checked.session, settings.identify)},
       {"gross_errors", gross_errors_json(checked, session, set_aside)},
       {"seconds", found->seconds}};
 }
@@ -289,7 +290,7 @@ std::string comparison_text(const Json& document) {
       }
       if (std::string_view(set) == "g1") text += "  ";
     }
-    text += fmt::format("{:10.3f}", method["seconds"].get<double>());
+    text += fmt::format("{:10.4f}", method["seconds"].get<double>());
     if (document["best"] == method["id"]) text += "  best on G2";
     text += '\n';
   }
@@ -320,7 +321,7 @@ std::vector<report::Section> comparison_sections(const Json& document) {
         {method["name"].get<std::string>(), cell(method["g1"], "mean_mm"),
          cell(method["g1"], "std_mm"), cell(method["g1"], "max_mm"),
          cell(method["g2"], "mean_mm"), cell(method["g2"], "std_mm"),
-         cell(method["g2"], "max_mm"), cell(method, "seconds", 3)});
+         cell(method["g2"], "max_mm"), cell(method, "seconds", 4)});
   }
   table.notes.push_back(fmt::format(
       "Before: {}. Lowest mean on G2 in bold. Figures are differences between measured and "

@@ -58,6 +58,9 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
   for (const std::string& line : assessment_lines(document["assessment"])) {
     cli.console.out << line << '\n';
   }
+  if (document["precision"].is_object()) {
+    cli.console.out << precision_line(document["precision"]) << '\n';
+  }
   cli.console.note(fmt::format(
       "{}; seed {}, {:.1f} s", document["before_is"].get<std::string>(),
       document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
