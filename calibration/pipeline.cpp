@@ -38,7 +38,11 @@ std::vector<double> norms(const Eigen::Matrix2Xd& errors) {
   return result;
 }
 
-Eigen::Matrix2Xd before(
+Trouble cancelled() { return {Trouble::Kind::kCancelled, "the calibration was cancelled"}; }
+
+}  // namespace
+
+Eigen::Matrix2Xd errors_before(
     const PositionObservations& observations, const ParameterVector& nominal, bool targets) {
   if (!targets) return position_residuals(observations, nominal);
   Eigen::Matrix2Xd errors(2, observations.size());
@@ -54,14 +58,16 @@ bool all_have_targets(const PositionObservations& observations) {
       observations.target_mm, [](const auto& target) { return target.has_value(); });
 }
 
-MethodErrors row(std::string method, const Eigen::Matrix2Xd& g1, const Eigen::Matrix2Xd& g2) {
+MethodErrors method_errors(
+    std::string method, const Eigen::Matrix2Xd& g1, const Eigen::Matrix2Xd& g2) {
   MethodErrors result{std::move(method), norms(g1), norms(g2), {}, {}};
   result.g1 = error_stats(result.g1_mm);
   result.g2 = error_stats(result.g2_mm);
   return result;
 }
 
-std::optional<Trouble> refuse(const PositionObservations& g1, const ParameterVector& nominal) {
+std::optional<Trouble> trouble_with(
+    const PositionObservations& g1, const ParameterVector& nominal) {
   if (g1.size() < kLeastSamples) {
     return Trouble{
         Trouble::Kind::kTooFewSamples,
@@ -82,10 +88,6 @@ std::optional<Trouble> refuse(const PositionObservations& g1, const ParameterVec
   }
   return std::nullopt;
 }
-
-Trouble cancelled() { return {Trouble::Kind::kCancelled, "the calibration was cancelled"}; }
-
-}  // namespace
 
 std::string_view to_string(Profile profile) {
   return profile == Profile::kPaper ? "paper" : "default";
@@ -174,7 +176,7 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
     const PositionObservations& g1, const PositionObservations& g2,
     const ParameterVector& nominal, const Settings& settings, const ProgressCallback& progress,
     std::stop_token stop) {
-  if (auto trouble = refuse(g1, nominal)) return tl::unexpected(*std::move(trouble));
+  if (auto trouble = trouble_with(g1, nominal)) return tl::unexpected(*std::move(trouble));
   const auto repeats = noise_from_repeats(g1);
   const double noise_mm =
       repeats && repeats->sigma_mm > 0.0 ? repeats->sigma_mm : settings.noise_mm;
@@ -275,12 +277,12 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
   result.identifiability = identifiability(assessed.fit, names, g1.size());
 
   result.before_uses_targets = all_have_targets(g1) && all_have_targets(g2);
-  result.table_6.push_back(
-      row("before", before(g1, nominal, result.before_uses_targets),
-          before(g2, nominal, result.before_uses_targets)));
+  result.table_6.push_back(method_errors(
+      "before", errors_before(g1, nominal, result.before_uses_targets),
+      errors_before(g2, nominal, result.before_uses_targets)));
   for (const StageResult& stage : result.stages) {
-    result.table_6.push_back(
-        row(stage.name, position_residuals(g1, stage.v), position_residuals(g2, stage.v)));
+    result.table_6.push_back(method_errors(
+        stage.name, position_residuals(g1, stage.v), position_residuals(g2, stage.v)));
   }
   const auto compensated = [&](const PositionObservations& set) {
     Eigen::Matrix2Xd errors = position_residuals(set, found.v);
@@ -290,7 +292,7 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
     }
     return errors;
   };
-  result.table_6.push_back(row("ekf_dqpso+anfis", compensated(g1), compensated(g2)));
+  result.table_6.push_back(method_errors("ekf_dqpso+anfis", compensated(g1), compensated(g2)));
   result.g1_sample = g1.sample;
   result.g2_sample = g2.sample;
   result.total_seconds = whole.lap();

@@ -76,6 +76,9 @@ struct MethodErrors {
   ErrorStats g2;
 };
 
+[[nodiscard]] MethodErrors method_errors(
+    std::string method, const Eigen::Matrix2Xd& g1_mm, const Eigen::Matrix2Xd& g2_mm);
+
 struct StageResult {
   std::string name;  // "ekf", "ekf_qpso1", "ekf_dqpso", "lm"
   geometry::ParameterVector v = geometry::ParameterVector::Zero();
@@ -127,6 +130,17 @@ struct Trouble {
     const PositionObservations& g1, const PositionObservations& g2,
     const geometry::ParameterVector& nominal, const Settings& settings = {},
     const ProgressCallback& progress = {}, std::stop_token stop = {});
+
+/// Why these samples cannot be calibrated with; empty: they can.
+[[nodiscard]] std::optional<Trouble> trouble_with(
+    const PositionObservations& g1, const geometry::ParameterVector& nominal);
+
+/// The errors that a robot has before it is calibrated, 2xn [mm]: measured minus target where
+/// `targets`, else minus the nominal model.
+[[nodiscard]] Eigen::Matrix2Xd errors_before(
+    const PositionObservations& observations, const geometry::ParameterVector& nominal,
+    bool targets);
+[[nodiscard]] bool all_have_targets(const PositionObservations& observations);
 
 /// The learned correction at joint angles [mm]: add it to f(v).
 [[nodiscard]] Eigen::Vector2d anfis_correction(

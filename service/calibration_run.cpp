@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "service/assessment.h"
 #include "service/clock_text.h"
 #include "session/bundle.h"
 #include "session/trials.h"
@@ -29,6 +30,8 @@ Json matrix(const Eigen::Ref<const Eigen::MatrixXd>& values) {
   return rows;
 }
 
+constexpr int kKnownNoise = 1'000'000;  // degrees of freedom of a figure that is taken as known
+
 std::string_view unit_of(int parameter) { return parameter >= geometry::kAlpha ? "rad" : "mm"; }
 
 calibration::Settings settings_of(const CalibrationRequest& request) {
@@ -44,16 +47,6 @@ calibration::Settings settings_of(const CalibrationRequest& request) {
   if (request.qpso2_iterations) settings.qpso2.iterations = *request.qpso2_iterations;
   if (request.anfis_epochs) settings.anfis.epochs = *request.anfis_epochs;
   return settings;
-}
-
-/// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
-/// the dials; empty for an instrument that gives none.
-std::optional<double> rig_noise_mm(const PositionObservations& set) {
-  double sum_mm2 = 0.0;
-  for (const Eigen::Matrix2d& covariance : set.covariance_mm2)
-    sum_mm2 += covariance.trace() / 2.0;
-  if (set.empty() || !(sum_mm2 > 0.0)) return std::nullopt;
-  return std::sqrt(sum_mm2 / set.size());
 }
 
 Json settings_json(const calibration::Settings& settings) {
@@ -328,6 +321,31 @@ std::optional<double> time_left(std::chrono::steady_clock::time_point began, dou
   return spent.count() * (1.0 - fraction) / fraction;
 }
 
+/// Standard deviations and intervals rest on the same noise wherever they are shown.
+void use_noise_of(const Json& assessment, Json& document) {
+  const int freedom = assessment["noise"]["degrees_of_freedom"].get<int>();
+  const double quantile =
+      freedom > 0 ? calibration::student_95(freedom) : calibration::student_95(kKnownNoise);
+  for (std::size_t i = 0; i < document["parameters"].size(); ++i) {
+    Json& each = document["parameters"][i];
+    const auto sd = assessment["parameters"][i]["sd"].get<double>();
+    const auto value = each["identified"].get<double>();
+    each["sd"] = sd;
+    each["low_95"] = value - quantile * sd;
+    each["high_95"] = value + quantile * sd;
+  }
+  Json& identification = document["identification"];
+  const auto sigma_mm = assessment["noise"]["sigma_mm"].get<double>();
+  const auto before_mm = identification["sigma_mm"].get<double>();
+  if (before_mm > 0.0) {
+    const double factor = sigma_mm * sigma_mm / (before_mm * before_mm);
+    for (Json& row : identification["covariance"]) {
+      for (Json& each : row) each = factor * each.get<double>();
+    }
+  }
+  identification["sigma_mm"] = sigma_mm;
+}
+
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw Error(
@@ -340,11 +358,23 @@ std::optional<double> time_left(std::chrono::steady_clock::time_point began, dou
 Json calibrate(
     const session::Session& session, const CalibrationRequest& request,
     const std::function<void(JobProgress)>& progress, std::stop_token stop) {
-  const auto observations = [&](std::string_view set) {
-    return calibration::position_observations(session::trials_of(session, set));
-  };
-  const PositionObservations g1 = observations("G1");
-  const PositionObservations g2 = observations("G2");
+  calibration::Settings settings = settings_of(request);
+  const auto stored_g1 = session::trials_of(session, "G1");
+  settings.noise_mm =
+      rig_noise_mm(calibration::position_observations(stored_g1)).value_or(settings.noise_mm);
+  calibration::IdentifySettings assess;
+  assess.noise_mm = settings.noise_mm;
+  const bool set_aside = !request.keep_gross_errors;
+  const CheckedSession checked = check_gross_errors(session, assess, set_aside);
+  const auto g1_trials = session::trials_of(checked.session, "G1");
+  const PositionObservations g1 = calibration::position_observations(g1_trials);
+  const PositionObservations g2 =
+      calibration::position_observations(session::trials_of(checked.session, "G2"));
+  const auto space = space_of("positions", g1_trials, checked.session, settings.noise_mm);
+  assess.fixed = fixed_parameters(space, request.fix, request.free);
+  for (std::size_t i = 0; i < settings.fixed.size(); ++i) {
+    settings.fixed[i] = assess.fixed[i] != 0;
+  }
   const auto began = std::chrono::steady_clock::now();
   const auto tell = [&](const calibration::Progress& now) {
     if (!progress) return;
@@ -357,12 +387,18 @@ Json calibrate(
     if (now.rmse_mm > 0.0) told.best_mm = now.rmse_mm;
     progress(std::move(told));
   };
-  calibration::Settings settings = settings_of(request);
-  settings.noise_mm = rig_noise_mm(g1).value_or(settings.noise_mm);
   const auto result = calibration::run_dqpso_anfis(
       g1, g2, session.rig.robot.nominal, settings, tell, std::move(stop));
   if (!result) refuse(result.error(), session.name);
-  return document_of(session, *result, g1, g2);
+  Json document = document_of(session, *result, g1, g2);
+  const auto reference =
+      calibration::identify(*calibration::find_identifier("lm"), space, assess);
+  document["assessment"] = assessment_json(
+      space, reference.fit, g1_trials, session::trials_of(checked.session, ""), session.rig);
+  use_noise_of(document["assessment"], document);
+  document["precision"] = precision_json(g1_trials, checked.session, assess);
+  document["gross_errors"] = gross_errors_json(checked, session, set_aside);
+  return document;
 }
 
 Json result_summary(const Json& document) {
@@ -374,11 +410,22 @@ Json result_summary(const Json& document) {
 std::string method_name(const std::string& id) {
   constexpr std::array kNames{
       std::pair{"before", "before calibration"},
+      std::pair{"lse", "LSE"},
+      std::pair{"lse_iterated", "LSE, iterated"},
+      std::pair{"lm", "least squares (LM)"},
+      std::pair{"tikhonov", "Tikhonov"},
       std::pair{"ekf", "EKF"},
       std::pair{"ekf_qpso1", "EKF-QPSO-1"},
       std::pair{"ekf_dqpso", "EKF-DQPSO"},
-      std::pair{"ekf_dqpso+anfis", "EKF-DQPSO + ANFIS"},
-      std::pair{"lm", "least squares (LM)"}};
+      std::pair{"anfis", "ANFIS"},
+      std::pair{"anfis_paper", "ANFIS as printed"},
+      std::pair{"bpnn", "BPNN"},
+      std::pair{"gp", "Gaussian process"},
+      std::pair{"rbf", "RBF"}};
+  const std::size_t plus = id.find('+');
+  if (plus != std::string::npos) {
+    return method_name(id.substr(0, plus)) + " + " + method_name(id.substr(plus + 1));
+  }
   const auto* found =
       std::ranges::find(kNames, id, [](const auto& pair) { return std::string(pair.first); });
   return found == kNames.end() ? id : found->second;

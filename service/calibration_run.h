@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "calibration/pipeline.h"
 #include "service/error.h"
@@ -27,6 +28,9 @@ struct CalibrationRequest {
   std::optional<int> qpso1_iterations{};
   std::optional<int> qpso2_iterations{};
   std::optional<int> anfis_epochs{};
+  std::vector<std::string> fix{};   // parameters that keep their nominal value
+  std::vector<std::string> free{};  // where not empty: only these are fitted
+  bool keep_gross_errors = false;   // list readings that stand out, but fit them too
 };
 
 /// "sixdial.calibration": inputs, parameters [mm, rad], identification, methods (Table 6),

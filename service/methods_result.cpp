@@ -31,6 +31,9 @@ CalibrationRequest request_of(const Json& params) {
   request.qpso1_iterations = optional_count("qpso1_iterations");
   request.qpso2_iterations = optional_count("qpso2_iterations");
   request.anfis_epochs = optional_count("anfis_epochs");
+  request.fix = param_or(params, "fix", request.fix);
+  request.free = param_or(params, "free", request.free);
+  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
   return request;
 }
 
@@ -144,14 +147,32 @@ Json list(const Call& call) {
   return {{"results", std::move(rows)}};
 }
 
+/// The newest comparison of the same samples; empty if there is none.
+std::optional<db::ResultRecord> comparison_of(
+    const Call& call, const db::ResultRecord& calibration) {
+  std::vector<db::ResultRecord> all =
+      call.service.reader().load_results(calibration.session, "comparison");
+  std::erase_if(all, [&](const db::ResultRecord& each) {
+    return each.data_sha256 != calibration.data_sha256;
+  });
+  if (all.empty()) return std::nullopt;
+  return std::move(all.back());
+}
+
 Json write(const Call& call) {
   const std::filesystem::path path = absolute_path(call);
   const db::ResultRecord record = record_of(call);
   db::Store& reader = call.service.reader();
   const session::Session session = reader.load_session(record.session);
+  const auto comparison = comparison_of(call, record);
   const auto files = write_report(
-      Json::parse(record.json), session, reader.session_info(record.session).who.name, path);
-  return {{"path", path.string()}, {"files", files}, {"result", record.id.value}};
+      Json::parse(record.json), session, reader.session_info(record.session).who.name, path,
+      comparison ? Json::parse(comparison->json) : Json(nullptr));
+  return {
+      {"path", path.string()},
+      {"files", files},
+      {"result", record.id.value},
+      {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)}};
 }
 
 constexpr Param kResult{
@@ -179,7 +200,19 @@ constexpr std::array kCalibrateParams{
     count("particles", "instead of 50", 4),
     count("qpso1_iterations", "instead of 100", 1),
     count("qpso2_iterations", "instead of 400", 1),
-    count("anfis_epochs", "instead of 500", 1)};
+    count("anfis_epochs", "instead of 500", 1),
+    Param{
+        .name = "fix",
+        .type = ParamType::kStringList,
+        .doc = "parameters that keep their nominal value"},
+    Param{
+        .name = "free",
+        .type = ParamType::kStringList,
+        .doc = "only these parameters are fitted; default: all"},
+    Param{
+        .name = "keep_gross_errors",
+        .type = ParamType::kBoolean,
+        .doc = "list readings that stand out, but fit them too"}};
 constexpr std::array kGetParams{
     kResult, kSessionOr,
     Param{
@@ -231,9 +264,10 @@ constexpr std::array kMethods{
         .run = list},
     Method{
         .name = "report.write",
-        .summary = "Writes the report of a result: HTML, JSON, CSV tables, the session bundle.",
+        .summary = "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
+                   "Shows the newest comparison of the same samples, if there is one.",
         .params = kWriteParams,
-        .result = "path, files, result",
+        .result = "path, files, result, comparison (number of the one it shows, or null)",
         .example = R"({"session": "demo", "path": "/srv/rig/report"})",
         .run = write},
 };

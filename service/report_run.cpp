@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "report/csv_report.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
+#include "service/assessment.h"
 #include "service/calibration_run.h"
 #include "service/clock_text.h"
+#include "service/compare_run.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "session/trials.h"
@@ -271,6 +274,24 @@ void add_outliers(report::ReportData& data) {
   }
 }
 
+void add_gross_errors(report::ReportData& data, const Json& gross_errors) {
+  for (const Json& each : gross_errors["found"]) {
+    data.outliers.push_back(
+        {.set = each["set"].get<std::string>(),
+         .point = each["point"].get<int>(),
+         .repeat = each["repeat"].get<int>(),
+         .dial = each["dial"].is_string() ? each["dial"].get<std::string>() : std::string(),
+         .residual_mm = each["size_mm"].get<double>(),
+         .times_usual = each["times_sigma"].get<double>()});
+  }
+}
+
+void append(std::vector<report::Section>& to, std::vector<report::Section> sections) {
+  to.insert(
+      to.end(), std::make_move_iterator(sections.begin()),
+      std::make_move_iterator(sections.end()));
+}
+
 std::optional<double> position_noise(const session::Session& session) {
   double sum_mm2 = 0.0;
   int count = 0;
@@ -294,7 +315,8 @@ void write_text(
 }  // namespace
 
 report::ReportData report_data(
-    const Json& document, const session::Session& session, const std::string& operator_name) {
+    const Json& document, const session::Session& session, const std::string& operator_name,
+    const Json& comparison) {
   check_belongs_together(document, session);
   report::ReportData data;
   data.head = head_of(document, session, operator_name);
@@ -318,14 +340,25 @@ report::ReportData report_data(
   add_swarms(data, document);
   data.points = points_of(document, session);
   add_data_quality(data, session);
-  add_outliers(data);
+  if (document.contains("gross_errors")) {
+    add_gross_errors(data, document["gross_errors"]);
+  } else {
+    add_outliers(data);
+  }
+  if (comparison.is_object()) append(data.sections, comparison_sections(comparison));
+  if (document.contains("assessment")) {
+    append(
+        data.sections,
+        assessment_sections(
+            document["assessment"], document["precision"], document["gross_errors"]));
+  }
   return data;
 }
 
 std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder) {
-  const report::ReportData data = report_data(document, session, operator_name);
+    const std::filesystem::path& folder, const Json& comparison) {
+  const report::ReportData data = report_data(document, session, operator_name, comparison);
   std::error_code trouble;
   std::filesystem::create_directories(folder, trouble);
   if (trouble) {
@@ -341,6 +374,9 @@ std::vector<std::string> write_report(
     write_text(folder, table.name, table.text, files);
   }
   write_text(folder, "calibration.json", document.dump(1) + "\n", files);
+  if (comparison.is_object()) {
+    write_text(folder, "comparison.json", comparison.dump(1) + "\n", files);
+  }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});
   return files;

@@ -12,16 +12,19 @@
 
 namespace sixdial::service {
 
-/// `document`: "sixdial.calibration". Throws Error bad_data where the document is of another
-/// schema or was made from other data than the session holds.
+/// `document`: "sixdial.calibration"; `comparison`: "sixdial.comparison" or null. Throws Error
+/// bad_data where the document is of another schema or was made from other data than the
+/// session holds.
 [[nodiscard]] report::ReportData report_data(
-    const Json& document, const session::Session& session, const std::string& operator_name);
+    const Json& document, const session::Session& session, const std::string& operator_name,
+    const Json& comparison = nullptr);
 
-/// report.html, report.json, the CSV tables, calibration.json (the document) and, in bundle/,
-/// session.csv and rig.toml. The folder is made if absent; files of these names are replaced.
-/// Returns the files, relative to the folder. Throws Error file.
+/// report.html, report.json, the CSV tables, calibration.json (the document), comparison.json
+/// (where there is one) and, in bundle/, session.csv and rig.toml. The folder is made if
+/// absent; files of these names are replaced. Returns the files, relative to the folder. Throws
+/// Error file.
 [[nodiscard]] std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder);
+    const std::filesystem::path& folder, const Json& comparison = nullptr);
 
 }  // namespace sixdial::service

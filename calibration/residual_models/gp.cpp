@@ -5,9 +5,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "calibration/residual_model.h"
 
@@ -67,8 +69,25 @@ struct Process {
   }
 };
 
+/// A length shorter than the distance between samples makes every one its own signal: noise
+/// would be learned by heart. Half the samples have a neighbour within this distance.
+double usual_distance(const MatrixX2d& x) {
+  std::vector<double> nearest;
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    VectorXd distance = (x.rowwise() - x.row(i)).rowwise().norm();
+    distance[i] = std::numeric_limits<double>::infinity();
+    const double least = distance.minCoeff();
+    if (least > 0.0) nearest.push_back(least);
+  }
+  if (nearest.empty()) return 0.0;
+  const auto middle = nearest.begin() + std::ssize(nearest) / 2;
+  std::ranges::nth_element(nearest, middle);
+  return *middle;
+}
+
 /// Quasi-Newton (BFGS) descent inside the box.
-Hyper best_from(const Process& process, Hyper h, double& cost) {
+Hyper best_from(const Process& process, const Hyper& least, Hyper h, double& cost) {
+  h = h.cwiseMax(least);
   Hyper gradient;
   cost = process.cost(h, gradient);
   Eigen::Matrix4d H = 0.1 * Eigen::Matrix4d::Identity();
@@ -82,7 +101,7 @@ Hyper best_from(const Process& process, Hyper h, double& cost) {
     if (length > 1.0) direction /= length;
     bool moved = false;
     for (double part = 1.0; part > 1e-6 && !moved; part /= 3) {
-      const Hyper next = (h + part * direction).cwiseMax(kLeastLog).cwiseMin(kMostLog);
+      const Hyper next = (h + part * direction).cwiseMax(least).cwiseMin(kMostLog);
       Hyper next_gradient;
       const double next_cost = process.cost(next, next_gradient);
       if (!(next_cost < cost)) continue;
@@ -121,11 +140,13 @@ Fitted fit(const MatrixX2d& x, const VectorXd& target) {
       (target.array() - result.y_mean).square().sum() / static_cast<double>(target.size()));
   if (!(result.y_scale > 0.0)) result.y_scale = 1.0;
   result.process = {x, (target.array() - result.y_mean) / result.y_scale};
+  const double shortest = std::max(std::log(usual_distance(x)), kLeastLog);
+  const Hyper least(kLeastLog, shortest, shortest, kLeastLog);
   double best = std::numeric_limits<double>::infinity();
   for (const Hyper& start :
        {Hyper(0.0, 0.0, 0.0, -1.0), Hyper(0.0, -1.0, -1.0, -2.0), Hyper(-2.0, 1.0, 1.0, 0.0)}) {
     double cost = 0.0;
-    const Hyper h = best_from(result.process, start, cost);
+    const Hyper h = best_from(result.process, least, start, cost);
     if (cost < best) {
       best = cost;
       result.h = h;

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "service/assessment.h"
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
 #include "session/bundle.h"
@@ -19,6 +20,8 @@ struct CalibrateOptions {
   int threads = 0;
   int particles = 0, qpso1 = 0, qpso2 = 0, epochs = 0;
   bool skip_bad_rows = false;
+  std::vector<std::string> fix, free;
+  bool keep_gross_errors = false;
 };
 
 CalibrationRequest request_of(const CalibrateOptions& options) {
@@ -30,6 +33,9 @@ CalibrationRequest request_of(const CalibrateOptions& options) {
   if (options.qpso1 > 0) request.qpso1_iterations = options.qpso1;
   if (options.qpso2 > 0) request.qpso2_iterations = options.qpso2;
   if (options.epochs > 0) request.anfis_epochs = options.epochs;
+  request.fix = options.fix;
+  request.free = options.free;
+  request.keep_gross_errors = options.keep_gross_errors;
   return request;
 }
 
@@ -41,6 +47,9 @@ Json params_of(const CalibrateOptions& options) {
   if (options.qpso1 > 0) params["qpso1_iterations"] = options.qpso1;
   if (options.qpso2 > 0) params["qpso2_iterations"] = options.qpso2;
   if (options.epochs > 0) params["anfis_epochs"] = options.epochs;
+  if (!options.fix.empty()) params["fix"] = options.fix;
+  if (!options.free.empty()) params["free"] = options.free;
+  if (options.keep_gross_errors) params["keep_gross_errors"] = true;
   return params;
 }
 
@@ -51,9 +60,14 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
     return;
   }
   cli.console.out << table_6_text(document);
-  for (const Json& held : document["identification"]["held"]) {
-    cli.console.warn(
-        "held at nominal, the poses cannot tell: " + held["words"].get<std::string>());
+  for (const std::string& line : gross_error_lines(document["gross_errors"])) {
+    cli.console.warn(line);
+  }
+  for (const std::string& line : assessment_lines(document["assessment"])) {
+    cli.console.out << line << '\n';
+  }
+  if (document["precision"].is_object()) {
+    cli.console.out << precision_line(document["precision"]) << '\n';
   }
   cli.console.note(fmt::format(
       "DQPSO is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s",
@@ -140,6 +154,12 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
       ->check(CLI::Range(1, 100000));
   command->add_option("--anfis-epochs", options->epochs, "instead of 500")
       ->check(CLI::Range(1, 100000));
+  command->add_option("--fix", options->fix, "parameters that stay nominal, such as d,alpha")
+      ->delimiter(',');
+  command->add_option("--free", options->free, "only these are fitted")->delimiter(',');
+  command->add_flag(
+      "--keep-gross-errors", options->keep_gross_errors,
+      "list readings that stand out, but fit them too");
   command->add_option("-o,--output", options->output, "the whole result as a JSON file");
   command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
   command->callback([&cli, options] {

@@ -8,6 +8,7 @@
 
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
+#include "service/compare_run.h"
 #include "service/report_run.h"
 #include "service/server.h"
 #include "session/bundle.h"
@@ -21,6 +22,7 @@ struct ReportOptions {
   std::int64_t result = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
+  bool compare = false;
 };
 
 void print_files(Cli& cli, const Json& answer) {
@@ -41,7 +43,17 @@ ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string
   } else {
     document = Json::parse(session::read_file(options.result_file));
   }
-  const auto files = write_report(document, session, operator_of(::getuid()), folder);
+  Json comparison;
+  if (options.compare) {
+    ProgressLine line(cli.console);
+    CompareRequest request;
+    request.seed = options.seed;
+    comparison = compare(session, request, [&](const JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+  }
+  const auto files =
+      write_report(document, session, operator_of(::getuid()), folder, comparison);
   print_files(cli, {{"path", folder}, {"files", files}});
   return ExitCode::kOk;
 }
@@ -60,7 +72,10 @@ void add_report_command(CLI::App& app, Cli& cli) {
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")
+  command->add_flag(
+      "--compare", options->compare,
+      "compare all methods now and show them; a stored comparison is shown anyway");
+  command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
       ->capture_default_str();
   command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
   command->callback([&cli, options] {
@@ -72,6 +87,11 @@ void add_report_command(CLI::App& app, Cli& cli) {
       const std::string folder =
           absolute(options->output.empty() ? name + "-report" : options->output);
       if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);
+      if (options->compare) {
+        const Json job =
+            cli.call("compare.start", {{"session", options->subject}, {"seed", options->seed}});
+        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+      }
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
       print_files(cli, cli.call("report.write", params));

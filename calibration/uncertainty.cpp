@@ -1,0 +1,236 @@
+#include "calibration/uncertainty.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace sixdial::calibration {
+namespace {
+
+using simulation::Trial;
+
+constexpr int kEnoughRepeats = 10;  // degrees of freedom
+constexpr int kEnoughResiduals = 10;
+constexpr double kSamePose_rad = 1e-6;
+constexpr double kNormal_95 = 1.959963984540054;
+// Two axes at once: chi-square with two degrees of freedom, sqrt(-2 ln 0.05), over 1.96.
+constexpr double kCircleOverInterval = 2.447746830680816 / kNormal_95;
+
+/// Squared deviations of values that should be the same, with their degrees of freedom.
+struct Pool {
+  double sum = 0.0;
+  int freedom = 0;
+  void add(const std::vector<double>& values) {
+    if (values.size() < 2) return;
+    double mean = 0.0;
+    for (const double value : values) mean += value / static_cast<double>(values.size());
+    for (const double value : values) sum += (value - mean) * (value - mean);
+    freedom += static_cast<int>(values.size()) - 1;
+  }
+};
+
+std::string um(double mm) {
+  const auto tenths = static_cast<long>(std::lround(1e4 * mm));
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " \u00B5m";
+}
+
+std::string words_of(const NoiseEstimate& noise) {
+  std::string text;
+  switch (noise.source) {
+    case NoiseSource::kRepeats:
+      text = "noise from repeated readings of the same points: " + um(noise.sigma_mm) + " (" +
+             std::to_string(noise.degrees_of_freedom) + " degrees of freedom)";
+      break;
+    case NoiseSource::kResidual:
+      text = std::string("noise from what the fit leaves over, as there are ") +
+             (noise.repeats ? "too few" : "no") + " repeats: " + um(noise.sigma_mm) + " (" +
+             std::to_string(noise.degrees_of_freedom) +
+             " degrees of freedom); whatever the model misses counts as noise";
+      break;
+    case NoiseSource::kRigFile:
+      text = "noise from the rig file, as there are too few points to see it: " +
+             um(noise.sigma_mm);
+      break;
+  }
+  if (noise.lack_of_fit) {
+    const auto tenths = static_cast<long>(std::lround(10.0 * *noise.lack_of_fit));
+    text += "; the fit leaves " + std::to_string(tenths / 10) + "." +
+            std::to_string(tenths % 10) +
+            " times as much as repeats show: something is not in the model, and the "
+            "uncertainties are of the noise alone";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string_view to_string(NoiseSource source) {
+  switch (source) {
+    case NoiseSource::kRepeats:
+      return "repeats";
+    case NoiseSource::kResidual:
+      return "residual";
+    case NoiseSource::kRigFile:
+      return "rig_file";
+  }
+  return "unknown";
+}
+
+std::optional<RepeatNoise> repeat_noise(std::span<const Trial> trials, bool dials) {
+  std::map<int, std::vector<const Trial*>> by_point;
+  for (const Trial& trial : trials) by_point[trial.point].push_back(&trial);
+  Pool pool;
+  for (const auto& [point, members] : by_point) {
+    const bool same_pose = std::ranges::all_of(members, [&](const Trial* each) {
+      return (each->q_rad - members.front()->q_rad).cwiseAbs().maxCoeff() < kSamePose_rad;
+    });
+    if (!same_pose) continue;
+    std::map<std::size_t, std::vector<double>> values;  // by dial, or by axis
+    for (const Trial* each : members) {
+      if (!dials && each->position_mm) {
+        values[0].push_back(each->position_mm->x());
+        values[1].push_back(each->position_mm->y());
+      }
+      for (std::size_t k = 0; dials && k < each->dial_mm.size(); ++k) {
+        if (each->dial_mm[k]) values[k].push_back(*each->dial_mm[k]);
+      }
+    }
+    for (const auto& [channel, same] : values) pool.add(same);
+  }
+  if (pool.freedom == 0) return std::nullopt;
+  return RepeatNoise{std::sqrt(pool.sum / pool.freedom), pool.freedom};
+}
+
+NoiseEstimate noise_estimate(
+    const ObservationSpace& space, std::span<const Trial> trials, const LeastSquaresFit& fit) {
+  NoiseEstimate noise;
+  noise.rig_file_mm = space.mean_sigma();
+  noise.repeats = repeat_noise(trials, !space.positions);
+  // In the dial space of a freely held cuboid each sample has its own rotation as an unknown.
+  const bool free = !space.positions && space.parameters() == geometry::kParameterCount;
+  const int freedom = fit.degrees_of_freedom() - (free ? space.samples() : 0);
+  if (freedom > 0) noise.residual = RepeatNoise{std::sqrt(fit.rss / freedom), freedom};
+  const auto usable = [](const std::optional<RepeatNoise>& from, int enough) {
+    return from && from->degrees_of_freedom >= enough && from->sigma_mm > 0.0;
+  };
+  const auto take = [&](NoiseSource source, const RepeatNoise& from) {
+    noise.source = source;
+    noise.sigma_mm = from.sigma_mm;
+    noise.degrees_of_freedom = from.degrees_of_freedom;
+  };
+  if (usable(noise.repeats, kEnoughRepeats)) {
+    take(NoiseSource::kRepeats, *noise.repeats);
+    if (usable(noise.residual, 1)) {
+      const double ratio = noise.residual->sigma_mm / noise.repeats->sigma_mm;
+      const boost::math::fisher_f distribution(
+          noise.residual->degrees_of_freedom, noise.repeats->degrees_of_freedom);
+      const double usual = boost::math::quantile(boost::math::complement(distribution, 0.05));
+      if (ratio * ratio > usual) noise.lack_of_fit = ratio;
+    }
+  } else if (usable(noise.residual, kEnoughResiduals)) {
+    take(NoiseSource::kResidual, *noise.residual);
+  } else {
+    noise.sigma_mm = noise.rig_file_mm;
+  }
+  noise.words = words_of(noise);
+  return noise;
+}
+
+double quantile_95(const NoiseEstimate& noise) {
+  return noise.degrees_of_freedom > 0 ? student_95(noise.degrees_of_freedom) : kNormal_95;
+}
+
+std::vector<ParameterEstimate> estimates_with_noise(
+    const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
+    Eigen::MatrixXd& covariance) {
+  covariance = noise.sigma_mm * noise.sigma_mm * fit.unit_covariance();
+  auto result = parameter_estimates(fit, space.nominal, covariance, space.parameter_names);
+  const double quantile = quantile_95(noise);
+  for (ParameterEstimate& each : result) {
+    each.low_95 = each.value - quantile * each.sd;
+    each.high_95 = each.value + quantile * each.sd;
+  }
+  return result;
+}
+
+std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Workspace box{Eigen::Vector2d::Constant(kFar), Eigen::Vector2d::Constant(-kFar)};
+  for (const Trial& trial : trials) {
+    const auto& at = trial.position_mm ? trial.position_mm : trial.target_mm;
+    if (!at || !at->allFinite()) continue;
+    box.low_mm = box.low_mm.cwiseMin(*at);
+    box.high_mm = box.high_mm.cwiseMax(*at);
+  }
+  if (!(box.low_mm.array() < box.high_mm.array()).all()) return std::nullopt;
+  return box;
+}
+
+PositionUncertainty position_uncertainty(
+    const geometry::ParameterVector& v, const Eigen::MatrixXd& covariance,
+    const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
+    double quantile, int columns, int rows) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  PositionUncertainty map;
+  map.columns = columns;
+  map.rows = rows;
+  const auto at = [](double low, double high, int i, int n) {
+    return n > 1 ? low + (high - low) * i / (n - 1) : 0.5 * (low + high);
+  };
+  for (int i = 0; i < columns; ++i) {
+    map.x_mm.push_back(at(workspace.low_mm.x(), workspace.high_mm.x(), i, columns));
+  }
+  for (int i = 0; i < rows; ++i) {
+    map.y_mm.push_back(at(workspace.low_mm.y(), workspace.high_mm.y(), i, rows));
+  }
+  const geometry::ParameterMatrix C =
+      covariance.topLeftCorner<geometry::kParameterCount, geometry::kParameterCount>();
+  map.held_effect_mm.assign(static_cast<std::size_t>(fit.held), 0.0);
+  double sum = 0.0;
+  int count = 0;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector2d p(
+          map.x_mm[static_cast<std::size_t>(column)], map.y_mm[static_cast<std::size_t>(row)]);
+      const auto q = geometry::inverse(v, p, mode);
+      const auto d = q.and_then([&](const Eigen::Vector2d& angles) {
+        return geometry::assembly_at(v, angles, p).and_then([&](geometry::Assembly assembly) {
+          return geometry::forward_derivative(v, angles, assembly);
+        });
+      });
+      if (!d) {
+        map.sd_mm.emplace_back(kNone, kNone);
+        map.radius_95_mm.push_back(kNone);
+        continue;
+      }
+      const Eigen::Matrix2d P = d->J_v * C * d->J_v.transpose();
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P);
+      const double longest = std::sqrt(std::max(axes.eigenvalues()[1], 0.0));
+      map.sd_mm.push_back(P.diagonal().cwiseMax(0.0).cwiseSqrt());
+      map.radius_95_mm.push_back(kCircleOverInterval * quantile * longest);
+      const double sd = map.sd_mm.back().norm();
+      sum += sd * sd;
+      ++count;
+      if (sd >= map.max_sd_mm) {
+        map.max_sd_mm = sd;
+        map.worst_mm = p;
+      }
+      map.max_radius_95_mm = std::max(map.max_radius_95_mm, map.radius_95_mm.back());
+      for (int k = 0; k < fit.held; ++k) {
+        const Eigen::VectorXd direction =
+            fit.scale.cwiseProduct(fit.directions.col(fit.directions.cols() - fit.held + k));
+        double& effect = map.held_effect_mm[static_cast<std::size_t>(k)];
+        effect =
+            std::max(effect, (d->J_v * direction.head<geometry::kParameterCount>()).norm());
+      }
+    }
+  }
+  map.mean_sd_mm = count > 0 ? std::sqrt(sum / count) : kNone;
+  return map;
+}
+
+}  // namespace sixdial::calibration
