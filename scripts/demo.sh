@@ -67,6 +67,12 @@ printf '   collected in %d s\n' $((SECONDS - collecting))
 say "Calibrating: EKF, two quantum-behaved particle swarms, ANFIS"
 sixdial calibrate demo --seed 1 -o "$out/result.json"
 
+say "Compensation, tried: the G2 targets commanded and measured again (Fig. 7)"
+sixdial compensate demo --target 28,48
+validating=$SECONDS
+sixdial validate demo -o "$out/validation.json"
+printf '   validated in %d s\n' $((SECONDS - validating))
+
 say "Report, bundle, numbers"
 sixdial report demo -o "$out/report"
 sixdial session export demo "$out/bundle"

@@ -226,6 +226,7 @@ void Collection::finish(CollectState state, Json error) {
     state_ = state;
     error_ = std::move(error);
   }
+  ended_.notify_all();
   publish(to_string(state));
 }
 
@@ -356,6 +357,12 @@ Json Collection::status_locked() const {
 bool Collection::active() const {
   const std::lock_guard lock(mutex_);
   return is_active(state_);
+}
+
+bool Collection::wait_for_end(
+    const std::stop_token& stop, std::chrono::milliseconds longest) const {
+  std::unique_lock lock(mutex_);
+  return ended_.wait_for(lock, stop, longest, [this] { return !is_active(state_); });
 }
 
 template <typename Command>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -69,6 +70,9 @@ class Collection {
   void stop();
   /// stop() and wait for the thread.
   void stop_and_wait();
+  /// Until it has ended, `stop` is asked for or `longest` is over; true: it has ended.
+  [[nodiscard]] bool wait_for_end(
+      const std::stop_token& stop, std::chrono::milliseconds longest) const;
 
  private:
   struct Run;  // what one collection owns: robot, dials, collector
@@ -91,6 +95,7 @@ class Collection {
 
   mutable std::mutex mutex_;
   std::condition_variable_any answered_;
+  mutable std::condition_variable_any ended_;
   CollectState state_ = CollectState::kIdle;
   std::string session_;
   std::string operator_name_;

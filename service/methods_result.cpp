@@ -7,6 +7,7 @@
 
 #include "service/calibration_run.h"
 #include "service/report_run.h"
+#include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/store_json.h"
 #include "session/csv.h"
@@ -70,28 +71,6 @@ Json start_calibration(const Call& call) {
   return to_json(started);
 }
 
-/// By number, or the newest calibration of a session.
-db::ResultRecord record_of(const Call& call) {
-  db::Store& reader = call.service.reader();
-  if (call.params.contains("result")) {
-    return reader.load_result({call.params["result"].get<std::int64_t>()});
-  }
-  if (!call.params.contains("session")) {
-    throw Error(
-        ErrorCode::kInvalidParams, "one of 'result' and 'session' is needed",
-        {{"param", "result"}});
-  }
-  const auto name = call.params["session"].get<std::string>();
-  std::vector<db::ResultRecord> all =
-      reader.load_results(reader.find_session(name), "calibration");
-  if (all.empty()) {
-    throw Error(
-        ErrorCode::kNotFound, fmt::format("session {} has no result yet", name),
-        {{"session", name}}, "Start a calibration: calibrate.start.");
-  }
-  return std::move(all.back());
-}
-
 std::filesystem::path absolute_path(const Call& call) {
   std::filesystem::path path = call.params.at("path").get<std::string>();
   if (!path.is_absolute()) {
@@ -110,7 +89,7 @@ std::size_t page_end(const std::string& text, std::size_t begin) {
 }
 
 Json get(const Call& call) {
-  const db::ResultRecord record = record_of(call);
+  const db::ResultRecord record = calibration_record(call);
   Json answer = to_json(record, call.service.reader().session_info(record.session).name);
   if (call.params.contains("path")) {
     const std::filesystem::path path = absolute_path(call);
@@ -161,7 +140,7 @@ std::optional<db::ResultRecord> comparison_of(
 
 Json write(const Call& call) {
   const std::filesystem::path path = absolute_path(call);
-  const db::ResultRecord record = record_of(call);
+  const db::ResultRecord record = calibration_record(call);
   db::Store& reader = call.service.reader();
   const session::Session session = reader.load_session(record.session);
   const auto comparison = comparison_of(call, record);

@@ -8,6 +8,7 @@
 
 #include "service/sample_json.h"
 #include "service/service.h"
+#include "service/session_name.h"
 #include "service/store_json.h"
 #include "session/bundle.h"
 #include "session/plan.h"
@@ -18,21 +19,6 @@ namespace {
 
 std::string session_name(const Call& call, std::string_view key = "session") {
   return call.params.at(key).get<std::string>();
-}
-
-/// A name that is safe as a file name and readable in a table.
-void check_name(const std::string& name) {
-  constexpr std::size_t kLongest = 80;
-  const bool fine = !name.empty() && name.size() <= kLongest && name.front() != '.' &&
-                    name.find_first_not_of(
-                        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
-                        std::string::npos;
-  if (!fine) {
-    throw Error(
-        ErrorCode::kInvalidParams,
-        fmt::format("'{}' cannot be a session's name", name.substr(0, kLongest)),
-        {{"param", "name"}}, "Letters, digits, '.', '_' and '-', at most 80 of them.");
-  }
 }
 
 /// Paths go to another process: relative ones would mean its directory, not the client's.
@@ -64,7 +50,7 @@ geometry::Rig rig_of(const Call& call) {
 
 Json create(const Call& call) {
   const std::string name = session_name(call, "name");
-  check_name(name);
+  check_session_name(name);
   const db::SessionId id = call.service.store().create_session(
       name, call.params.at("rig_toml").get<std::string>(), to_operator(call.caller));
   return info_json(call.service, id);
@@ -102,10 +88,10 @@ Json show(const Call& call) {
 Json import_bundle(const Call& call) {
   const std::filesystem::path path = absolute_path(call);
   const auto name = param_or<std::string>(call.params, "name", "");
-  if (!name.empty()) check_name(name);
+  if (!name.empty()) check_session_name(name);
   const session::Session read = session::read_bundle(
       path, {.skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name});
-  check_name(read.name);
+  check_session_name(read.name);
   const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
   Json answer = info_json(call.service, id);
   answer["rejected"] = Json::array();

@@ -36,14 +36,15 @@ struct Cli {
 /// The whole program; `argv` as in main.
 [[nodiscard]] int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
 
-void add_service_commands(CLI::App& app, Cli& cli);   // hello, protocol, shutdown
-void add_session_commands(CLI::App& app, Cli& cli);   // session ...
-void add_plan_commands(CLI::App& app, Cli& cli);      // plan ...
-void add_collect_command(CLI::App& app, Cli& cli);    // collect
-void add_calibrate_command(CLI::App& app, Cli& cli);  // calibrate
-void add_compare_command(CLI::App& app, Cli& cli);    // compare
-void add_report_command(CLI::App& app, Cli& cli);     // report
-void add_job_commands(CLI::App& app, Cli& cli);       // job ...
+void add_service_commands(CLI::App& app, Cli& cli);     // hello, protocol, shutdown
+void add_session_commands(CLI::App& app, Cli& cli);     // session ...
+void add_plan_commands(CLI::App& app, Cli& cli);        // plan ...
+void add_collect_command(CLI::App& app, Cli& cli);      // collect
+void add_calibrate_command(CLI::App& app, Cli& cli);    // calibrate
+void add_compare_command(CLI::App& app, Cli& cli);      // compare
+void add_report_command(CLI::App& app, Cli& cli);       // report
+void add_job_commands(CLI::App& app, Cli& cli);         // job ...
+void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
 
 /// The method table's words for a command's help.
 [[nodiscard]] std::string summary_of(std::string_view method);

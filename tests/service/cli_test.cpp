@@ -79,6 +79,18 @@ TEST(CommandLine, ABundleIsCalibratedAndReportedWithoutAService) {
   EXPECT_TRUE(std::filesystem::exists(folder / "report.html"));
 }
 
+TEST(CommandLine, ABundlesTargetIsCompensatedWithoutAService) {
+  const std::vector<std::string> ask{"compensate", kBundle, "-q",       "--json",
+                                     "--method",   "full",  "--target", "28,48"};
+  const Outcome outcome = sixdial(ask);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_LT(outcome.json()["closure_mm"], 1e-9);
+  EXPECT_EQ(sixdial({"compensate", kBundle}).code, 2);  // neither a target nor a plan
+  const Outcome far = sixdial({"compensate", kBundle, "-q", "--target", "-500,48"});
+  EXPECT_EQ(far.code, 5);
+  EXPECT_THAT(far.err, HasSubstr("-500.000"));
+}
+
 TEST(CommandLine, AWrongBundleIsFiveWithFileLineAndColumn) {
   TempDirectory directory;
   std::filesystem::copy_file(kBundle + "/rig.toml", directory.path() / "rig.toml");

@@ -82,12 +82,15 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_GT(run_well("report.write")["files"].size(), 5U);
   EXPECT_TRUE(std::filesystem::exists(running.directory() / "report" / "report.html"));
 
+  EXPECT_LT(run_well("compensate.target")["closure_mm"], 1e-9);
+  EXPECT_EQ(run_well("compensate.plan")["points"], 1);
   EXPECT_EQ(run_well("session.undo")["samples"], 149);
 
   // Without a plan and without a rig these answer with the error that says so.
   EXPECT_EQ(run_well("collect.status")["state"], "idle");
   EXPECT_EQ(run_well("collect.wait")["state"], "idle");
   EXPECT_EQ(error_code_of(run("collect.start")), "bad_data");
+  EXPECT_EQ(error_code_of(run("validate.start")), "bad_data");
   for (const char* verb : {"pause", "resume", "skip", "retake", "accept", "moved", "stop"}) {
     EXPECT_EQ(error_code_of(run(std::string("collect.") + verb)), "wrong_state") << verb;
   }

@@ -1,0 +1,67 @@
+// The joint angles to command so that the tool really arrives: the inverse problem
+// f(v, q) + c(q) = target with the identified parameters v and the learned residual c, Fig. 7.
+//
+//   nominal inverse -> branch -> identified inverse -> damped Newton with J_q + dc/dq -> q
+//
+// Solved, not stepped once: what is left is below kClosure_mm. Millimetre, radian, frame W.
+// Degenerate: targets out of the identified robot's reach, close to a stretched or folded leg,
+// a correction so steep that another branch would be taken. Each is named.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "geometry/five_bar.h"
+
+namespace sixdial::calibration {
+
+/// Learned residual [mm] at encoder angles [rad], 2x1; empty: none.
+using Correction = std::function<Eigen::Vector2d(const Eigen::Vector2d& q_rad)>;
+
+struct CompensationModel {
+  geometry::ParameterVector nominal;  // what the controller believes: gives the branch
+  geometry::ParameterVector v;        // identified
+  Correction correction{};
+};
+
+inline constexpr double kClosure_mm = 1e-9;
+
+struct CompensationSettings {
+  double closure_mm = kClosure_mm;
+  int max_iterations = 50;
+  /// Further than this from the nominal angles nothing is commanded: a robot is millimetres
+  /// off, not a tenth of its workspace.
+  double most_change_rad = 0.2;
+};
+
+struct Compensation {
+  Eigen::Vector2d q_rad;          // to command, on the turn of the nominal angles
+  Eigen::Vector2d nominal_q_rad;  // what would be commanded without calibration
+  double closure_mm = 0.0;        // |f(v, q) + c(q) - target| left
+  int iterations = 0;
+};
+
+struct CompensationTrouble {
+  enum class Kind {
+    kNominalUnreachable,  // the nominal robot cannot take the target in this working mode
+    kUnreachable,         // the identified robot cannot
+    kOffBranch,           // the solution is too far from the nominal angles or in another mode
+    kNotConverged,
+  } kind;
+  std::string message;  // what, where
+};
+
+/// `near`: the turn of the nominal angles; default: in (-pi, pi].
+[[nodiscard]] tl::expected<Compensation, CompensationTrouble> compensate(
+    const CompensationModel& model, const Eigen::Vector2d& target_mm,
+    geometry::WorkingMode mode, std::optional<Eigen::Vector2d> near = std::nullopt,
+    const CompensationSettings& settings = {});
+
+/// f(v, q) + c(q) [mm]: where the model says the tool is.
+[[nodiscard]] tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> modelled_position(
+    const CompensationModel& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly);
+
+}  // namespace sixdial::calibration

@@ -1,0 +1,85 @@
+#include "calibration/design.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace sixdial::calibration {
+namespace {
+
+using Eigen::Matrix2d;
+using geometry::ParameterJacobian;
+using geometry::ParameterMatrix;
+using geometry::ParameterVector;
+
+struct Known {
+  std::size_t candidate;
+  ParameterJacobian J;
+  Matrix2d R;
+  int taken = 0;
+};
+
+}  // namespace
+
+std::string_view to_string(Criterion criterion) {
+  return criterion == Criterion::kD ? "D" : "I";
+}
+
+std::optional<Criterion> criterion_from(std::string_view text) {
+  for (const Criterion each : {Criterion::kD, Criterion::kI}) {
+    if (to_string(each) == text) return each;
+  }
+  return std::nullopt;
+}
+
+std::vector<DesignStep> greedy_design(
+    const ParameterVector& v, const ParameterMatrix& information,
+    std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
+    int count, Criterion criterion, int most_each) {
+  std::vector<Known> known;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const WorkspacePose& pose = candidates[i].pose;
+    const auto d = geometry::forward_derivative(v, pose.q_rad, pose.assembly);
+    if (d) known.push_back({i, d->J_v, candidates[i].covariance_mm2});
+  }
+  // Mean of J_w' J_w: the mean position variance is trace(mean P).
+  ParameterMatrix mean = ParameterMatrix::Zero();
+  int poses = 0;
+  for (const WorkspacePose& pose : workspace) {
+    const auto d = geometry::forward_derivative(v, pose.q_rad, pose.assembly);
+    if (!d) continue;
+    mean += d->J_v.transpose() * d->J_v;
+    ++poses;
+  }
+  if (poses > 0) mean /= poses;
+
+  ParameterMatrix M = information;
+  std::vector<DesignStep> steps;
+  while (static_cast<int>(steps.size()) < count) {
+    const ParameterMatrix P = M.ldlt().solve(ParameterMatrix::Identity());
+    const ParameterMatrix PmeanP = P * mean * P;
+    Known* best = nullptr;
+    double best_gain = 0.0;
+    for (Known& each : known) {
+      if (each.taken >= most_each) continue;
+      const Matrix2d S = each.J * P * each.J.transpose() + each.R;
+      // Matrix determinant lemma, and Woodbury's identity inside the trace.
+      const double gain = criterion == Criterion::kD
+                              ? std::log(S.determinant() / each.R.determinant())
+                              : (S.inverse() * (each.J * PmeanP * each.J.transpose())).trace();
+      if (best == nullptr || gain > best_gain) {
+        best = &each;
+        best_gain = gain;
+      }
+    }
+    if (best == nullptr) break;
+    ++best->taken;
+    M += best->J.transpose() * best->R.inverse() * best->J;
+    steps.push_back(
+        {best->candidate,
+         position_uncertainty(v, M.ldlt().solve(ParameterMatrix::Identity()), workspace)});
+  }
+  return steps;
+}
+
+}  // namespace sixdial::calibration

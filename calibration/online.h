@@ -1,0 +1,81 @@
+// Calibration while the points come in: an extended Kalman filter takes each sample as it
+// arrives, and is linearised anew over what it has, because the first estimates are millimetres
+// off and a filter that never looks back believes too much. At each moment it says where the
+// robot's parameters are, how well they are known, and so how well the tool's position will be.
+//
+// Only kinematic uncertainty is predicted: what no parameter can explain shows in variance_
+// factor(), by which the measurement noise is taken larger than the dials' own.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <span>
+#include <tuple>
+
+#include "calibration/ekf.h"
+#include "calibration/workspace.h"
+#include "simulation/trial.h"
+
+namespace sixdial::calibration {
+
+struct OnlineSettings {
+  /// What is known of each parameter before a sample: manufacture and mounting.
+  double length_sd_mm = 1.0;
+  double frame_sd_mm = 2.0;
+  double angle_sd_rad = 0.03;
+  /// Standard deviation of an axis where a trial carries no covariance.
+  double noise_mm = 0.003;
+  /// A sample further off than this many times what the filter expects is set aside, once it
+  /// has `trust_after` samples.
+  double gate = 8.0;
+  int trust_after = 20;
+};
+
+struct OnlineSample {
+  Eigen::Vector2d innovation_mm{0, 0};  // measured - predicted before it was taken in
+  double times_usual = 0.0;             // its length against the standard deviation expected
+  bool set_aside = false;
+};
+
+class OnlineEstimator {
+ public:
+  explicit OnlineEstimator(
+      const geometry::ParameterVector& nominal, const OnlineSettings& settings = {});
+
+  /// Takes a sample in; one of the same set, point and repeat takes the place of the earlier.
+  /// Empty: it has no position, or the estimate cannot reach its pose.
+  std::optional<OnlineSample> add(const simulation::Trial& trial);
+
+  [[nodiscard]] const geometry::ParameterVector& v() const { return v_; }
+  /// Covariance of v, with the noise that the residuals show.
+  [[nodiscard]] const geometry::ParameterMatrix& P() const { return P_; }
+  [[nodiscard]] int samples() const;    // taken in
+  [[nodiscard]] int set_aside() const;  // gross errors
+  /// Residual variance over the dials' own, at least 1.
+  [[nodiscard]] double variance_factor() const { return factor_; }
+  [[nodiscard]] PositionUncertainty predicted(std::span<const WorkspacePose> where) const {
+    return position_uncertainty(v_, P_, where);
+  }
+  /// Inverse of P: what plan next adds to.
+  [[nodiscard]] geometry::ParameterMatrix information() const;
+
+ private:
+  struct Taken {
+    Eigen::Vector2d q_rad, p_WE;
+    geometry::Assembly assembly;
+    Eigen::Matrix2d R;
+    bool set_aside = false;
+  };
+  using Key = std::tuple<int, int>;  // point, repeat
+
+  void linearise_anew();
+
+  geometry::ParameterVector nominal_, v_, prior_variance_;
+  geometry::ParameterMatrix P_;
+  OnlineSettings settings_;
+  std::map<Key, Taken> taken_;
+  double factor_ = 1.0;
+};
+
+}  // namespace sixdial::calibration

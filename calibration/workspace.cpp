@@ -1,0 +1,65 @@
+#include "calibration/workspace.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sixdial::calibration {
+
+std::vector<WorkspacePose> workspace_grid(
+    const geometry::ParameterVector& v, const Eigen::Vector2d& low_mm,
+    const Eigen::Vector2d& high_mm, int nx, int ny,
+    std::span<const geometry::WorkingMode> modes) {
+  const auto part = [](int i, int n) {
+    return n == 1 ? 0.5 : static_cast<double>(i) / (n - 1);
+  };
+  std::vector<WorkspacePose> poses;
+  for (const geometry::WorkingMode mode : modes) {
+    for (int iy = 0; iy < ny; ++iy) {
+      for (int ix = 0; ix < nx; ++ix) {
+        const Eigen::Vector2d size = high_mm - low_mm;
+        const Eigen::Vector2d target =
+            low_mm + Eigen::Vector2d(size.x() * part(ix, nx), size.y() * part(iy, ny));
+        const auto q = geometry::inverse(v, target, mode);
+        if (!q) continue;
+        const auto assembly = geometry::assembly_at(v, *q, target);
+        if (assembly) poses.push_back({target, *q, *assembly, mode});
+      }
+    }
+  }
+  return poses;
+}
+
+double position_sd_mm(
+    const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
+    const WorkspacePose& pose) {
+  const auto d = geometry::forward_derivative(v, pose.q_rad, pose.assembly);
+  if (!d) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt((d->J_v * P * d->J_v.transpose()).trace());
+}
+
+PositionUncertainty position_uncertainty(
+    const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
+    std::span<const WorkspacePose> poses) {
+  PositionUncertainty result;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double sd = position_sd_mm(v, P, poses[i]);
+    if (!std::isfinite(sd)) continue;
+    ++result.poses;
+    result.mean_mm += sd;
+    squares += sd * sd;
+    if (sd > result.max_mm) {
+      result.max_mm = sd;
+      result.worst = i;
+    }
+  }
+  if (result.poses > 0) {
+    const auto n = static_cast<double>(result.poses);
+    result.mean_mm /= n;
+    result.rms_mm = std::sqrt(squares / n);
+  }
+  return result;
+}
+
+}  // namespace sixdial::calibration

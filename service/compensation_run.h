@@ -1,0 +1,43 @@
+// A calibration result put to use: the joint angles that bring the real robot to a target, for
+// one target or a whole plan. The same code for the service and for bundles.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calibration/compensation.h"
+#include "geometry/rig.h"
+#include "service/error.h"
+#include "session/plan.h"
+
+namespace sixdial::service {
+
+/// What commands the robot: the nominal parameters, the identified ones, or these with the
+/// learned residual.
+enum class CompensateBy { kBefore, kKinematics, kFull };
+/// "before", "kinematics", "full".
+[[nodiscard]] std::string_view to_string(CompensateBy by);
+[[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
+
+/// From a sixdial.calibration document. Throws Error bad_data for another document.
+[[nodiscard]] calibration::CompensationModel compensation_model(
+    const Json& document, CompensateBy by);
+
+/// {target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations}. Throws Error
+/// bad_data that says why the target cannot be had.
+[[nodiscard]] Json compensated_target(
+    const calibration::CompensationModel& model, CompensateBy by,
+    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+
+/// The same points with the angles to command; each in the working mode of its own angles.
+/// Throws Error bad_data that names the points without a solution.
+[[nodiscard]] session::Plan compensated_plan(
+    session::Plan plan, const calibration::CompensationModel& model, const geometry::Rig& rig);
+
+/// The working mode that a planned point's angles are in, by the nominal robot; the rig's where
+/// that cannot be said.
+[[nodiscard]] geometry::WorkingMode mode_of(
+    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, const Eigen::Vector2d& target_mm);
+
+}  // namespace sixdial::service

@@ -1,0 +1,13 @@
+// Which stored result a request means.
+#pragma once
+
+#include "service/method.h"
+#include "service/service.h"
+
+namespace sixdial::service {
+
+/// The result numbered params["result"], else the newest calibration of params["session"].
+/// Throws Error: invalid_params (neither is given), not_found.
+[[nodiscard]] db::ResultRecord calibration_record(const Call& call);
+
+}  // namespace sixdial::service

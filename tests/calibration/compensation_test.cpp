@@ -1,0 +1,178 @@
+// The inverse problem of compensation: closed to the last digits in every working mode, on the
+// right branch, and honest where there is no answer.
+#include "calibration/compensation.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "calibration/anfis.h"
+#include "calibration/random.h"
+#include "tests/calibration/support.h"
+
+namespace sixdial::calibration {
+namespace {
+
+using Eigen::Vector2d;
+using geometry::ParameterVector;
+using geometry::WorkingMode;
+
+constexpr double kSameAngle_rad = 1e-12;  // two ways to the same angle near 2 rad
+const ParameterVector kNominal = geometry::default_rig().robot.nominal;
+
+/// Some hundredths of a millimetre, changing over tenths of a radian.
+Vector2d smooth_correction(const Vector2d& q) {
+  return {
+      0.04 * std::sin(5 * q[0] + 0.3) + 0.02 * std::cos(8 * q[1]),
+      0.05 * std::cos(4 * q[0] - 6 * q[1])};
+}
+
+Vector2d random_target(const testing::Rectangle& box, RandomSequence& random) {
+  return {
+      random.uniform(box.x_low_mm, box.x_high_mm), random.uniform(box.y_low_mm, box.y_high_mm)};
+}
+
+class EveryMode : public ::testing::TestWithParam<WorkingMode> {};
+
+TEST_P(EveryMode, ClosesTheInverseProblemOnThousandsOfTargets) {
+  const WorkingMode mode = GetParam();
+  RandomSequence random(71, 5);
+  int solved = 0;
+  double most_moved_rad = 0.0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const CompensationModel model{
+        kNominal, testing::random_robot(kNominal, seed),
+        seed % 2 == 0 ? Correction(smooth_correction) : Correction{}};
+    for (int i = 0; i < 50; ++i) {
+      const Vector2d target = random_target(testing::workspace_of(mode), random);
+      const auto found = compensate(model, target, mode);
+      ASSERT_TRUE(found) << found.error().message;
+      const auto assembly = geometry::assembly_at(model.v, found->q_rad, target);
+      Vector2d reached = geometry::forward(model.v, found->q_rad, assembly.value())->p_WE;
+      if (model.correction) reached += smooth_correction(found->q_rad);
+      EXPECT_LT((reached - target).norm(), kClosure_mm);
+      EXPECT_EQ(geometry::working_mode_of(model.v, found->q_rad, *assembly).value(), mode);
+      most_moved_rad =
+          std::max(most_moved_rad, (found->q_rad - found->nominal_q_rad).cwiseAbs().maxCoeff());
+      ++solved;
+    }
+  }
+  EXPECT_EQ(solved, 2500);
+  EXPECT_GT(most_moved_rad, 0.01);  // the robots are about a degree off
+}
+
+TEST_P(EveryMode, AnUncalibratedRobotIsCommandedNominally) {
+  const WorkingMode mode = GetParam();
+  RandomSequence random(72, 5);
+  for (int i = 0; i < 200; ++i) {
+    const Vector2d target = random_target(testing::workspace_of(mode), random);
+    const auto found = compensate({kNominal, kNominal}, target, mode);
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_LT(
+        (found->q_rad - geometry::inverse(kNominal, target, mode).value()).norm(),
+        kSameAngle_rad);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , EveryMode, ::testing::ValuesIn(geometry::kWorkingModes), [](const auto& each) {
+      return std::string(each.param.leg1 > 0 ? "Plus" : "Minus") +
+             (each.param.leg2 > 0 ? "Plus" : "Minus");
+    });
+
+TEST(Compensation, OneNewtonStepFromNominalIsNotEnough) {
+  const CompensationModel model{kNominal, geometry::table_2_robot(), smooth_correction};
+  const Vector2d target(22, 40);
+  const auto solved = compensate(model, target, {});
+  ASSERT_TRUE(solved);
+  const Vector2d q = solved->nominal_q_rad;
+  const auto assembly = geometry::assembly_at(model.v, q, target).value();
+  const auto here = geometry::forward_derivative(model.v, q, assembly).value();
+  const Vector2d step = here.J_q.inverse() * (target - here.pose.p_WE - smooth_correction(q));
+  const Vector2d reached = modelled_position(model, q + step, assembly).value();
+  EXPECT_GT((reached - target).norm(), 1e-2);
+  EXPECT_LT(solved->closure_mm, kClosure_mm);
+}
+
+TEST(Compensation, KeepsTheTurnThatTheControllerIsOn) {
+  const CompensationModel model{kNominal, geometry::table_2_robot()};
+  const Vector2d target(28, 48);
+  const auto plain = compensate(model, target, {});
+  ASSERT_TRUE(plain);
+  const Vector2d turn(2 * std::numbers::pi, -2 * std::numbers::pi);
+  const auto turned = compensate(model, target, {}, plain->nominal_q_rad + turn);
+  ASSERT_TRUE(turned);
+  EXPECT_LT((turned->q_rad - plain->q_rad - turn).norm(), 1e-9);
+}
+
+TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
+  RandomSequence random(73, 5);
+  Eigen::MatrixX2d q(60, 2);
+  Eigen::VectorXd x(60);
+  Eigen::VectorXd y(60);
+  const testing::Rectangle box = testing::kDefaultWorkspace;
+  for (int i = 0; i < 60; ++i) {
+    q.row(i) = geometry::inverse(kNominal, random_target(box, random), {}).value();
+    const Vector2d c = smooth_correction(q.row(i).transpose());
+    x[i] = c.x();
+    y[i] = c.y();
+  }
+  AnfisSettings settings;
+  settings.functions = 4;
+  settings.epochs = 40;
+  settings.ridge = 1e-4;
+  settings.output_margin = 0.0;  // so that the bound is met inside the workspace
+  const AnfisModel net_x = train_anfis(q, x, {}, {}, settings).model;
+  const AnfisModel net_y = train_anfis(q, y, {}, {}, settings).model;
+  const CompensationModel model{
+      kNominal, geometry::table_2_robot(), [&](const Vector2d& angles) -> Vector2d {
+        return {net_x.predict(angles), net_y.predict(angles)};
+      }};
+  int bounded = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto found = compensate(model, random_target(box, random), {});
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_LT(found->closure_mm, kClosure_mm);
+    const Vector2d c = model.correction(found->q_rad);
+    const bool at_bound = c.x() == net_x.output_low || c.x() == net_x.output_high ||
+                          c.y() == net_y.output_low || c.y() == net_y.output_high;
+    bounded += at_bound ? 1 : 0;
+  }
+  EXPECT_GT(bounded, 0);
+}
+
+TEST(Compensation, SaysWhyThereIsNoAnswer) {
+  using Kind = CompensationTrouble::Kind;
+  const Vector2d inside(28, 48);
+  const auto far = compensate({kNominal, kNominal}, {300, 0}, {});
+  ASSERT_FALSE(far);
+  EXPECT_EQ(far.error().kind, Kind::kNominalUnreachable);
+  EXPECT_NE(far.error().message.find("300.000"), std::string::npos);
+
+  ParameterVector shrunk = kNominal;
+  shrunk.head<4>() *= 0.5;
+  const auto beyond = compensate({kNominal, shrunk}, inside, {});
+  ASSERT_FALSE(beyond);
+  EXPECT_EQ(beyond.error().kind, Kind::kUnreachable);
+
+  const Vector2d q = geometry::inverse(kNominal, inside, {}).value();
+  const auto jumps = [&](const Vector2d& angles) -> Vector2d {  // has no solution
+    return {angles[0] < q[0] ? 1.0 : -1.0, 0.0};
+  };
+  const auto torn = compensate({kNominal, kNominal, jumps}, inside, {});
+  ASSERT_FALSE(torn);
+  EXPECT_EQ(torn.error().kind, Kind::kNotConverged);
+
+  const auto shifted = [](const Vector2d&) -> Vector2d { return {-12.0, 12.0}; };
+  const auto moved = compensate({kNominal, kNominal, shifted}, inside, {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, Kind::kOffBranch);
+
+  const Vector2d nowhere(std::nan(""), 40);
+  EXPECT_FALSE(compensate({kNominal, kNominal}, nowhere, {}));
+}
+
+}  // namespace
+}  // namespace sixdial::calibration

@@ -1,0 +1,183 @@
+// The filter that runs while points come in: honest about what it knows at each moment, equal
+// to the fit of everything at the end, not led astray by a gross error.
+#include "calibration/online.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibration/position_fit.h"
+#include "calibration/random.h"
+#include "tests/calibration/support.h"
+
+namespace sixdial::calibration {
+namespace {
+
+using geometry::ParameterVector;
+using testing::SessionPlan;
+using testing::simulate;
+
+const Eigen::Vector2d kLow(16, 30);
+const Eigen::Vector2d kHigh(40, 66);
+
+simulation::Trial trial_of(const PositionObservations& set, int i) {
+  const auto k = static_cast<std::size_t>(i);
+  simulation::Trial trial;
+  trial.point = set.point[k];
+  trial.repeat = set.repeat[k];
+  trial.q_rad = set.q_rad.col(i);
+  trial.assembly = set.assembly[k];
+  trial.position_mm = set.p_WE.col(i);
+  trial.position_covariance = set.covariance_mm2[k];
+  return trial;
+}
+
+/// A robot drawn from what the settings say is known of one.
+ParameterVector drawn_robot(
+    const ParameterVector& nominal, const OnlineSettings& settings, std::uint64_t seed) {
+  RandomSequence random(seed, 77);
+  ParameterVector v = nominal;
+  for (int i = 0; i < 5; ++i) v[i] += settings.length_sd_mm * random.normal();
+  for (int i = 5; i < 7; ++i) v[i] += settings.frame_sd_mm * random.normal();
+  for (int i = 7; i < 10; ++i) v[i] += settings.angle_sd_rad * random.normal();
+  return v;
+}
+
+TEST(Online, ThePredictedUncertaintyIsTheErrorThatIsMade) {
+  const OnlineSettings settings{.length_sd_mm = 0.3, .frame_sd_mm = 0.6, .angle_sd_rad = 0.01};
+  const std::array<geometry::WorkingMode, 1> modes{geometry::WorkingMode{}};
+  for (const int count : {3, 8, 20, 60}) {
+    double normalised = 0.0;
+    int tried = 0;
+    for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+      SessionPlan plan;
+      plan.robot = drawn_robot(plan.nominal, settings, seed);
+      plan.g1_points = count;
+      const auto session = simulate(plan, seed);
+      OnlineEstimator online(session.nominal, settings);
+      for (int i = 0; i < session.g1.size(); ++i) online.add(trial_of(session.g1, i));
+      ASSERT_EQ(online.samples(), count);
+      for (const WorkspacePose& pose :
+           workspace_grid(session.nominal, kLow, kHigh, 3, 3, modes)) {
+        const auto said = geometry::forward(online.v(), pose.q_rad, pose.assembly);
+        const auto is = geometry::forward(session.robot, pose.q_rad, pose.assembly);
+        ASSERT_TRUE(said && is);
+        const double sd = position_sd_mm(online.v(), online.P(), pose);
+        normalised += (said->p_WE - is->p_WE).squaredNorm() / (sd * sd);
+        ++tried;
+      }
+    }
+    ASSERT_EQ(tried, 1350);
+    // Mean of a chi-squared over its degrees of freedom, errors correlated within a session.
+    EXPECT_NEAR(normalised / tried, 1.0, 0.25) << count << " samples";
+  }
+}
+
+TEST(Online, EndsWhereTheFitOfAllSamplesEnds) {
+  const auto session = simulate({}, 5);
+  OnlineEstimator usual(session.nominal);
+  for (int i = 0; i < session.g1.size(); ++i) usual.add(trial_of(session.g1, i));
+  PositionFitSettings settings;
+  settings.weigh_by_covariance = true;
+  const auto fit = fit_positions(session.g1, session.nominal, settings);
+  ASSERT_EQ(fit.fit.held, 0);
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    const double sd = std::sqrt(usual.P()(i, i));
+    // The prior of a millimetre pulls by the square of sd over it.
+    EXPECT_LT(std::abs(usual.v()[i] - fit.v[i]), 0.1 * sd) << i;
+    EXPECT_NEAR(sd / std::sqrt(fit.covariance(i, i)), 1.0, 0.15) << i;
+  }
+}
+
+TEST(Online, EachSampleMakesTheWorkspaceBetterKnown) {
+  SessionPlan plan;
+  plan.noise_mm = 0.0;
+  const auto session = simulate(plan, 6);
+  const std::array<geometry::WorkingMode, 1> modes{geometry::WorkingMode{}};
+  const auto where = workspace_grid(session.nominal, kLow, kHigh, 5, 5, modes);
+  ASSERT_EQ(where.size(), 25U);
+  OnlineEstimator online(session.nominal);
+  double before = online.predicted(where).rms_mm;
+  EXPECT_GT(before, 1.0);
+  for (int i = 0; i < session.g1.size(); ++i) {
+    online.add(trial_of(session.g1, i));
+    const double now = online.predicted(where).rms_mm;
+    // The derivatives move with the estimate while that is still millimetres off.
+    EXPECT_LT(now, before * (i < 8 ? 1.02 : 1.0 + 1e-6)) << i;
+    before = now;
+  }
+  EXPECT_LT(before, 0.002);
+  EXPECT_EQ(online.variance_factor(), 1.0);
+}
+
+TEST(Online, WhatKinematicsCannotExplainWidensTheUncertainty) {
+  SessionPlan plan;
+  plan.non_kinematic = 1.0;
+  const auto bent = simulate(plan, 7);
+  plan.non_kinematic = 0.0;
+  const auto straight = simulate(plan, 7);
+  OnlineEstimator with(bent.nominal);
+  OnlineEstimator without(bent.nominal);
+  for (int i = 0; i < bent.g1.size(); ++i) {
+    with.add(trial_of(bent.g1, i));
+    without.add(trial_of(straight.g1, i));
+  }
+  EXPECT_GT(with.variance_factor(), 5.0);  // 0.02 mm of bending against 0.003 mm of noise
+  EXPECT_LT(without.variance_factor(), 1.5);
+  EXPECT_GT(with.P().trace(), 3 * without.P().trace());
+  EXPECT_EQ(with.set_aside(), 0);
+}
+
+TEST(Online, AGrossErrorIsSetAsideAndItsSizeTold) {
+  const auto session = simulate({}, 8);
+  OnlineEstimator clean(session.nominal);
+  OnlineEstimator online(session.nominal);
+  for (int i = 0; i < session.g1.size(); ++i) {
+    simulation::Trial trial = trial_of(session.g1, i);
+    clean.add(trial);
+    const bool wrong = i == 40;
+    if (wrong) trial.position_mm->x() += 0.2;
+    const auto told = online.add(trial);
+    ASSERT_TRUE(told);
+    EXPECT_EQ(told->set_aside, wrong) << i;
+    if (wrong) {
+      EXPECT_GT(told->times_usual, 20.0);
+      EXPECT_NEAR(told->innovation_mm.x(), 0.2, 0.03);
+    }
+  }
+  EXPECT_EQ(online.set_aside(), 1);
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    EXPECT_LT(std::abs(online.v()[i] - clean.v()[i]), std::sqrt(clean.P()(i, i))) << i;
+  }
+}
+
+TEST(Online, ARetakenSampleTakesTheEarlierOnesPlace) {
+  const auto session = simulate({}, 9);
+  OnlineEstimator once(session.nominal);
+  OnlineEstimator retaken(session.nominal);
+  for (int i = 0; i < 30; ++i) {
+    simulation::Trial trial = trial_of(session.g1, i);
+    once.add(trial);
+    if (i == 12) {
+      trial.position_mm->y() -= 0.5;  // too early to be seen as gross
+      retaken.add(trial);
+    }
+    retaken.add(trial_of(session.g1, i));
+  }
+  EXPECT_EQ(retaken.samples(), 30);
+  EXPECT_LT(
+      (retaken.v() - once.v()).cwiseQuotient(once.P().diagonal().cwiseSqrt()).norm(), 1e-3);
+}
+
+TEST(Online, ASampleWithoutAPositionTeachesNothing) {
+  const auto session = simulate({}, 10);
+  OnlineEstimator online(session.nominal);
+  simulation::Trial trial = trial_of(session.g1, 0);
+  trial.position_mm.reset();
+  EXPECT_FALSE(online.add(trial));
+  EXPECT_EQ(online.samples(), 0);
+  EXPECT_EQ(online.v(), session.nominal);
+}
+
+}  // namespace
+}  // namespace sixdial::calibration
