@@ -20,8 +20,9 @@ constexpr double kLeastLimit = 5.0;     // in standard deviations
 constexpr double kFalseAlarms = 0.01;   // of a whole session, for normal noise
 constexpr std::size_t kNeighbours = 6;  // poses whose errors are compared
 constexpr int kJudgedNeighbourhoods = 200;
-constexpr double kTimesAccuracy = 5.0;  // of what the maker allows: less is no gross error
+constexpr double kTimesAccuracy = 5.0;   // of what the maker allows: less is no gross error
 constexpr double kMostAccidents = 0.15;  // of all readings
+constexpr double kLeastShare = 0.4;      // of a dial's misfit that counts as its noise
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
 constexpr double kSigmaOfMedianLength = 1.1774100225154747;  // of a pair's length
@@ -189,14 +190,15 @@ std::vector<GrossError> worst_of_each(
       if (free && e.cwiseAbs().maxCoeff() > 0.3 * limit * sigma.by_dial[k]) {
         seen = seen_error(trial, rig, dial, x);
       }
-      const double times = std::abs(seen.size_mm) * seen.visible / sigma.by_dial[k];
+      // A dial that misfits everywhere is judged by how it misfits from pose to pose.
+      const DialErrors& all = dials[k];
+      const double local_mm = std::max(all.local_sigma_mm, kLeastSigma_mm);
+      const double usual_mm =
+          std::clamp(local_mm, kLeastShare * sigma.by_dial[k], sigma.by_dial[k]);
+      const double times = std::abs(seen.size_mm) * seen.visible / usual_mm;
       if (times <= std::max(limit, worst.times_sigma)) continue;
       if (std::abs(seen.size_mm) < kTimesAccuracy * rig.dials[k].accuracy_mm) continue;
-      const DialErrors& all = dials[k];
-      if (std::abs(all.against_neighbours(place_of_row[at])) <=
-          limit * std::max(all.local_sigma_mm, 0.5 * sigma.by_dial[k])) {
-        continue;
-      }
+      if (std::abs(all.against_neighbours(place_of_row[at])) <= limit * local_mm) continue;
       worst = {trial.sample, dial, seen.size_mm, times};
     }
     if (worst.times_sigma > limit) found.push_back(worst);
@@ -222,15 +224,15 @@ void take_out(std::vector<Trial>& trials, const std::vector<GrossError>& bad) {
 /// Sizes against the last fit, each with the other bad readings of its sample taken out.
 void measure_again(
     std::span<const Trial> trials, const std::vector<Trial>& good, const geometry::Rig& rig,
-    const VectorXd& x, const DialSigma& sigma, std::vector<GrossError>& found) {
+    const VectorXd& x, std::vector<GrossError>& found) {
   for (GrossError& each : found) {
     Trial trial = *std::ranges::find(good, each.sample, &Trial::sample);
     const auto dial = static_cast<std::size_t>(each.dial);
     trial.dial_mm[dial] = std::ranges::find(trials, each.sample, &Trial::sample)->dial_mm[dial];
     const Seen seen = seen_error(trial, rig, each.dial, x);
     if (seen.visible <= 0.0) continue;  // too few readings are left: as found
+    each.times_sigma *= std::abs(seen.size_mm / each.size_mm);
     each.size_mm = seen.size_mm;
-    each.times_sigma = std::abs(seen.size_mm) * seen.visible / sigma.by_dial[dial];
   }
 }
 
@@ -275,7 +277,11 @@ GrossErrorCheck check_dials(
   }
   result.sigma_by_dial_mm = sigma.by_dial;
   judge_number(result.readings, result);
-  if (result.x.size() > 0) measure_again(trials, good, rig, result.x, sigma, result.found);
+  if (result.x.size() > 0) measure_again(trials, good, rig, result.x, result.found);
+  // Accused because of a worse one in the same sample, and cleared without it.
+  std::erase_if(result.found, [&](const GrossError& each) {
+    return each.times_sigma <= result.limit_times_sigma;
+  });
   sort(result.found);
   return result;
 }

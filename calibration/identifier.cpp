@@ -32,6 +32,7 @@ constexpr double kNoiseSpread_decades = 2.0;
 constexpr double kLowerLog10 = -12.0;
 constexpr double kUpperLog10 = 2.0;
 constexpr double kWhitenedSpread = 3.0;
+constexpr int kToMinimum = 100;     // iterations
 constexpr double kRawSpread = 0.3;  // in units of scale
 
 FixedParameters fixed_ten(const IdentifySettings& settings) {
@@ -95,17 +96,28 @@ Identified identify(
     result.covariance = MatrixXd::Zero(space.parameters(), space.parameters());
     return result;
   }
-  result.sigma_mm = std::sqrt(result.fit.variance());
+  double residual_variance = result.fit.variance();
+  if (result.unit_covariance.size() > 0) {
+    // One pass leaves more than noise: what noise is shows at the minimum.
+    core.max_iterations = kToMinimum;
+    const LeastSquaresProblem problem = space.problem(is_weighted(space, settings));
+    residual_variance = solve_least_squares(problem, result.x, core).variance();
+  }
+  result.sigma_mm = std::sqrt(residual_variance);
   const double variance =
-      result.sigma_mm > 0.0 ? result.fit.variance() : settings.noise_mm * settings.noise_mm;
-  result.covariance = variance * result.fit.unit_covariance();
+      result.sigma_mm > 0.0 ? residual_variance : settings.noise_mm * settings.noise_mm;
+  result.covariance =
+      variance * (result.unit_covariance.size() > 0 ? result.unit_covariance
+                                                    : result.fit.unit_covariance());
   return result;
 }
 
 VectorXd filter_space(
     const ObservationSpace& space, const VectorXd& q, const VectorXd& r, const VectorXd& p0,
-    Linearisation linearisation) {
+    Linearisation linearisation, MatrixXd* unit_covariance) {
   const int n = space.parameters();
+  const double mean_sigma = space.mean_sigma();
+  if (unit_covariance != nullptr) unit_covariance->setZero(n, n);
   VectorXd x = VectorXd::Zero(n);
   MatrixXd P = p0.asDiagonal();
   VectorXd e;
@@ -130,6 +142,16 @@ VectorXd filter_space(
       const VectorXd K = Ph / (h.dot(Ph) + r[space.channel[channel]]);
       x += K * (e[row] - h.dot(x - origin));
       P -= K * Ph.transpose();
+      if (unit_covariance != nullptr) {
+        // Whatever P says: x passes on its own errors less what the gain takes, and adds the
+        // reading's.
+        MatrixXd& C = *unit_covariance;
+        const double sigma =
+            space.sigma_mm[space.first_row[static_cast<std::size_t>(i)] + row] / mean_sigma;
+        C -= K * (h.transpose() * C);
+        C -= (C * h) * K.transpose();
+        C += (sigma * sigma) * K * K.transpose();
+      }
     }
     P = (0.5 * (P + P.transpose())).eval();
   }
@@ -155,18 +177,26 @@ Identified qpso1_in(
     result.history = found.search.history;
     result.iterations = static_cast<int>(found.search.history.size()) - 1;
     result.cancelled = found.search.cancelled;
+    VectorXd q = found.noise.q;
+    for (int i = 0; i < space.parameters(); ++i) {
+      if (is_fixed(settings, i)) q[i] = 0.0;
+    }
+    static_cast<void>(filter_space(
+        space, q, found.noise.r, p0_of(space, settings), settings.linearisation,
+        &result.unit_covariance));
     return result;
   }
   const int n = space.parameters();
   const int dimensions = n + space.channels;
   const VectorXd p0 = p0_of(space, settings);
-  const auto estimate = [&](const VectorXd& log10_noise) {
+  const auto estimate = [&](const VectorXd& log10_noise, MatrixXd* covariance = nullptr) {
     VectorXd q = (log10_noise.head(n) * std::numbers::ln10).array().exp();
     for (int i = 0; i < n; ++i) {
       if (is_fixed(settings, i)) q[i] = 0.0;
     }
     const VectorXd r = (log10_noise.tail(space.channels) * std::numbers::ln10).array().exp();
-    return VectorXd(space.nominal + filter_space(space, q, r, p0, settings.linearisation));
+    return VectorXd(
+        space.nominal + filter_space(space, q, r, p0, settings.linearisation, covariance));
   };
   const auto objective = [&](const SwarmRows& particles, Eigen::Ref<Eigen::ArrayXd> values) {
     for (Eigen::Index i = 0; i < particles.rows(); ++i) {
@@ -193,7 +223,7 @@ Identified qpso1_in(
   search.lower = VectorXd::Constant(dimensions, kLowerLog10);
   search.upper = VectorXd::Constant(dimensions, kUpperLog10);
   const QpsoResult found = minimise_qpso(objective, start, search, progress, stop);
-  result.x = estimate(found.best);
+  result.x = estimate(found.best, &result.unit_covariance);
   result.history = found.history;
   result.iterations = static_cast<int>(found.history.size()) - 1;
   result.cancelled = found.cancelled;

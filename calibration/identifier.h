@@ -36,6 +36,9 @@ struct Identified {
   int iterations = 0;
   std::vector<double> history;  // best RMSE by iteration, of searches
   LeastSquaresFit fit;          // the data at x: Jacobian, singular values, held directions
+  /// Of a filter, whose gains are not those of least squares: covariance of x for readings of
+  /// mean sigma 1. Empty: that of least squares.
+  Eigen::MatrixXd unit_covariance;
   Eigen::MatrixXd covariance;  // of x, from the residual variance (or noise_mm without freedom)
   double sigma_mm = 0.0;       // of one reading, from the residuals
   bool cancelled = false;
@@ -67,10 +70,12 @@ struct Identifier {
 [[nodiscard]] bool is_weighted(const ObservationSpace& space, const IdentifySettings& settings);
 
 /// The filter over any space, rows one after the other with diagonal R by channel: errors x -
-/// nominal after the last sample; NaN where a pose could not be reached.
+/// nominal after the last sample; NaN where a pose could not be reached. `unit_covariance`: of
+/// the errors for readings of mean sigma 1, to first order.
 [[nodiscard]] Eigen::VectorXd filter_space(
     const ObservationSpace& space, const Eigen::VectorXd& q, const Eigen::VectorXd& r,
-    const Eigen::VectorXd& p0, Linearisation linearisation);
+    const Eigen::VectorXd& p0, Linearisation linearisation,
+    Eigen::MatrixXd* unit_covariance = nullptr);
 
 /// QPSO-1 in any space: returns nominal + the filter's estimate with the best noise.
 [[nodiscard]] Identified qpso1_in(

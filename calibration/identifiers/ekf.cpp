@@ -15,11 +15,13 @@ Identified filter(
   }
   const Eigen::VectorXd r = Eigen::VectorXd::Constant(space.channels, settings.first_variance);
   Identified result;
-  result.x = space.nominal + filter_space(space, q, r, p0, settings.linearisation);
+  result.x = space.nominal +
+             filter_space(space, q, r, p0, settings.linearisation, &result.unit_covariance);
   result.iterations = space.samples();
   if (!result.x.allFinite()) {
     result.status = FitStatus::kBadStart;
     result.x = space.nominal;
+    result.unit_covariance.resize(0, 0);
   }
   return result;
 }

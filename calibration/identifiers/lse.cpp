@@ -26,6 +26,7 @@ Identified steps(const ObservationSpace& space, const IdentifySettings& settings
     }
     const Eigen::VectorXd step = -at.unit_covariance() * (at.J.transpose() * at.residual);
     result.x += step;
+    if (most == 1) result.unit_covariance = at.unit_covariance();
     ++result.iterations;
     if (step.cwiseQuotient(space.scale).norm() < kSettled) {
       result.status = FitStatus::kConverged;

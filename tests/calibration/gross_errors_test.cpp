@@ -1,0 +1,216 @@
+// Bad readings are found with their dial and size, whoever else is bad, and good ones are left
+// alone.
+#include "calibration/gross_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "calibration/random.h"
+#include "geometry/contact.h"
+#include "tests/calibration/support.h"
+
+namespace sixdial::calibration {
+namespace {
+
+using testing::DialSession;
+using testing::SessionPlan;
+using testing::simulate_dials;
+
+constexpr double kNoise_mm = 0.002;
+// Size of an error as it is found: noise of the reading and of what the others say.
+constexpr double kSize_mm = 6 * kNoise_mm;
+
+SessionPlan plan() {
+  SessionPlan result;
+  result.noise_mm = kNoise_mm;
+  return result;
+}
+
+struct Planted {
+  int sample, dial;
+  double size_mm;
+};
+
+/// Five per cent of all readings are 0.05 to 0.5 mm off, either way.
+std::vector<Planted> spoil(DialSession& session, std::uint64_t seed) {
+  RandomSequence random(seed, 950);
+  std::vector<Planted> planted;
+  for (simulation::Trial& trial : session.g1) {
+    for (std::size_t dial = 0; dial < trial.dial_mm.size(); ++dial) {
+      if (!trial.dial_mm[dial] || random.uniform() > 0.05) continue;
+      const double size_mm = random.uniform(0.05, 0.5) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+      *trial.dial_mm[dial] += size_mm;
+      planted.push_back({trial.sample, static_cast<int>(dial), size_mm});
+    }
+  }
+  return planted;
+}
+
+/// As the service does with what was found: those readings do not count.
+void set_aside(DialSession& session, const std::vector<GrossError>& found) {
+  const auto dials = session.rig.dial_geometries();
+  for (const GrossError& each : found) {
+    auto trial = std::ranges::find(session.g1, each.sample, &simulation::Trial::sample);
+    trial->dial_mm[static_cast<std::size_t>(each.dial)].reset();
+  }
+}
+
+/// Positions of the active three of what is left.
+void measure_positions(DialSession& session) {
+  const auto dials = session.rig.dial_geometries();
+  for (simulation::Trial& trial : session.g1) {
+    std::vector<geometry::DialReading> readings;
+    for (std::size_t dial = 0; dial < dials.size(); ++dial) {
+      if (!trial.dial_mm[dial]) continue;
+      readings.push_back({static_cast<int>(dial), *trial.dial_mm[dial], kNoise_mm});
+    }
+    const auto at = geometry::best_active_three(
+        dials, readings, session.rig.cuboid.side_mm, trial.gamma_rad.value_or(0.0));
+    if (at) {
+      trial.position_mm = at->pose.p_WE;
+    } else {
+      trial.position_mm.reset();
+    }
+  }
+}
+
+class GrossErrorsOnEveryMount : public ::testing::TestWithParam<geometry::Mount> {};
+
+TEST_P(GrossErrorsOnEveryMount, AreFoundWithDialAndSizeAndNoOthers) {
+  std::size_t missed = 0;
+  std::size_t accused = 0;
+  std::size_t planted_in_all = 0;
+  // A free cuboid turns to hide a part: two bad readings of one sample can look like another.
+  const bool free = GetParam() == geometry::Mount::kFree;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    DialSession session = simulate_dials(plan(), seed, GetParam());
+    const auto planted = spoil(session, seed);
+    planted_in_all += planted.size();
+    const auto check = find_gross_errors(session.g1, session.rig);
+    EXPECT_TRUE(check.not_possible.empty());
+    EXPECT_EQ(check.systematic, 0);
+    EXPECT_LT(std::abs(std::log(check.sigma_mm / kNoise_mm)), 0.3);
+    for (const Planted& each : planted) {
+      const auto found = std::ranges::find_if(check.found, [&](const GrossError& error) {
+        return error.sample == each.sample && error.dial == each.dial;
+      });
+      if (found == check.found.end()) {
+        ++missed;
+      } else {
+        EXPECT_LT(std::abs(found->size_mm - each.size_mm), free ? 2 * kSize_mm : kSize_mm);
+      }
+    }
+    for (const GrossError& error : check.found) {
+      accused += std::ranges::none_of(
+                     planted,
+                     [&](const Planted& each) {
+                       return error.sample == each.sample && error.dial == each.dial;
+                     })
+                     ? 1U
+                     : 0U;
+    }
+  }
+  EXPECT_GT(planted_in_all, 200U);
+  EXPECT_LE(missed, free ? planted_in_all / 50 : 0U);
+  EXPECT_LE(accused, free ? planted_in_all / 50 : 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , GrossErrorsOnEveryMount,
+    ::testing::Values(
+        geometry::Mount::kDistal1, geometry::Mount::kDistal2, geometry::Mount::kFree),
+    [](const auto& each) { return "mount" + std::to_string(static_cast<int>(each.param)); });
+
+TEST(GrossErrors, ParametersStayWithinTwiceTheCleanSessionsStandardDeviations) {
+  int tried = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const DialSession clean = simulate_dials(plan(), seed);
+    DialSession bad = clean;
+    ASSERT_GT(spoil(bad, seed).size(), 10U);
+    DialSession checked = bad;
+    set_aside(checked, find_gross_errors(bad.g1, bad.rig).found);
+    measure_positions(bad);
+    measure_positions(checked);
+    for (const bool dials : {false, true}) {
+      const auto space_of = [&](const DialSession& session) {
+        return dials ? dial_space(session.g1, session.rig)
+                     : position_space(
+                           position_observations(session.g1), session.rig.robot.nominal);
+      };
+      const Identifier& lm = *find_identifier("lm");
+      const auto reference = identify(lm, space_of(clean));
+      IdentifySettings forgiving;
+      forgiving.loss = Loss::kCauchy;
+      const auto after_check = identify(lm, space_of(checked));
+      const auto robust = identify(lm, space_of(bad), forgiving);
+      for (int i = 0; i < reference.x.size(); ++i) {
+        const double limit = 2.0 * std::sqrt(reference.covariance(i, i));
+        EXPECT_LT(std::abs(after_check.x[i] - reference.x[i]), limit)
+            << "check, dials " << dials << ", seed " << seed << ", parameter " << i;
+        EXPECT_LT(std::abs(robust.x[i] - reference.x[i]), limit)
+            << "cauchy, dials " << dials << ", seed " << seed << ", parameter " << i;
+        ++tried;
+      }
+    }
+  }
+  EXPECT_EQ(tried, 20 * 21);
+}
+
+TEST(GrossErrors, WithoutThemNobodyIsAccused) {
+  std::size_t accused = 0;
+  for (std::uint64_t seed = 100; seed < 130; ++seed) {
+    const DialSession session = simulate_dials(plan(), seed);
+    accused += find_gross_errors(session.g1, session.rig).found.size();
+  }
+  EXPECT_EQ(accused, 0U);
+}
+
+TEST(GrossErrors, AreFoundInPositionsWhereAnInstrumentGivesThose) {
+  auto session = simulate_dials(plan(), 41);
+  for (simulation::Trial& trial : session.g1) {
+    std::ranges::fill(trial.dial_mm, std::nullopt);
+  }
+  session.g1[7].position_mm->x() += 0.1;
+  session.g1[70].position_mm->y() -= 0.3;
+  const auto check = find_gross_errors(session.g1, session.rig);
+  ASSERT_EQ(check.found.size(), 2U);
+  EXPECT_EQ(check.found[0].sample, session.g1[7].sample);
+  EXPECT_EQ(check.found[0].dial, -1);
+  EXPECT_LT(std::abs(check.found[0].size_mm - 0.1), 5 * kSize_mm);
+  EXPECT_EQ(check.found[1].sample, session.g1[70].sample);
+}
+
+TEST(GrossErrors, OfASetThatIsNotFittedAreJudgedByTheOthersFit) {
+  auto session = simulate_dials(plan(), 42);
+  *session.g2[5].dial_mm[2] -= 0.2;
+  const auto check = find_gross_errors(session.g1, session.rig);
+  EXPECT_TRUE(check.found.empty());
+  const auto judged = judge_readings(session.g2, session.rig, check);
+  ASSERT_EQ(judged.found.size(), 1U);
+  EXPECT_EQ(judged.found[0].sample, session.g2[5].sample);
+  EXPECT_EQ(judged.found[0].dial, 2);
+  EXPECT_LT(std::abs(judged.found[0].size_mm + 0.2), kSize_mm);
+}
+
+TEST(GrossErrors, ADialThatIsWrongEverywhereIsNoAccident) {
+  auto session = simulate_dials(plan(), 43);
+  for (simulation::Trial& trial : session.g1) {  // C and D have changed places
+    std::swap(trial.dial_mm[2], trial.dial_mm[3]);
+  }
+  const auto check = find_gross_errors(session.g1, session.rig);
+  EXPECT_LT(check.found.size(), 5U);
+}
+
+TEST(GrossErrors, TooFewReadingsAreSaidToBeTooFew) {
+  SessionPlan few = plan();
+  few.g1_points = 2;
+  const auto session = simulate_dials(few, 44);
+  const auto check = find_gross_errors(session.g1, session.rig);
+  EXPECT_TRUE(check.found.empty());
+  EXPECT_NE(check.not_possible.find("too few"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sixdial::calibration
