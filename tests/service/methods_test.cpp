@@ -84,6 +84,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
 
   EXPECT_LT(run_well("compensate.target")["closure_mm"], 1e-9);
   EXPECT_EQ(run_well("compensate.plan")["points"], 1);
+  EXPECT_EQ(run_well("compare.start")["kind"], "comparison");
   EXPECT_EQ(run_well("session.undo")["samples"], 149);
 
   // Without a plan and without a rig these answer with the error that says so.
