@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Format and static checks over the tracked sources. Needs build/release/compile_commands.json for
-# clang-tidy and cppcheck; configures it if it is absent.
+# Format and static checks over the tracked sources. Configures build/release for its
+# compile_commands.json and makes the generated sources that it names.
 set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 
@@ -14,7 +14,10 @@ if git grep -nIwE 'TODO|FIXME|XXX|HACK' -- ':!scripts/check.sh' ':!CONTRIBUTING.
   exit 1
 fi
 
-[ -f build/release/compile_commands.json ] || cmake --preset release >/dev/null
+echo "== generated sources"
+mkdir -p build/release
+{ cmake --preset release -DSIXDIAL_TESTS=ON -DSIXDIAL_BENCH=ON && cmake --build build/release --target generated_sources; } \
+  >build/release/check.log 2>&1 || { tail -30 build/release/check.log; exit 1; }
 echo "== cppcheck"
 cppcheck --project=build/release/compile_commands.json --quiet --enable=warning,portability \
   --inline-suppr --suppressions-list=.cppcheck-suppressions -j "$(nproc)" --error-exitcode=1
