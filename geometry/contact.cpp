@@ -96,19 +96,34 @@ std::string_view describe(PoseTrouble trouble) {
   return "unknown pose trouble";
 }
 
-Vector2d face_normal(int face, double gamma_rad) { return unit(gamma_rad + face * kHalfPi); }
-
-int face_towards(const DialGeometry& dial, double gamma_rad) {
-  int best = 0;
-  double best_cosine = -2.0;
-  for (int face = 0; face < 4; ++face) {
-    const double cosine = -dial.axis.dot(face_normal(face, gamma_rad));
-    if (cosine > best_cosine) {
-      best_cosine = cosine;
-      best = face;
-    }
+Vector2d face_normal(int face, const Vector2d& heading) {
+  switch (face & 3) {
+    case 0:
+      return heading;
+    case 1:
+      return {-heading.y(), heading.x()};
+    case 2:
+      return -heading;
+    default:
+      return {heading.y(), -heading.x()};
   }
-  return best;
+}
+Vector2d face_normal(int face, double gamma_rad) { return face_normal(face, unit(gamma_rad)); }
+
+int face_towards(const DialGeometry& dial, const Vector2d& heading) {
+  const double right = -dial.axis.dot(heading);
+  const double top = dial.axis.x() * heading.y() - dial.axis.y() * heading.x();
+  if (std::abs(right) >= std::abs(top)) return right >= 0 ? 0 : 2;
+  return top > 0 ? 1 : 3;
+}
+int face_towards(const DialGeometry& dial, double gamma_rad) {
+  return face_towards(dial, unit(gamma_rad));
+}
+
+double displacement_on_face(
+    const DialGeometry& dial, const Vector2d& p_WE, double side_mm, const Vector2d& normal) {
+  return (side_mm / 2 + dial.tip_radius_mm - (ball_centre(dial, 0.0) - p_WE).dot(normal)) /
+         -dial.axis.dot(normal);
 }
 
 Contact contact_on_face(

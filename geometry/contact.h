@@ -51,12 +51,19 @@ struct Contact {
 
 /// The face (0..3) that looks at the dial: the one whose normal is nearest to -axis.
 [[nodiscard]] int face_towards(const DialGeometry& dial, double gamma_rad);
+/// The same by the normal of face 0, (cos gamma, sin gamma): no trigonometry.
+[[nodiscard]] int face_towards(const DialGeometry& dial, const Eigen::Vector2d& heading);
 /// n_k, 2x1.
 [[nodiscard]] Eigen::Vector2d face_normal(int face, double gamma_rad);
+[[nodiscard]] Eigen::Vector2d face_normal(int face, const Eigen::Vector2d& heading);
 
 /// Displacement [mm] on a given face, whether or not the dial can reach it.
 [[nodiscard]] Contact contact_on_face(
     const DialGeometry& dial, const CuboidPose& pose, double side_mm, int face);
+/// The displacement alone, by the face's normal.
+[[nodiscard]] double displacement_on_face(
+    const DialGeometry& dial, const Eigen::Vector2d& p_WE, double side_mm,
+    const Eigen::Vector2d& normal);
 /// The contact that a real dial would show; says why there is none.
 [[nodiscard]] tl::expected<Contact, ContactTrouble> touch(
     const DialGeometry& dial, const CuboidPose& pose, double side_mm);

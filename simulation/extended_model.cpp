@@ -104,20 +104,21 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   for (std::size_t i = 0; i < rig.dials.size(); ++i) scene.dials[i] = rig.dials[i].geometry;
   apply(&Effect::before_contact, effects_, extra, sample, scene);
 
-  const double c = std::cos(scene.gamma_rad);
-  const double s = std::sin(scene.gamma_rad);
+  const Eigen::Vector2d heading(std::cos(scene.gamma_rad), std::sin(scene.gamma_rad));
+  const Eigen::Vector2d across(-heading.y(), heading.x());
+  const double turn = scene.squareness_rad;
+  const Eigen::Vector2d turned =
+      turn == 0.0
+          ? heading
+          : Eigen::Vector2d(std::cos(scene.gamma_rad + turn), std::sin(scene.gamma_rad + turn));
   const Eigen::Vector2d centre =
-      scene.p_WE + Eigen::Vector2d(
-                       c * scene.centre_offset_mm.x() - s * scene.centre_offset_mm.y(),
-                       s * scene.centre_offset_mm.x() + c * scene.centre_offset_mm.y());
+      scene.p_WE + scene.centre_offset_mm.x() * heading + scene.centre_offset_mm.y() * across;
   scene.reading_mm.resize(rig.dials.size());
   for (std::size_t i = 0; i < rig.dials.size(); ++i) {
-    const int face = geometry::face_towards(rig.dials[i].geometry, scene.gamma_rad);
-    const double turn = face % 2 != 0 ? scene.squareness_rad : 0.0;
-    scene.reading_mm[i] =
-        geometry::contact_on_face(
-            scene.dials[i], {centre, scene.gamma_rad + turn}, scene.side_mm, face)
-            .displacement_mm;
+    const int face = geometry::face_towards(rig.dials[i].geometry, heading);
+    scene.reading_mm[i] = geometry::displacement_on_face(
+        scene.dials[i], centre, scene.side_mm,
+        geometry::face_normal(face, face % 2 != 0 ? turned : heading));
   }
   apply(&Effect::after_reading, effects_, extra, sample, scene);
   return {};
