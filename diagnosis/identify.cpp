@@ -9,14 +9,6 @@ namespace {
 
 using simulation::ActiveEffect;
 
-ActiveEffect start_of(const Candidate& candidate) {
-  const auto& effect = *candidate.hypothesis.effect;
-  ActiveEffect active{
-      &effect, candidate.hypothesis.place, std::vector<double>(effect.parameters.size(), 0.0)};
-  if (effect.searched) active.x.back() = candidate.searched;
-  return active;
-}
-
 /// What the search over a period or a sample costs, and its parameters.
 double cost_of(const Candidate& candidate) { return candidate.gain - candidate.evidence; }
 /// Of so many places and causes just this one: the prior that each further name must overcome.
@@ -72,7 +64,7 @@ class Search {
         break;
       }
       std::vector<ActiveEffect> effects = fit.effects;
-      effects.push_back(start_of(candidate));
+      effects.push_back(at_rest(candidate.hypothesis, candidate.searched));
       Choice choice{
           {candidate, cost_of(candidate) + prior_cost(hypotheses_.size())},
           fitted(fit, std::move(effects)),

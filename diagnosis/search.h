@@ -26,14 +26,12 @@ struct Hypothesis {
 /// What a hypothesis would do here, projected off everything already fitted.
 struct Candidate {
   Hypothesis hypothesis;
-  double searched = 0.0;     // best searched value, if the effect has one
-  Eigen::MatrixXd columns;   // projected, weighted, n x k, at the best searched value
-  double gain = 0.0;         // rise of the log likelihood, linear
-  double evidence = 0.0;     // gain less the cost of its parameters and its search
-  double p_value = 1.0;      // of the gain under no effect, with its own search
-  double surviving = 1.0;    // share of its columns that the fitted parameters do not absorb
-  double size_per_unit = 0;  // |projected column| per parameter unit, worst direction
-  double plausible = 0.0;    // of that parameter
+  double searched = 0.0;   // best searched value, if the effect has one
+  double gain = 0.0;       // rise of the log likelihood, linear
+  double evidence = 0.0;   // gain less the cost of its parameters and its search
+  double p_value = 1.0;    // of the gain under no effect, with its own search
+  double surviving = 1.0;  // share of its columns that the fitted parameters do not absorb
+  Eigen::MatrixXd normal;  // C'C of its projected, weighted columns, per unit of each parameter
 };
 
 /// Every testable hypothesis on this session, and those that are not, with the reason.
@@ -48,6 +46,10 @@ struct NotTestable {
 /// Scores all hypotheses against a fit's residual; sorted by evidence, best first.
 [[nodiscard]] std::vector<Candidate> score_all(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses);
+
+/// An effect without size, at a searched value if it has one.
+[[nodiscard]] simulation::ActiveEffect at_rest(
+    const Hypothesis& hypothesis, double searched = 0.0);
 
 /// Least significance of the best of a whole catalogue: 1 - prod(1 - p_i).
 [[nodiscard]] double family_p_value(const std::vector<Candidate>& candidates);
