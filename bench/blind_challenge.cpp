@@ -101,6 +101,7 @@ std::string covariate_of(const HiddenEffect& effect) {
 struct Options {
   int sessions = 200;
   std::uint64_t seed = 1;
+  int first = 0;
   std::string kind = "one";  // none, one, two, three, outside
   double low = 0.15, high = 5.0;
   double gross = 0.0;
@@ -242,7 +243,12 @@ Outcome trial_of(const Options& options, std::uint64_t seed) {
     for (const auto& rival : finding.tied_with) {
       outcome.said += "|" + rival.hypothesis.name() + fmt::format("({:.1f})", rival.log_odds);
     }
-    outcome.said += fmt::format("({:.1f}) ", finding.evidence);
+    outcome.said += fmt::format("({:.1f}", finding.evidence);
+    for (std::size_t k = 0; k < finding.fitted.x.size(); ++k) {
+      outcome.said += fmt::format(
+          " {:.2g}", finding.fitted.x[k] / finding.fitted.effect->parameters[k].sigma);
+    }
+    outcome.said += ") ";
     outcome.wrong = outcome.wrong || (!touches && finding.tied_with.empty());
   }
   if (verdict.swap) outcome.said += verdict.swap->name() + " ";
@@ -273,6 +279,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Blind challenge: hidden effects, diagnosed without a hint"};
   app.add_option("--sessions", options.sessions);
   app.add_option("--seed", options.seed);
+  app.add_option("--first", options.first, "number of the first session of this seed");
   app.add_option("--kind", options.kind, "none, one, two, three, outside");
   app.add_option("--low", options.low);
   app.add_option("--high", options.high);
@@ -291,7 +298,7 @@ int main(int argc, char** argv) {
     workers.emplace_back([&] {
       for (int i = next++; i < options.sessions; i = next++) {
         outcomes[static_cast<std::size_t>(i)] =
-            trial_of(options, options.seed * 1'000'000 + static_cast<std::uint64_t>(i));
+            trial_of(options, options.seed * 1'000'000 + static_cast<std::uint64_t>(options.first + i));
       }
     });
   }

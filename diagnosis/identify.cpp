@@ -21,63 +21,120 @@ struct Chosen {
   double cost = 0.0;
 };
 
+/// An explanation: named effects, unnamed smooth functions, and the fit with both.
+struct Explanation {
+  std::vector<Chosen> chosen;
+  std::vector<UnknownCandidate> unknown;
+  JointFit fit;
+  double evidence = 0.0;
+};
+
 class Search {
  public:
   Search(Readings& readings, const Settings& settings, std::vector<Hypothesis> hypotheses)
       : readings_(readings), settings_(settings), hypotheses_(std::move(hypotheses)) {}
 
-  [[nodiscard]] std::vector<Candidate> scored(
-      const JointFit& fit, const std::vector<Chosen>& with) const {
+  /// Candidates that are not in the explanation yet.
+  [[nodiscard]] std::vector<Candidate> scored(const Explanation& with) const {
     std::vector<Hypothesis> open;
     for (const Hypothesis& each : hypotheses_) {
-      const bool used = std::any_of(with.begin(), with.end(), [&](const Chosen& chosen) {
-        return chosen.candidate.hypothesis == each;
-      });
+      const bool used = std::any_of(
+          with.chosen.begin(), with.chosen.end(),
+          [&](const Chosen& chosen) { return chosen.candidate.hypothesis == each; });
       if (!used) open.push_back(each);
     }
-    return score_all(readings_, fit, open);
+    return score_all(readings_, with.fit, open);
   }
 
-  [[nodiscard]] JointFit fitted(const JointFit& from, std::vector<ActiveEffect> effects) const {
-    return fit_jointly(readings_, from.model, std::move(effects), &from);
+  /// Fits what is chosen; effects start from their sizes in `sizes`.
+  [[nodiscard]] Explanation explained(
+      const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
+      std::vector<UnknownCandidate> unknown) const {
+    Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
+    Eigen::MatrixXd random(readings_.count(), 0);
+    if (!result.unknown.empty()) {
+      random = readings_.nuisance();
+      for (const UnknownCandidate& each : result.unknown) {
+        const Eigen::Index before = random.cols();
+        random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
+        random.rightCols(each.columns.cols()) = each.columns;
+      }
+    }
+    result.fit = fit_jointly(readings_, from.model, std::move(sizes), &from, random);
+    result.evidence = result.fit.log_likelihood;
+    for (const Chosen& each : result.chosen) result.evidence -= each.cost;
+    for (const UnknownCandidate& each : result.unknown) {
+      result.evidence -= each.cost + settings_.name_preference;
+    }
+    return result;
   }
 
-  /// Evidence of a fit with its chosen effects, relative to nothing in particular.
-  [[nodiscard]] static double evidence(const JointFit& fit, const std::vector<Chosen>& chosen) {
-    double cost = 0.0;
-    for (const Chosen& each : chosen) cost += each.cost;
-    return fit.log_likelihood - cost;
+  [[nodiscard]] Explanation without(const Explanation& all, std::size_t i) const {
+    std::vector<Chosen> chosen = all.chosen;
+    std::vector<ActiveEffect> sizes = all.fit.effects;
+    chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    sizes.erase(sizes.begin() + static_cast<std::ptrdiff_t>(i));
+    return explained(all.fit, std::move(chosen), std::move(sizes), all.unknown);
   }
 
-  struct Choice {
-    Chosen chosen;
-    JointFit fit;
-    double evidence = 0.0;
-  };
   /// The best candidates refitted jointly with what is there, best first.
-  [[nodiscard]] std::vector<Choice> refitted(
-      const JointFit& fit, const std::vector<Chosen>& with,
-      const std::vector<Candidate>& candidates, double within, std::size_t most) const {
-    std::vector<Choice> result;
+  [[nodiscard]] std::vector<Explanation> with_one_more(
+      const Explanation& before, const std::vector<Candidate>& candidates, double within,
+      std::size_t most) const {
+    std::vector<Explanation> result;
     for (const Candidate& candidate : candidates) {
       if (result.size() >= most || candidate.evidence < candidates.front().evidence - within) {
         break;
       }
-      std::vector<ActiveEffect> effects = fit.effects;
-      effects.push_back(at_rest(candidate.hypothesis, candidate.searched));
-      Choice choice{
-          {candidate, cost_of(candidate) + prior_cost(hypotheses_.size())},
-          fitted(fit, std::move(effects)),
-          0.0};
-      std::vector<Chosen> all = with;
-      all.push_back(choice.chosen);
-      choice.evidence = evidence(choice.fit, all);
-      result.push_back(std::move(choice));
+      std::vector<Chosen> chosen = before.chosen;
+      chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
+      std::vector<ActiveEffect> sizes = before.fit.effects;
+      sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
+      result.push_back(
+          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown));
     }
-    std::stable_sort(result.begin(), result.end(), [](const Choice& a, const Choice& b) {
-      return a.evidence > b.evidence;
-    });
+    std::stable_sort(
+        result.begin(), result.end(),
+        [](const Explanation& a, const Explanation& b) { return a.evidence > b.evidence; });
     return result;
+  }
+
+  /// The same names with what smooth functions add, if that is more than nothing.
+  [[nodiscard]] Explanation with_unknown(const Explanation& names) const {
+    constexpr std::size_t kMostUnknown = 2;
+    Explanation best = names;
+    while (best.unknown.size() < kMostUnknown) {
+      auto candidates = score_unknown(readings_, best.fit);
+      if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds) {
+        break;
+      }
+      std::vector<UnknownCandidate> unknown = best.unknown;
+      unknown.push_back(std::move(candidates.front()));
+      Explanation next = explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
+      if (next.evidence <= best.evidence) break;
+      best = std::move(next);
+    }
+    return best;
+  }
+
+  /// With a new one in, an earlier choice may have a better rival, or no longer pay for itself.
+  void reconsider(Explanation& now) const {
+    for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size(); ++i) {
+      const Explanation less = without(now, i);
+      auto rivals = with_one_more(less, scored(less), 15.0, 5);
+      if (!rivals.empty() && rivals.front().evidence > now.evidence + 0.1) {
+        now = std::move(rivals.front());
+        i = 0;
+      }
+    }
+    for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size();) {
+      Explanation less = without(now, i);
+      if (less.evidence >= now.evidence) {
+        now = std::move(less);
+      } else {
+        ++i;
+      }
+    }
   }
 
  private:
@@ -85,17 +142,6 @@ class Search {
   const Settings& settings_;
   std::vector<Hypothesis> hypotheses_;
 };
-
-std::vector<ActiveEffect> without(const std::vector<ActiveEffect>& effects, std::size_t i) {
-  std::vector<ActiveEffect> result = effects;
-  result.erase(result.begin() + static_cast<std::ptrdiff_t>(i));
-  return result;
-}
-std::vector<Chosen> without(const std::vector<Chosen>& chosen, std::size_t i) {
-  std::vector<Chosen> result = chosen;
-  result.erase(result.begin() + static_cast<std::ptrdiff_t>(i));
-  return result;
-}
 
 void list_gross(const Readings& readings, const JointFit& fit, Identification& result) {
   constexpr double kGrossSigma = 5.0;
@@ -153,6 +199,32 @@ std::optional<Hypothesis> find_swap(
   return found;
 }
 
+/// Beside something smooth: names that it makes needless go, names that it hid come.
+void refine(const Search& search, const Settings& settings, Explanation& found) {
+  for (std::size_t i = 0; i < found.chosen.size();) {
+    Explanation names = found;
+    names.unknown.clear();
+    names = search.without(names, i);
+    Explanation less = search.with_unknown(names);
+    if (less.evidence > found.evidence - settings.name_preference) {
+      found = std::move(less);
+      i = 0;
+    } else {
+      ++i;
+    }
+  }
+  while (static_cast<int>(found.chosen.size()) < settings.most_causes) {
+    const auto candidates = search.scored(found);
+    if (family_p_value(candidates) > settings.false_alarm_level) break;
+    auto choices = search.with_one_more(found, candidates, 15.0, 5);
+    if (choices.empty() ||
+        choices.front().evidence <= found.evidence + settings.name_preference) {
+      break;
+    }
+    found = std::move(choices.front());
+  }
+}
+
 }  // namespace
 
 Identification identify(Readings& readings, const Settings& settings) {
@@ -164,87 +236,51 @@ Identification identify(Readings& readings, const Settings& settings) {
   readings.place_tool(result.baseline.model);
   Search search(readings, settings, hypotheses);
 
-  std::vector<Chosen> chosen;
-  JointFit fit = result.baseline;
-  // How good the first j causes and a smooth remainder would be together.
-  struct Cut {
-    double evidence;
-    std::vector<Chosen> chosen;
-    JointFit fit;
-    std::optional<UnknownCandidate> unknown;
-  };
-  std::vector<Cut> cuts;
-  const auto cut = [&] {
-    auto unknown = score_unknown(readings, fit);
-    Cut each{Search::evidence(fit, chosen), chosen, fit, std::nullopt};
-    if (!unknown.empty() && unknown.front().evidence > settings.unknown_log_odds) {
-      each.evidence += unknown.front().evidence - settings.name_preference;
-      each.unknown = std::move(unknown.front());
-    }
-    cuts.push_back(std::move(each));
-  };
-
-  for (int round = 0; round < settings.most_causes; ++round) {
-    const auto candidates = search.scored(fit, chosen);
+  // Names first; at each number of names, what smooth functions would add to them.
+  Explanation names{{}, {}, result.baseline, result.baseline.log_likelihood};
+  std::vector<Explanation> cuts;
+  std::size_t best = 0;
+  for (int round = 0;; ++round) {
+    const auto candidates = search.scored(names);
     if (round == 0) {
       result.candidates = candidates;
       result.family_p_value = family_p_value(candidates);
     }
-    cut();
+    cuts.push_back(search.with_unknown(names));
+    if (cuts.back().evidence > cuts[best].evidence) best = cuts.size() - 1;
+    // Two more names and still not better than fewer with something smooth.
+    constexpr std::size_t kPatience = 2;
+    if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
     if (family_p_value(candidates) > settings.false_alarm_level) break;
-    auto choices = search.refitted(fit, chosen, candidates, 25.0, 8);
-    if (choices.empty() || choices.front().evidence <= Search::evidence(fit, chosen)) break;
-    chosen.push_back(choices.front().chosen);
-    fit = std::move(choices.front().fit);
-
-    // Swap: with a new one in, an earlier choice may have a better rival.
-    for (std::size_t i = 0; chosen.size() > 1 && i < chosen.size(); ++i) {
-      const JointFit less = search.fitted(fit, without(fit.effects, i));
-      const auto others = without(chosen, i);
-      auto rivals = search.refitted(less, others, search.scored(less, others), 15.0, 5);
-      if (!rivals.empty() && rivals.front().evidence > Search::evidence(fit, chosen) + 0.1) {
-        chosen = others;
-        chosen.push_back(rivals.front().chosen);
-        fit = std::move(rivals.front().fit);
-        i = 0;
-      }
-    }
-    // Backward: what no longer pays for itself goes.
-    for (std::size_t i = 0; chosen.size() > 1 && i < chosen.size();) {
-      JointFit less = search.fitted(fit, without(fit.effects, i));
-      const auto others = without(chosen, i);
-      if (Search::evidence(less, others) >= Search::evidence(fit, chosen)) {
-        chosen = others;
-        fit = std::move(less);
-      } else {
-        ++i;
-      }
+    auto choices = search.with_one_more(names, candidates, 25.0, 8);
+    if (choices.empty() || choices.front().evidence <= names.evidence) break;
+    const std::size_t before = names.chosen.size();
+    names = std::move(choices.front());
+    search.reconsider(names);
+    if (names.chosen.size() <= before) {
+      cuts.push_back(search.with_unknown(names));
+      if (cuts.back().evidence > cuts[best].evidence) best = cuts.size() - 1;
+      break;
     }
   }
-  if (!cuts.empty() && cuts.back().chosen.size() != chosen.size()) cut();
+  Explanation found = std::move(cuts[best]);
+  if (!found.unknown.empty()) refine(search, settings, found);
+  result.extended = found.fit;
+  if (!found.unknown.empty()) result.unknown = found.unknown.front();
 
-  const auto best = std::max_element(cuts.begin(), cuts.end(), [](const Cut& a, const Cut& b) {
-    return a.evidence < b.evidence;
-  });
-  chosen = best->chosen;
-  result.extended = best->fit;
-  result.unknown = best->unknown;
-
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const JointFit less = search.fitted(result.extended, without(result.extended.effects, i));
-    const auto others = without(chosen, i);
-    const double all = Search::evidence(result.extended, chosen);
+  for (std::size_t i = 0; i < found.chosen.size(); ++i) {
+    const Explanation less = search.without(found, i);
     Finding finding{
-        chosen[i].candidate.hypothesis,
-        result.extended.effects[i],
-        all - Search::evidence(less, others),
+        found.chosen[i].candidate.hypothesis,
+        found.fit.effects[i],
+        found.evidence - less.evidence,
         {}};
-    for (auto& rival : search.refitted(less, others, search.scored(less, others), 15.0, 6)) {
-      if (rival.chosen.candidate.hypothesis == finding.hypothesis) continue;
-      const double odds = all - rival.evidence;
+    for (auto& rival : search.with_one_more(less, search.scored(less), 15.0, 6)) {
+      const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
+      if (other == finding.hypothesis) continue;
+      const double odds = found.evidence - rival.evidence;
       if (odds < settings.tie_log_odds) {
-        finding.tied_with.push_back(
-            {rival.chosen.candidate.hypothesis, rival.fit.effects.back(), odds});
+        finding.tied_with.push_back({other, rival.fit.effects.back(), odds});
       }
     }
     result.findings.push_back(std::move(finding));

@@ -49,9 +49,39 @@ void weigh(JointFit& fit, double smallest_s_mm) {
       squares += fit.weight[i] * e[i] * e[i];
       good += fit.weight[i];
     }
+    squares += fit.u.squaredNorm();
     fit.s_mm = std::max(smallest_s_mm, std::sqrt(squares / std::max(1.0, good)));
     fit.gross_share = std::clamp(1 - good / n, kLeastGrossShare, kMostGrossShare);
   }
+}
+
+/// Covariance, and u integrated out of the likelihood:
+///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns.
+void finish(JointFit& fit) {
+  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+  const Eigen::Index p = fit.J.cols();
+  const Eigen::Index m = fit.random.cols();
+  Eigen::MatrixXd A(fit.residual_mm.size(), p + m);
+  A.leftCols(p) = root.asDiagonal() * fit.J;
+  if (m > 0) A.rightCols(m) = root.asDiagonal() * fit.random;
+  Eigen::MatrixXd normal = A.transpose() * A;
+  normal.bottomRightCorner(m, m).diagonal().array() += 1.0;
+  const double squares = root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
+  const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted);
+  // Scaled: millimetres stand beside radians.
+  const Eigen::VectorXd scale =
+      normal.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+  const Eigen::MatrixXd inverse = scale.asDiagonal() *
+                                  scaled.completeOrthogonalDecomposition().pseudoInverse() *
+                                  scale.asDiagonal();
+  fit.covariance = inverse.topLeftCorner(p, p) * variance;
+  if (m == 0) return;
+  // det of the Schur complement: 1 / det of the inverse's corner.
+  const Eigen::MatrixXd corner = inverse.bottomRightCorner(m, m);
+  const Eigen::VectorXd pivots = corner.ldlt().vectorD();
+  fit.log_likelihood += 0.5 * pivots.array().max(1e-300).log().sum() -
+                        0.5 * fit.u.squaredNorm() / (fit.s_mm * fit.s_mm);
 }
 
 Eigen::VectorXd tamed(Eigen::VectorXd e) {
@@ -90,10 +120,33 @@ Eigen::MatrixXd effect_columns(
   return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
+Projector::Projector(const JointFit& fit) : root_(fit.weight.cwiseSqrt()) {
+  const Eigen::Index n = fit.residual_mm.size();
+  const Eigen::Index m = fit.random.cols();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + m, fit.J.cols() + m);
+  columns.topLeftCorner(n, fit.J.cols()) = root_.asDiagonal() * fit.J;
+  Eigen::VectorXd e(n + m);
+  e.head(n) = root_.cwiseProduct(fit.residual_mm);
+  if (m > 0) {
+    columns.topRightCorner(n, m) = root_.asDiagonal() * fit.random;
+    columns.bottomRightCorner(m, m).setIdentity();
+    e.tail(m) = -fit.u;
+  }
+  const Eigen::MatrixXd Q = orthonormal_basis(columns);
+  e -= Q * (Q.transpose() * e);
+  Q_ = Q.topRows(n);
+  e_ = e.head(n);
+  squares_ = e.squaredNorm();
+  freedom_ = std::max(3.0, fit.weight.sum() - fit.fitted);
+}
+
 JointFit fit_jointly(
     const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
-    const JointFit* near) {
+    const JointFit* near, const Eigen::MatrixXd& random) {
   JointFit fit;
+  fit.random = random.cols() > 0 ? random : readings.nuisance();
+  const Eigen::Index m = fit.random.cols();
+  fit.u = Eigen::VectorXd::Zero(m);
   fit.model = start;
   fit.effects = std::move(effects);
   fit.gross_share = near ? near->gross_share : kLeastGrossShare;
@@ -107,10 +160,13 @@ JointFit fit_jointly(
     return readings.simulate(model, ExtendedModel(readings.model(), with));
   };
   const auto residual_with = [&](const ModelVector& model,
-                                 const std::vector<ActiveEffect>& with) -> Eigen::VectorXd {
-    return tamed(readings.measured_mm() - simulated_with(model, with));
+                                 const std::vector<ActiveEffect>& with,
+                                 const Eigen::VectorXd& u) -> Eigen::VectorXd {
+    Eigen::VectorXd e = tamed(readings.measured_mm() - simulated_with(model, with));
+    if (m > 0) e -= fit.random * u;
+    return e;
   };
-  fit.residual_mm = residual_with(fit.model, fit.effects);
+  fit.residual_mm = residual_with(fit.model, fit.effects, fit.u);
   fit.s_mm = std::max({smallest_s_mm, near ? near->s_mm : 0.0, robust_scale(fit.residual_mm)});
 
   constexpr int kMostSteps = 60;
@@ -118,7 +174,7 @@ JointFit fit_jointly(
     weigh(fit, smallest_s_mm);
     fit.J.resize(readings.count(), count);
     fit.J.leftCols(kModelParameterCount) = readings.jacobian(fit.model);
-    const Eigen::VectorXd simulated = readings.measured_mm() - fit.residual_mm;
+    const Eigen::VectorXd simulated = simulated_with(fit.model, fit.effects);
     Eigen::Index column = kModelParameterCount;
     for (std::size_t k = 0; k < fit.effects.size(); ++k) {
       const auto& effect = *fit.effects[k].effect;
@@ -133,9 +189,18 @@ JointFit fit_jointly(
     fit.J = fit.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
 
     const Eigen::VectorXd root = fit.weight.cwiseSqrt();
-    Eigen::MatrixXd A = root.asDiagonal() * fit.J;
-    Eigen::VectorXd scale(count);
-    for (int i = 0; i < count; ++i) {
+    const Eigen::Index n = readings.count();
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, count + m);
+    A.topLeftCorner(n, count) = root.asDiagonal() * fit.J;
+    Eigen::VectorXd target = Eigen::VectorXd::Zero(n + m);
+    target.head(n) = root.cwiseProduct(fit.residual_mm);
+    if (m > 0) {
+      A.topRightCorner(n, m) = root.asDiagonal() * fit.random;
+      A.bottomRightCorner(m, m).setIdentity();
+      target.tail(m) = -fit.u;
+    }
+    Eigen::VectorXd scale(count + m);
+    for (Eigen::Index i = 0; i < count + m; ++i) {
       const double norm = A.col(i).norm();
       scale[i] = norm > 0 ? 1.0 / norm : 0.0;
       A.col(i) *= scale[i];
@@ -143,16 +208,17 @@ JointFit fit_jointly(
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod;
     cod.setThreshold(1e-9);
     cod.compute(A);
-    fit.fitted = static_cast<int>(cod.rank());
-    const Eigen::VectorXd change =
-        scale.cwiseProduct(cod.solve(root.cwiseProduct(fit.residual_mm)));
+    fit.fitted = static_cast<int>(cod.rank() - m);
+    const Eigen::VectorXd change = scale.cwiseProduct(cod.solve(target));
     if (!change.allFinite()) break;
 
     // Half steps until the weighted squares do not grow.
-    const double before = root.cwiseProduct(fit.residual_mm).squaredNorm();
+    const double before =
+        root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
     ModelVector model;
     std::vector<ActiveEffect> next;
     Eigen::VectorXd residual;
+    Eigen::VectorXd u;
     double share = 1.0;
     for (int halving = 0; halving < 12; ++halving, share /= 2) {
       model = fit.model + share * change.head<kModelParameterCount>();
@@ -163,14 +229,18 @@ JointFit fit_jointly(
           active.x[static_cast<std::size_t>(i)] += share * change[at++];
         }
       }
-      residual = residual_with(model, next);
-      if (root.cwiseProduct(residual).squaredNorm() <= before * (1 + 1e-12)) break;
+      u = fit.u + share * change.tail(m);
+      residual = residual_with(model, next, u);
+      if (root.cwiseProduct(residual).squaredNorm() + u.squaredNorm() <= before * (1 + 1e-12)) {
+        break;
+      }
     }
     const double moved = root.cwiseProduct(residual - fit.residual_mm).norm();
     const double last = fit.log_likelihood;
     fit.model = model;
     fit.effects = std::move(next);
     fit.residual_mm = std::move(residual);
+    fit.u = std::move(u);
     weigh(fit, smallest_s_mm);
     if (moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
         std::abs(fit.log_likelihood - last) < 1e-2) {
@@ -178,12 +248,7 @@ JointFit fit_jointly(
       break;
     }
   }
-  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
-  const Eigen::MatrixXd A = root.asDiagonal() * fit.J;
-  const double freedom = std::max(1.0, fit.weight.sum() - fit.fitted);
-  const double variance = root.cwiseProduct(fit.residual_mm).squaredNorm() / freedom;
-  fit.covariance =
-      (A.transpose() * A).eval().completeOrthogonalDecomposition().pseudoInverse() * variance;
+  finish(fit);
   return fit;
 }
 

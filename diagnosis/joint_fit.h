@@ -3,6 +3,9 @@
 //   L = sum ln((1 - eps) phi(e/s)/s + eps/W),   W = 1 mm
 // so that gross errors neither pull the fit nor are lost as evidence. Fitted by weighted
 // Gauss-Newton steps, weights = probability of being good.
+//
+// Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
+// smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +18,16 @@ namespace sixdial::diagnosis {
 struct JointFit {
   simulation::ModelVector model = simulation::ModelVector::Zero();
   std::vector<simulation::ActiveEffect> effects;
-  Eigen::VectorXd residual_mm;  // measured - simulated
+  Eigen::VectorXd residual_mm;  // measured - simulated - C u
   Eigen::VectorXd weight;       // probability that a reading is good
   Eigen::MatrixXd J;            // d(simulated)/d(model, linear parameters of the effects)
   Eigen::MatrixXd covariance;   // of the same, with the fitted s
+  Eigen::MatrixXd random;       // C, count x m
+  Eigen::VectorXd u;            // [mm]
   double s_mm = 0.0;            // standard deviation of the good readings
   double gross_share = 0.0;     // eps
-  double log_likelihood = 0.0;
-  int fitted = 0;  // number of parameters that the data determine
+  double log_likelihood = 0.0;  // with u's density, and u integrated out
+  int fitted = 0;               // number of parameters that the data determine
   bool converged = false;
 };
 
@@ -30,7 +35,28 @@ struct JointFit {
 /// `near`: a fit of a similar model, whose scale of errors to start with.
 [[nodiscard]] JointFit fit_jointly(
     const Readings& readings, const simulation::ModelVector& start,
-    std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr);
+    std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
+    const Eigen::MatrixXd& random = {});
+
+/// What else may change without being noticed: columns are projected off everything fitted.
+class Projector {
+ public:
+  explicit Projector(const JointFit& fit);
+  /// Orthonormal basis of the fitted columns, the rows of the readings.
+  [[nodiscard]] const Eigen::MatrixXd& Q() const { return Q_; }
+  /// Weighted residual, projected; and its squared norm with that of u.
+  [[nodiscard]] const Eigen::VectorXd& residual() const { return e_; }
+  [[nodiscard]] double squares() const { return squares_; }
+  [[nodiscard]] double freedom() const { return freedom_; }
+  [[nodiscard]] const Eigen::VectorXd& root_weight() const { return root_; }
+
+ private:
+  Eigen::MatrixXd Q_;
+  Eigen::VectorXd root_;
+  Eigen::VectorXd e_;
+  double squares_ = 0.0;
+  double freedom_ = 0.0;
+};
 
 /// d(simulated)/d(linear parameter i of an effect), one column each.
 [[nodiscard]] Eigen::MatrixXd effect_columns(

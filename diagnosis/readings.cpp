@@ -100,4 +100,24 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   return J;
 }
 
+Eigen::MatrixXd Readings::nuisance() const {
+  if (model_->rig().cuboid.mount != geometry::Mount::kFree || !has_dials_) {
+    return Eigen::MatrixXd(count(), 0);
+  }
+  constexpr double kPriorAngle_rad = 0.01;
+  const double per_noise = kPriorAngle_rad / std::max(1e-6, rig_noise_mm_);
+  Eigen::MatrixXd result =
+      Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
+  for (std::size_t t = 0; t < trials_.size(); ++t) {
+    const auto seen = model_->predict(
+        model_->nominal(), trials_[t].q_rad, trials_[t].assembly, trials_[t].gamma_rad);
+    if (!seen) continue;
+    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
+      result(row, static_cast<Eigen::Index>(t)) =
+          per_noise * seen->dial_J_gamma[rows_[static_cast<std::size_t>(row)].dial];
+    }
+  }
+  return result;
+}
+
 }  // namespace sixdial::diagnosis

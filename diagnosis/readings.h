@@ -49,6 +49,9 @@ class Readings {
   /// d(simulated)/d(model), count x 11, of the plain model: effects bend it by their own size,
   /// which Gauss-Newton steps do not notice.
   [[nodiscard]] Eigen::MatrixXd jacobian(const simulation::ModelVector& at) const;
+  /// Random columns that every fit has: with a free mount, the angle of each sample around the
+  /// one that its active three gave, count x samples, scaled to 10 mrad. Else none.
+  [[nodiscard]] Eigen::MatrixXd nuisance() const;
   /// Takes this session's numbers out of a scene.
   void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
 

@@ -44,6 +44,20 @@ double spectrum(int j, double length) {
   return length * std::exp(-0.5 * omega * omega * length * length);
 }
 
+/// Columns scaled by their spread, without those that could not be seen.
+Eigen::MatrixXd prominent(const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread) {
+  constexpr double kLeastShare = 1e-4;
+  const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseProduct(spread);
+  Eigen::MatrixXd result(columns.rows(), columns.cols());
+  Eigen::Index kept = 0;
+  for (Eigen::Index j = 0; j < columns.cols(); ++j) {
+    if (size[j] > kLeastShare * size.maxCoeff()) {
+      result.col(kept++) = columns.col(j) * spread[j];
+    }
+  }
+  return result.leftCols(kept);
+}
+
 struct Model {
   std::vector<std::string> covariates;
   std::string enters;
@@ -59,7 +73,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   const auto count = static_cast<Eigen::Index>(trials.size());
   const Eigen::Index n = readings.count();
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
-  const Eigen::VectorXd simulated = readings.measured_mm() - fit.residual_mm;
+  const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
 
   // How a shift at each stage shows in every reading: what a step from the first sample does.
   const simulation::Effect& step = *simulation::find_effect("step");
@@ -170,16 +184,15 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     add("time", "clamp", time, stage({.name = "cuboid"}).leftCols(1), 12);
   }
 
-  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
-  const Eigen::MatrixXd Q = orthonormal_basis(root.asDiagonal() * fit.J);
-  const Eigen::VectorXd weighted_e = root.cwiseProduct(fit.residual_mm);
-  const Eigen::VectorXd e = weighted_e - Q * (Q.transpose() * weighted_e);
-  const double sse = e.squaredNorm();
-  const double freedom = std::max(3.0, fit.weight.sum() - fit.fitted);
+  const Projector projector(fit);
+  const Eigen::MatrixXd& Q = projector.Q();
+  const Eigen::VectorXd& e = projector.residual();
+  const double sse = projector.squares();
+  const double freedom = projector.freedom();
 
   std::vector<UnknownCandidate> result;
   for (const Model& model : models) {
-    Eigen::MatrixXd B = root.asDiagonal() * model.columns;
+    Eigen::MatrixXd B = projector.root_weight().asDiagonal() * model.columns;
     B -= Q * (Q.transpose() * B);
     const Eigen::MatrixXd A = B.transpose() * B;
     const Eigen::VectorXd b = B.transpose() * e;
@@ -204,11 +217,12 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
         top = found.best;
         best.length = length;
         best.rms_mm = std::sqrt(found.explained / std::max(1.0, fit.weight.sum()));
-        best.columns = model.columns * (spread * found.best_scale).asDiagonal();
+        best.columns = prominent(model.columns, spread * found.best_scale);
       }
     }
     if (all.empty()) continue;
     best.evidence = log_mean_exp(all) - std::log(static_cast<double>(models.size()));
+    best.cost = top - best.evidence;
     result.push_back(std::move(best));
   }
   std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {

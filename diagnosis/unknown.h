@@ -18,7 +18,8 @@ struct UnknownCandidate {
   double evidence = 0.0;                // log Bayes factor against nothing
   double length = 0.0;                  // of the kernel, in half ranges of the covariate
   double rms_mm = 0.0;                  // of what it explains in the readings
-  Eigen::MatrixXd columns;              // raw basis, n x m, scaled by the prior's spread
+  Eigen::MatrixXd columns;              // random columns for a joint fit, n x m
+  double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
 };
 
 /// All of them, best first.

@@ -1,0 +1,278 @@
+// Scores of all hypotheses against one fit. With Q an orthonormal basis of the fitted columns
+// and e the residual projected off it, a candidate's columns C enter only through
+//   C'C - (Q'C)'(Q'C)   and   C'e,
+// so that an effect on one dial costs that dial's rows, and a step at every sample costs one
+// pass from the last sample to the first.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diagnosis/evidence.h"
+#include "diagnosis/search.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+using simulation::ActiveEffect;
+using simulation::Effect;
+
+/// Columns that less than this share survives of are absorbed: below it, rounding.
+constexpr double kLeastSurviving = 1e-5;
+
+/// P(chi-squared with k degrees > x), k = 1, 2, 3.
+double chi2_tail(double x, int k) {
+  if (x <= 0) return 1.0;
+  const double normal = std::erfc(std::sqrt(x / 2));
+  if (k <= 1) return normal;
+  if (k == 2) return std::exp(-x / 2);
+  return normal + std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2);
+}
+
+/// Raw columns, on some rows only if `rows` is not empty.
+struct Columns {
+  Eigen::MatrixXd values;
+  const std::vector<Eigen::Index>* rows = nullptr;
+};
+
+/// What a candidate's columns amount to after projection.
+struct Projected {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+  double before = 0.0;  // squared norm without projection
+};
+
+class Scorer {
+ public:
+  Scorer(const Readings& readings, const JointFit& fit)
+      : readings_(readings),
+        fit_(fit),
+        extended_(readings.model(), fit.effects),
+        projector_(fit),
+        root_(projector_.root_weight()),
+        Q_(projector_.Q()),
+        e_(projector_.residual()),
+        sse_(projector_.squares()),
+        freedom_(projector_.freedom()),
+        simulated_(readings.simulate(fit.model, extended_)),
+        scenes_(readings.trials().size()),
+        dial_rows_(readings.has_dials() ? readings.model().rig().dials.size() : 0) {
+    for (std::size_t t = 0; t < scenes_.size(); ++t) {
+      if (!extended_.run(
+              fit.model, readings.trials()[t], readings.circumstances()[t], scenes_[t])) {
+        scenes_[t].reading_mm.clear();
+      }
+    }
+    for (std::size_t d = 0; d < dial_rows_.size(); ++d) {
+      for (Eigen::Index row = 0; row < readings.count(); ++row) {
+        const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+        if (each.dial == static_cast<int>(d) &&
+            !scenes_[static_cast<std::size_t>(each.trial)].reading_mm.empty()) {
+          dial_rows_[d].push_back(row);
+        }
+      }
+    }
+    for (const auto& rows : dial_rows_) {
+      Eigen::MatrixXd part(static_cast<Eigen::Index>(rows.size()), Q_.cols());
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        part.row(static_cast<Eigen::Index>(i)) = Q_.row(rows[i]);
+      }
+      Q_of_dial_.push_back(std::move(part));
+    }
+  }
+
+  [[nodiscard]] Candidate score(const Hypothesis& hypothesis) const {
+    const Effect& effect = *hypothesis.effect;
+    Candidate candidate;
+    candidate.hypothesis = hypothesis;
+    if (!effect.searched) {
+      const Columns raw = columns_of(at_rest(hypothesis));
+      take(candidate, projected(raw));
+      candidate.p_value =
+          chi2_tail(2 * candidate.gain, static_cast<int>(candidate.normal.cols()));
+      return candidate;
+    }
+    const auto values =
+        effect.searched(readings_.model().rig(), readings_.circumstances(), hypothesis.place);
+    if (values.empty()) return candidate;
+    const bool by_order = effect.cause == "step";
+    const std::vector<Projected> from =
+        by_order ? steps(columns_of(at_rest(hypothesis, -1.0))) : std::vector<Projected>{};
+    std::vector<double> evidences;
+    double best = -1.0;
+    for (const double value : values) {
+      const Projected seen = by_order ? from[static_cast<std::size_t>(value)]
+                                      : projected(columns_of(at_rest(hypothesis, value)));
+      Candidate here;
+      here.hypothesis = hypothesis;
+      take(here, seen);
+      evidences.push_back(here.evidence);
+      if (here.gain > best) {
+        best = here.gain;
+        here.searched = value;
+        candidate = std::move(here);
+      }
+    }
+    // The search is averaged over.
+    candidate.evidence = log_mean_exp(evidences);
+    constexpr double kIndependentSteps = 12.0;
+    constexpr double kIndependentShare = 0.7;  // of neighbouring periods
+    const double tries = by_order ? kIndependentSteps
+                                  : kIndependentShare * static_cast<double>(evidences.size());
+    const double p = chi2_tail(2 * best, static_cast<int>(candidate.normal.cols()));
+    candidate.p_value = -std::expm1(tries * std::log1p(-std::min(p, 1 - 1e-12)));
+    return candidate;
+  }
+
+ private:
+  [[nodiscard]] Columns columns_of(const ActiveEffect& candidate) const {
+    const Effect& effect = *candidate.effect;
+    const bool only_reading =
+        !effect.before_kinematics && !effect.after_kinematics && !effect.before_contact;
+    Columns result;
+    if (!only_reading) {
+      result.values = effect_columns(readings_, fit_.model, extended_, candidate, simulated_);
+    } else {
+      const int count = linear_count(effect);
+      const bool one_dial = candidate.place.dial >= 0 && candidate.place.other_dial < 0;
+      if (one_dial) result.rows = &dial_rows_[static_cast<std::size_t>(candidate.place.dial)];
+      const Eigen::Index n =
+          one_dial ? static_cast<Eigen::Index>(result.rows->size()) : readings_.count();
+      result.values = Eigen::MatrixXd::Zero(n, count);
+      simulation::Scene scene;
+      for (int i = 0; i < count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        ActiveEffect moved = candidate;
+        const double step = 1e-3 * effect.parameters[k].sigma;
+        moved.x[k] += step;
+        for (Eigen::Index at = 0; at < n; ++at) {
+          const Eigen::Index row = one_dial ? (*result.rows)[static_cast<std::size_t>(at)] : at;
+          const Row& each = readings_.rows()[static_cast<std::size_t>(row)];
+          const auto t = static_cast<std::size_t>(each.trial);
+          if (scenes_[t].reading_mm.empty()) continue;
+          scene.reading_mm = scenes_[t].reading_mm;
+          const auto dial = static_cast<std::size_t>(each.dial);
+          const double before = scene.reading_mm[dial];
+          effect.after_reading(moved.x, moved.place, readings_.circumstances()[t], scene);
+          result.values(at, i) = (scene.reading_mm[dial] - before) / step;
+        }
+      }
+    }
+    // Parameters that do nothing here (the second one of a step in a joint).
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = 0; i < result.values.cols(); ++i) {
+      if (result.values.col(i).squaredNorm() <= 0) continue;
+      if (kept != i) result.values.col(kept) = result.values.col(i).eval();
+      ++kept;
+    }
+    result.values.conservativeResize(Eigen::NoChange, kept);
+    // Weighted from here on.
+    for (Eigen::Index at = 0; at < result.values.rows(); ++at) {
+      const Eigen::Index row = result.rows ? (*result.rows)[static_cast<std::size_t>(at)] : at;
+      result.values.row(at) *= root_[row];
+    }
+    return result;
+  }
+
+  [[nodiscard]] Projected projected(const Columns& columns) const {
+    Projected result;
+    const Eigen::MatrixXd& C = columns.values;
+    const Eigen::MatrixXd plain = C.transpose() * C;
+    Eigen::MatrixXd shared;
+    if (columns.rows) {
+      const auto dial = static_cast<std::size_t>(columns.rows - dial_rows_.data());
+      shared.noalias() = Q_of_dial_[dial].transpose() * C;
+      result.right = Eigen::VectorXd::Zero(C.cols());
+      for (Eigen::Index at = 0; at < C.rows(); ++at) {
+        result.right +=
+            C.row(at).transpose() * e_[(*columns.rows)[static_cast<std::size_t>(at)]];
+      }
+    } else {
+      shared.noalias() = Q_.transpose() * C;
+      result.right.noalias() = C.transpose() * e_;
+    }
+    result.normal = plain - shared.transpose() * shared;
+    result.before = plain.trace();
+    return result;
+  }
+
+  /// Of a constant shift's columns: the step at each sample.
+  [[nodiscard]] std::vector<Projected> steps(const Columns& columns) const {
+    const Eigen::MatrixXd& C = columns.values;
+    const Eigen::Index k = C.cols();
+    Eigen::MatrixXd plain = Eigen::MatrixXd::Zero(k, k);
+    Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(Q_.cols(), k);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(k);
+    std::vector<Projected> result(readings_.trials().size());
+    for (std::size_t t = result.size(); t-- > 0;) {
+      for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
+        plain += C.row(row).transpose() * C.row(row);
+        shared += Q_.row(row).transpose() * C.row(row);
+        right += C.row(row).transpose() * e_[row];
+      }
+      result[t] = {plain - shared.transpose() * shared, right, plain.trace()};
+    }
+    return result;
+  }
+
+  void take(Candidate& candidate, const Projected& seen) const {
+    candidate.surviving =
+        seen.before > 0 ? std::sqrt(std::max(0.0, seen.normal.trace()) / seen.before) : 0.0;
+    candidate.normal = seen.normal;
+    if (candidate.surviving < kLeastSurviving) return;
+    double explained = 0.0;
+    if (seen.right.size() == 1) {
+      explained = seen.right[0] * seen.right[0] / seen.normal(0, 0);
+    } else {
+      explained =
+          seen.right.dot(seen.normal.completeOrthogonalDecomposition().solve(seen.right));
+    }
+    explained = std::clamp(explained, 0.0, sse_ * (1 - 1e-12));
+    candidate.gain = -0.5 * freedom_ * std::log1p(-explained / sse_);
+    const MarginalLikelihood found =
+        marginal_likelihood(seen.normal, seen.right, sse_, freedom_);
+    candidate.evidence = found.by_scale.empty() ? 0.0 : log_mean_exp(found.by_scale);
+  }
+
+  const Readings& readings_;
+  const JointFit& fit_;
+  simulation::ExtendedModel extended_;
+  Projector projector_;
+  const Eigen::VectorXd& root_;
+  const Eigen::MatrixXd& Q_;
+  const Eigen::VectorXd& e_;
+  double sse_;
+  double freedom_;
+  Eigen::VectorXd simulated_;
+  std::vector<simulation::Scene> scenes_;
+  std::vector<std::vector<Eigen::Index>> dial_rows_;
+  std::vector<Eigen::MatrixXd> Q_of_dial_;
+};
+
+}  // namespace
+
+simulation::ActiveEffect at_rest(const Hypothesis& hypothesis, double searched) {
+  const Effect& effect = *hypothesis.effect;
+  ActiveEffect active{
+      &effect, hypothesis.place, std::vector<double>(effect.parameters.size(), 0.0)};
+  if (effect.searched) active.x.back() = searched;
+  return active;
+}
+
+std::vector<Candidate> score_all(
+    const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses) {
+  const Scorer scorer(readings, fit);
+  std::vector<Candidate> result;
+  for (const Hypothesis& each : hypotheses) {
+    if (each.effect->parameters.empty()) continue;  // swaps are tried on the data itself
+    Candidate candidate = scorer.score(each);
+    if (candidate.hypothesis.effect) result.push_back(std::move(candidate));
+  }
+  std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.evidence != b.evidence) return a.evidence > b.evidence;
+    return a.hypothesis.name() < b.hypothesis.name();
+  });
+  return result;
+}
+
+}  // namespace sixdial::diagnosis
