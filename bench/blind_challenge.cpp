@@ -252,19 +252,20 @@ Outcome trial_of(const Options& options, std::uint64_t seed) {
     outcome.wrong = outcome.wrong || (!touches && finding.tied_with.empty());
   }
   if (verdict.swap) outcome.said += verdict.swap->name() + " ";
-  const bool nothing = verdict.findings.empty() && !verdict.unknown && !verdict.swap;
+  const bool nothing = verdict.findings.empty() && verdict.unknown.empty() && !verdict.swap;
   outcome.detected = !nothing;
   const bool only = verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size();
   outcome.named = exact == outcome.truth.size() && only && !outcome.truth.empty();
   outcome.in_tie = tied == outcome.truth.size() && !outcome.truth.empty();
-  if (verdict.unknown) {
-    outcome.said +=
-        fmt::format("UNKNOWN({:.1f}, {}:", verdict.unknown->evidence, verdict.unknown->enters);
-    for (const auto& each : verdict.unknown->covariates) outcome.said += " " + each;
+  if (!verdict.unknown.empty()) {
+    outcome.said += fmt::format(
+        "UNKNOWN({:.1f}, {}:", verdict.unknown.front().evidence,
+        verdict.unknown.front().enters);
+    for (const auto& each : verdict.depends_on()) outcome.said += " " + each;
     outcome.said += ")";
     if (outcome.outside) {
       const std::string right = covariate_of(world.effects.front());
-      for (const auto& each : verdict.unknown->covariates) {
+      for (const auto& each : verdict.depends_on()) {
         outcome.unknown = outcome.unknown || each == right;
       }
     }
@@ -297,8 +298,8 @@ int main(int argc, char** argv) {
   for (int w = 0; w < options.threads; ++w) {
     workers.emplace_back([&] {
       for (int i = next++; i < options.sessions; i = next++) {
-        outcomes[static_cast<std::size_t>(i)] =
-            trial_of(options, options.seed * 1'000'000 + static_cast<std::uint64_t>(options.first + i));
+        outcomes[static_cast<std::size_t>(i)] = trial_of(
+            options, options.seed * 1'000'000 + static_cast<std::uint64_t>(options.first + i));
       }
     });
   }
@@ -333,7 +334,7 @@ int main(int argc, char** argv) {
     }
     seconds += each.seconds;
     const bool good = options.kind == "none" ? !each.detected
-                      : each.outside         ? each.unknown
+                      : each.outside         ? each.unknown && !each.wrong
                                              : each.named;
     if (options.verbose && !good) {
       fmt::print("  seed {} R {:.2f} truth", each.seed, each.least);

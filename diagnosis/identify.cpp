@@ -16,6 +16,18 @@ double prior_cost(std::size_t hypotheses) {
   return std::log(static_cast<double>(std::max<std::size_t>(2, hypotheses)));
 }
 
+/// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
+/// a large effect is not refused.
+double implausibility(const ActiveEffect& active) {
+  constexpr double kWidth = 5.0;
+  double sum = 0.0;
+  for (int i = 0; i < linear_count(*active.effect); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    sum += std::pow(active.x[k] / (kWidth * active.effect->parameters[k].sigma), 2);
+  }
+  return std::log1p(sum);
+}
+
 struct Chosen {
   Candidate candidate;
   double cost = 0.0;
@@ -63,6 +75,9 @@ class Search {
     result.fit = fit_jointly(readings_, from.model, std::move(sizes), &from, random);
     result.evidence = result.fit.log_likelihood;
     for (const Chosen& each : result.chosen) result.evidence -= each.cost;
+    for (const ActiveEffect& each : result.fit.effects) {
+      result.evidence -= implausibility(each);
+    }
     for (const UnknownCandidate& each : result.unknown) {
       result.evidence -= each.cost + settings_.name_preference;
     }
@@ -75,6 +90,12 @@ class Search {
     chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
     sizes.erase(sizes.begin() + static_cast<std::ptrdiff_t>(i));
     return explained(all.fit, std::move(chosen), std::move(sizes), all.unknown);
+  }
+
+  [[nodiscard]] Explanation without_unknown(const Explanation& all, std::size_t i) const {
+    std::vector<UnknownCandidate> unknown = all.unknown;
+    unknown.erase(unknown.begin() + static_cast<std::ptrdiff_t>(i));
+    return explained(all.fit, all.chosen, all.fit.effects, std::move(unknown));
   }
 
   /// The best candidates refitted jointly with what is there, best first.
@@ -129,7 +150,7 @@ class Search {
     }
     for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size();) {
       Explanation less = without(now, i);
-      if (less.evidence >= now.evidence) {
+      if (less.evidence >= now.evidence - settings_.least_log_odds) {
         now = std::move(less);
       } else {
         ++i;
@@ -199,6 +220,10 @@ std::optional<Hypothesis> find_swap(
   return found;
 }
 
+/// Smooth functions whose evidence differs by less are not told apart: their evidence is that
+/// of the linear score, not of a refit.
+constexpr double kUnknownTie = 6.0;
+
 /// Beside something smooth: names that it makes needless go, names that it hid come.
 void refine(const Search& search, const Settings& settings, Explanation& found) {
   for (std::size_t i = 0; i < found.chosen.size();) {
@@ -206,7 +231,7 @@ void refine(const Search& search, const Settings& settings, Explanation& found) 
     names.unknown.clear();
     names = search.without(names, i);
     Explanation less = search.with_unknown(names);
-    if (less.evidence > found.evidence - settings.name_preference) {
+    if (less.evidence > found.evidence - settings.unknown_log_odds) {
       found = std::move(less);
       i = 0;
     } else {
@@ -218,7 +243,7 @@ void refine(const Search& search, const Settings& settings, Explanation& found) 
     if (family_p_value(candidates) > settings.false_alarm_level) break;
     auto choices = search.with_one_more(found, candidates, 15.0, 5);
     if (choices.empty() ||
-        choices.front().evidence <= found.evidence + settings.name_preference) {
+        choices.front().evidence <= found.evidence + settings.unknown_log_odds) {
       break;
     }
     found = std::move(choices.front());
@@ -226,6 +251,20 @@ void refine(const Search& search, const Settings& settings, Explanation& found) 
 }
 
 }  // namespace
+
+std::vector<std::string> Identification::depends_on() const {
+  std::vector<std::string> result;
+  for (const auto* list : {&unknown, &unknown_rivals}) {
+    for (const UnknownCandidate& each : *list) {
+      for (const std::string& covariate : each.covariates) {
+        if (std::find(result.begin(), result.end(), covariate) == result.end()) {
+          result.push_back(covariate);
+        }
+      }
+    }
+  }
+  return result;
+}
 
 Identification identify(Readings& readings, const Settings& settings) {
   Identification result;
@@ -253,7 +292,10 @@ Identification identify(Readings& readings, const Settings& settings) {
     if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
     if (family_p_value(candidates) > settings.false_alarm_level) break;
     auto choices = search.with_one_more(names, candidates, 25.0, 8);
-    if (choices.empty() || choices.front().evidence <= names.evidence) break;
+    if (choices.empty() ||
+        choices.front().evidence <= names.evidence + settings.least_log_odds) {
+      break;
+    }
     const std::size_t before = names.chosen.size();
     names = std::move(choices.front());
     search.reconsider(names);
@@ -266,7 +308,23 @@ Identification identify(Readings& readings, const Settings& settings) {
   Explanation found = std::move(cuts[best]);
   if (!found.unknown.empty()) refine(search, settings, found);
   result.extended = found.fit;
-  if (!found.unknown.empty()) result.unknown = found.unknown.front();
+  result.unknown = found.unknown;
+  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    const Explanation less = search.without_unknown(found, i);
+    const auto same = [&](const UnknownCandidate& each) {
+      return each.covariates == found.unknown[i].covariates &&
+             each.enters == found.unknown[i].enters;
+    };
+    auto rivals = score_unknown(readings, less.fit);
+    const auto own = std::find_if(rivals.begin(), rivals.end(), same);
+    if (own == rivals.end()) continue;
+    const double least = own->evidence - kUnknownTie;
+    for (UnknownCandidate& rival : rivals) {
+      if (!same(rival) && rival.evidence > least) {
+        result.unknown_rivals.push_back(std::move(rival));
+      }
+    }
+  }
 
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     const Explanation less = search.without(found, i);

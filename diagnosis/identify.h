@@ -14,7 +14,8 @@ namespace sixdial::diagnosis {
 
 struct Settings {
   double false_alarm_level = 0.01;  // over the whole catalogue
-  double tie_log_odds = 4.0;        // rivals closer than this cannot be told apart
+  double tie_log_odds = 2.5;        // rivals closer than this cannot be told apart
+  double least_log_odds = 2.0;      // what any further name must show
   double unknown_log_odds = 5.0;    // what a smooth remainder must show
   /// What a smooth function must explain better by, to be preferred to a name: a drift is also
   /// a smooth function of time.
@@ -45,7 +46,11 @@ struct Identification {
   JointFit baseline;  // robot and clamp only
   JointFit extended;  // with the findings
   std::vector<Finding> findings;
-  std::optional<UnknownCandidate> unknown;
+  /// Smooth functions that nobody named, and for each its rivals that do about as well.
+  std::vector<UnknownCandidate> unknown;
+  std::vector<UnknownCandidate> unknown_rivals;
+  /// Covariates of both, each once.
+  [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;
   std::optional<Hypothesis> swap;
   double family_p_value = 1.0;

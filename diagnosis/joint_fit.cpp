@@ -140,9 +140,12 @@ Projector::Projector(const JointFit& fit) : root_(fit.weight.cwiseSqrt()) {
   freedom_ = std::max(3.0, fit.weight.sum() - fit.fitted);
 }
 
-JointFit fit_jointly(
+namespace {
+
+/// `plain_steps`: least squares with every reading counted, before the weights come in.
+JointFit fit_from(
     const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
-    const JointFit* near, const Eigen::MatrixXd& random) {
+    const JointFit* near, const Eigen::MatrixXd& random, int plain_steps) {
   JointFit fit;
   fit.random = random.cols() > 0 ? random : readings.nuisance();
   const Eigen::Index m = fit.random.cols();
@@ -172,6 +175,7 @@ JointFit fit_jointly(
   constexpr int kMostSteps = 60;
   for (int step = 0; step < kMostSteps; ++step) {
     weigh(fit, smallest_s_mm);
+    if (step < plain_steps) fit.weight.setOnes();
     fit.J.resize(readings.count(), count);
     fit.J.leftCols(kModelParameterCount) = readings.jacobian(fit.model);
     const Eigen::VectorXd simulated = simulated_with(fit.model, fit.effects);
@@ -242,6 +246,11 @@ JointFit fit_jointly(
     fit.residual_mm = std::move(residual);
     fit.u = std::move(u);
     weigh(fit, smallest_s_mm);
+    if (step < plain_steps) {
+      fit.s_mm = std::max(smallest_s_mm, robust_scale(fit.residual_mm));
+      fit.gross_share = kLeastGrossShare;
+      continue;
+    }
     if (moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
         std::abs(fit.log_likelihood - last) < 1e-2) {
       fit.converged = true;
@@ -249,6 +258,22 @@ JointFit fit_jointly(
     }
   }
   finish(fit);
+  return fit;
+}
+
+}  // namespace
+
+JointFit fit_jointly(
+    const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
+    const JointFit* near, const Eigen::MatrixXd& random) {
+  JointFit fit = fit_from(readings, start, effects, near, random, 0);
+  // So many gross readings are more often a fit that settled on a part of the session.
+  constexpr double kSuspicious = 0.08;
+  constexpr int kPlainSteps = 4;
+  if (fit.gross_share > kSuspicious || !fit.converged) {
+    JointFit again = fit_from(readings, start, std::move(effects), near, random, kPlainSteps);
+    if (again.log_likelihood > fit.log_likelihood) fit = std::move(again);
+  }
   return fit;
 }
 

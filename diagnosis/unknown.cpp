@@ -129,7 +129,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   };
   add("theta1", "joint1", theta1, joint1, 16);
   add("theta2", "joint2", theta2, joint2, 16);
-  add("time", "tool", time, tool, 16);
+  add("time", "tool", time, tool, 40);
   add("temperature", "tool", warm, tool, 8);
   {
     const auto ux = scaled(x);

@@ -8,8 +8,8 @@ namespace sixdial::simulation {
 namespace {
 
 constexpr EffectParameter kParameters[] = {
-    {"a", "rad", 1e-3},
-    {"b", "rad", 1e-3},
+    {"a", "rad", 2e-3},
+    {"b", "rad", 2e-3},
 };
 
 void bend_kinematics(

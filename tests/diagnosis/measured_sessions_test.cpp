@@ -44,9 +44,7 @@ Verdict verdict_of(const fs::path& bundle) {
     verdict.tied.push_back(tie);
   }
   if (found.swap) verdict.certain.insert(found.swap->name());
-  if (found.unknown) {
-    verdict.unknown = {found.unknown->covariates.begin(), found.unknown->covariates.end()};
-  }
+  for (const auto& covariate : found.depends_on()) verdict.unknown.insert(covariate);
   verdict.gross = found.gross.size();
   verdict.noise_mm = found.extended.s_mm;
   return verdict;
