@@ -16,8 +16,17 @@ namespace {
 using simulation::ActiveEffect;
 
 constexpr double kPi = std::numbers::pi;
-/// Half width of the basis' box in half ranges: beyond the data, so that ends are free.
-constexpr double kBox = 1.3;
+
+/// Kernels of one box: sines on [-half_width, half_width] in half ranges of the covariate stand
+/// for a Gaussian process, as long as its length is short against the box. A negative length is
+/// the exponential kernel's (a wandering value, as of a random walk).
+struct Box {
+  double half_width;
+  std::vector<double> lengths;
+};
+const std::vector<Box> kAlong{
+    {1.3, {0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
+const std::vector<Box> kOver{{1.3, {0.3, 0.45}}, {2.0, {0.6, 0.9}}, {3.5, {1.3, 2.5}}};
 
 /// Covariate scaled to [-1, 1]; empty if it does not vary.
 std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values) {
@@ -27,19 +36,19 @@ std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values) {
   return Eigen::VectorXd((values.array() - 0.5 * (low + high)).matrix() / (0.5 * (high - low)));
 }
 
-/// sin basis on [-kBox, kBox], samples x count.
-Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, int count) {
+/// Samples x count.
+Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count) {
   Eigen::MatrixXd basis(u.size(), count);
   for (int j = 0; j < count; ++j) {
-    basis.col(j) = ((u.array() + kBox) * (kPi * (j + 1) / (2 * kBox))).sin() / std::sqrt(kBox);
+    basis.col(j) = ((u.array() + half_width) * (kPi * (j + 1) / (2 * half_width))).sin() /
+                   std::sqrt(half_width);
   }
   return basis;
 }
 
-/// Spectral density: squared exponential (smooth), or for a negative length the exponential
-/// kernel's (a wandering value, as of a random walk).
-double spectrum(int j, double length) {
-  const double omega = kPi * (j + 1) / (2 * kBox);
+/// Spectral density of a kernel at basis function j.
+double spectrum(int j, double half_width, double length) {
+  const double omega = kPi * (j + 1) / (2 * half_width);
   if (length < 0) return -length / (1 + omega * omega * length * length);
   return length * std::exp(-0.5 * omega * omega * length * length);
 }
@@ -58,20 +67,192 @@ Eigen::MatrixXd prominent(const Eigen::MatrixXd& columns, const Eigen::VectorXd&
   return result.leftCols(kept);
 }
 
-struct Model {
-  std::vector<std::string> covariates;
-  std::string enters;
-  Eigen::MatrixXd columns;                // n x m, unscaled
-  std::vector<std::array<int, 2>> order;  // basis numbers of each column; -1: not that axis
-  std::vector<double> lengths;
+/// What each trial has that something could depend on.
+struct Covariates {
+  Eigen::VectorXd theta1, theta2, x, y, gamma, time, temperature;
+  Eigen::MatrixXd approach;  // trials x 2
+};
+
+Covariates covariates_of(
+    const Readings& readings, const JointFit& fit, const simulation::ExtendedModel& extended) {
+  const auto& trials = readings.trials();
+  const auto count = static_cast<Eigen::Index>(trials.size());
+  Covariates at;
+  for (Eigen::VectorXd* each :
+       {&at.theta1, &at.theta2, &at.x, &at.y, &at.gamma, &at.time, &at.temperature}) {
+    each->resize(count);
+  }
+  at.approach.resize(count, 2);
+  simulation::Scene scene;
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    const simulation::Circumstance& sample = readings.circumstances()[i];
+    at.theta1[t] = trials[i].q_rad[0];
+    at.theta2[t] = trials[i].q_rad[1];
+    at.time[t] = sample.time_h;
+    at.temperature[t] = sample.temperature_degC;
+    at.approach.row(t) = sample.approach.transpose();
+    const bool there = extended.run(fit.model, trials[i], sample, scene).has_value();
+    const Eigen::Index before = std::max<Eigen::Index>(0, t - 1);
+    at.x[t] = there ? scene.p_WE.x() : t > 0 ? at.x[before] : 0.0;
+    at.y[t] = there ? scene.p_WE.y() : t > 0 ? at.y[before] : 0.0;
+    at.gamma[t] = there ? scene.gamma_rad : t > 0 ? at.gamma[before] : 0.0;
+  }
+  if (at.time.maxCoeff() <= 0) {
+    at.time = Eigen::VectorXd::LinSpaced(count, 0.0, static_cast<double>(count - 1));
+  }
+  return at;
+}
+
+/// Scores one smooth function after the other against the same residual.
+class UnknownSearch {
+ public:
+  UnknownSearch(const Readings& readings, const JointFit& fit)
+      : readings_(readings), projector_(fit), weight_(fit.weight.sum()) {}
+
+  /// f(covariate), one for each column of the stage.
+  void along(
+      const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
+      const Eigen::MatrixXd& stage, int functions) {
+    const auto u = scaled(covariate);
+    if (!u) return;
+    begin({name}, enters);
+    for (const Box& box : kAlong) {
+      const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
+      Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
+      std::vector<std::array<int, 2>> order;
+      for (Eigen::Index s = 0; s < stage.cols(); ++s) {
+        for (int j = 0; j < functions; ++j) {
+          for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+            columns(row, s * functions + j) = stage(row, s) * basis(trial_of(row), j);
+          }
+          order.push_back({j, -1});
+        }
+      }
+      score(columns, order, box);
+    }
+    end();
+  }
+
+  /// f(x, y), one for each column of the stage.
+  void over(
+      const Eigen::VectorXd& x, const Eigen::VectorXd& y, const std::string& enters,
+      const Eigen::MatrixXd& stage) {
+    constexpr int kEach = 6;
+    const auto ux = scaled(x);
+    const auto uy = scaled(y);
+    if (!ux || !uy) return;
+    begin({"x", "y"}, enters);
+    for (const Box& box : kOver) {
+      const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
+      const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
+      Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
+      std::vector<std::array<int, 2>> order;
+      Eigen::Index column = 0;
+      for (Eigen::Index s = 0; s < stage.cols(); ++s) {
+        for (int i = 0; i < kEach; ++i) {
+          for (int j = 0; j < kEach; ++j, ++column) {
+            for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+              const Eigen::Index t = trial_of(row);
+              columns(row, column) = stage(row, s) * bx(t, i) * by(t, j);
+            }
+            order.push_back({i, j});
+          }
+        }
+      }
+      score(columns, order, box);
+    }
+    end();
+  }
+
+  /// Another constant for each sign of each joint's approach.
+  void by_approach(
+      const Eigen::MatrixXd& approach, const std::string& enters,
+      const Eigen::MatrixXd& stage) {
+    for (Eigen::Index joint = 0; joint < approach.cols(); ++joint) {
+      if (!scaled(approach.col(joint))) continue;
+      begin({"approach" + std::to_string(joint + 1)}, enters);
+      Eigen::MatrixXd columns = stage;
+      for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+        columns.row(row) *= approach(trial_of(row), joint);
+      }
+      score(columns, {}, {1.0, {0.0}});
+      end();
+    }
+  }
+
+  [[nodiscard]] std::vector<UnknownCandidate> ranked() {
+    const double tried = std::log(static_cast<double>(std::max<std::size_t>(1, found_.size())));
+    for (UnknownCandidate& each : found_) {
+      each.evidence -= tried;
+      each.cost += tried;
+    }
+    std::stable_sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) {
+      return a.evidence > b.evidence;
+    });
+    return std::move(found_);
+  }
+
+ private:
+  [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const {
+    return static_cast<Eigen::Index>(readings_.rows()[static_cast<std::size_t>(row)].trial);
+  }
+
+  void begin(std::vector<std::string> covariates, const std::string& enters) {
+    best_ = {};
+    best_.covariates = std::move(covariates);
+    best_.enters = enters;
+    top_ = -1e300;
+    all_.clear();
+  }
+  /// One box of kernels; without `order` the columns as they are.
+  void score(
+      const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
+      const Box& box) {
+    const Eigen::MatrixXd& Q = projector_.Q();
+    const Eigen::MatrixXd weighted = projector_.root_weight().asDiagonal() * columns;
+    const Eigen::MatrixXd shared = Q.transpose() * weighted;
+    const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
+    const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
+    for (const double length : box.lengths) {
+      Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
+      for (std::size_t j = 0; j < order.size(); ++j) {
+        double s = spectrum(order[j][0], box.half_width, length);
+        if (order[j][1] >= 0) s *= spectrum(order[j][1], box.half_width, length);
+        spread[static_cast<Eigen::Index>(j)] = std::sqrt(s);
+      }
+      const MarginalLikelihood found = marginal_likelihood(
+          spread.asDiagonal() * A * spread.asDiagonal(), spread.cwiseProduct(b),
+          projector_.squares(), projector_.freedom());
+      if (found.by_scale.empty()) continue;
+      all_.insert(all_.end(), found.by_scale.begin(), found.by_scale.end());
+      if (found.best > top_) {
+        top_ = found.best;
+        best_.length = length;
+        best_.rms_mm = std::sqrt(found.explained / std::max(1.0, weight_));
+        best_.columns = prominent(columns, spread * found.best_scale);
+      }
+    }
+  }
+  void end() {
+    if (all_.empty()) return;
+    best_.evidence = log_mean_exp(all_);
+    best_.cost = top_ - best_.evidence;
+    found_.push_back(std::move(best_));
+  }
+
+  const Readings& readings_;
+  Projector projector_;
+  double weight_;
+  UnknownCandidate best_;
+  double top_ = 0.0;
+  std::vector<double> all_;
+  std::vector<UnknownCandidate> found_;
 };
 
 }  // namespace
 
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
-  const auto& trials = readings.trials();
-  const auto count = static_cast<Eigen::Index>(trials.size());
-  const Eigen::Index n = readings.count();
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
 
@@ -82,153 +263,52 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     return effect_columns(readings, fit.model, extended, active, simulated);
   };
   const Eigen::MatrixXd tool = stage({.name = "base"});
-  const Eigen::MatrixXd joint1 = stage({.name = "joint1", .joint = 0}).leftCols(1);
-  const Eigen::MatrixXd joint2 = stage({.name = "joint2", .joint = 1}).leftCols(1);
+  const Covariates at = covariates_of(readings, fit, extended);
 
-  // Covariates by trial.
-  Eigen::VectorXd theta1(count), theta2(count), x(count), y(count), time(count), warm(count);
-  simulation::Scene scene;
-  for (Eigen::Index t = 0; t < count; ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    theta1[t] = trials[i].q_rad[0];
-    theta2[t] = trials[i].q_rad[1];
-    time[t] = readings.circumstances()[i].time_h;
-    warm[t] = readings.circumstances()[i].temperature_degC;
-    const bool there =
-        extended.run(fit.model, trials[i], readings.circumstances()[i], scene).has_value();
-    x[t] = there ? scene.p_WE.x() : (t > 0 ? x[t - 1] : 0.0);
-    y[t] = there ? scene.p_WE.y() : (t > 0 ? y[t - 1] : 0.0);
-  }
-  if (time.maxCoeff() <= 0) {
-    for (Eigen::Index t = 0; t < count; ++t) time[t] = static_cast<double>(t);
-  }
-
-  std::vector<Model> models;
-  const std::vector<double> lengths{0.08, 0.15, 0.3, 0.6, 1.2, -0.5, -2.0};
-  const auto trial_of = [&](Eigen::Index row) {
-    return static_cast<Eigen::Index>(readings.rows()[static_cast<std::size_t>(row)].trial);
-  };
-  const auto add = [&](const std::string& name, const std::string& enters,
-                       const Eigen::VectorXd& covariate, const Eigen::MatrixXd& stage_columns,
-                       int functions) {
-    const auto u = scaled(covariate);
-    if (!u) return;
-    const Eigen::MatrixXd basis = basis_of(*u, functions);
-    Model model{
-        {name}, enters, Eigen::MatrixXd(n, functions * stage_columns.cols()), {}, lengths};
-    for (Eigen::Index s = 0; s < stage_columns.cols(); ++s) {
-      for (int j = 0; j < functions; ++j) {
-        for (Eigen::Index row = 0; row < n; ++row) {
-          model.columns(row, s * functions + j) =
-              stage_columns(row, s) * basis(trial_of(row), j);
-        }
-        model.order.push_back({j, -1});
-      }
-    }
-    models.push_back(std::move(model));
-  };
-  add("theta1", "joint1", theta1, joint1, 16);
-  add("theta2", "joint2", theta2, joint2, 16);
-  add("time", "tool", time, tool, 40);
-  add("temperature", "tool", warm, tool, 8);
-  {
-    const auto ux = scaled(x);
-    const auto uy = scaled(y);
-    constexpr int kEach = 6;
-    if (ux && uy) {
-      const Eigen::MatrixXd bx = basis_of(*ux, kEach);
-      const Eigen::MatrixXd by = basis_of(*uy, kEach);
-      Model model{
-          {"x", "y"},
-          "tool",
-          Eigen::MatrixXd(n, 2 * kEach * kEach),
-          {},
-          {0.3, 0.45, 0.6, 0.9, 1.3}};
-      Eigen::Index column = 0;
-      for (int axis = 0; axis < 2; ++axis) {
-        for (int i = 0; i < kEach; ++i) {
-          for (int j = 0; j < kEach; ++j, ++column) {
-            for (Eigen::Index row = 0; row < n; ++row) {
-              const Eigen::Index t = trial_of(row);
-              model.columns(row, column) = tool(row, axis) * bx(t, i) * by(t, j);
-            }
-            model.order.push_back({i, j});
-          }
-        }
-      }
-      models.push_back(std::move(model));
-    }
-  }
+  UnknownSearch search(readings, fit);
+  constexpr int kFunctions = 16;
+  constexpr int kOfTime = 40;  // a random walk is rough
+  constexpr int kFew = 10;
+  search.along(
+      "theta1", "joint1", at.theta1, stage({.name = "joint1", .joint = 0}).leftCols(1),
+      kFunctions);
+  search.along(
+      "theta2", "joint2", at.theta2, stage({.name = "joint2", .joint = 1}).leftCols(1),
+      kFunctions);
+  search.along("time", "tool", at.time, tool, kOfTime);
+  search.along("temperature", "tool", at.temperature, tool, kFew);
+  search.over(at.x, at.y, "tool", tool);
+  search.by_approach(at.approach, "tool", tool);
   if (readings.has_dials()) {
+    const Eigen::MatrixXd clamp = stage({.name = "cuboid"}).leftCols(1);
+    search.along("time", "clamp", at.time, clamp, kFew);
+    search.along("gamma", "clamp", at.gamma, clamp, kFew);
     const auto& dials = readings.model().rig().dials;
     for (std::size_t d = 0; d < dials.size(); ++d) {
-      Eigen::VectorXd own = Eigen::VectorXd::Zero(count);
-      Eigen::MatrixXd rows_of_dial = Eigen::MatrixXd::Zero(n, 1);
+      Eigen::VectorXd own = Eigen::VectorXd::Zero(at.time.size());
+      Eigen::MatrixXd rows_of_dial = Eigen::MatrixXd::Zero(readings.count(), 1);
       double sum = 0.0;
       int present = 0;
-      for (Eigen::Index row = 0; row < n; ++row) {
-        if (readings.rows()[static_cast<std::size_t>(row)].dial != static_cast<int>(d))
-          continue;
+      for (Eigen::Index row = 0; row < readings.count(); ++row) {
+        const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+        if (each.dial != static_cast<int>(d)) continue;
         rows_of_dial(row, 0) = 1.0;
-        own[trial_of(row)] = readings.measured_mm()[row];
+        own[each.trial] = readings.measured_mm()[row];
         sum += readings.measured_mm()[row];
         ++present;
       }
-      if (present < 12) continue;
-      for (Eigen::Index t = 0; t < count; ++t) {
-        if (own[t] == 0.0) own[t] = sum / present;  // not in contact: no row, no influence
+      constexpr int kFewestReadings = 12;
+      if (present < kFewestReadings) continue;
+      for (double& value : own) {
+        if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
       }
-      add("dial " + dials[d].id + " reading", "dial " + dials[d].id, own, rows_of_dial, 16);
-      add("time", "dial " + dials[d].id, time, rows_of_dial, 12);
+      search.along(
+          "dial " + dials[d].id + " reading", "dial " + dials[d].id, own, rows_of_dial,
+          kFunctions);
+      search.along("time", "dial " + dials[d].id, at.time, rows_of_dial, kFew);
     }
-    add("time", "clamp", time, stage({.name = "cuboid"}).leftCols(1), 12);
   }
-
-  const Projector projector(fit);
-  const Eigen::MatrixXd& Q = projector.Q();
-  const Eigen::VectorXd& e = projector.residual();
-  const double sse = projector.squares();
-  const double freedom = projector.freedom();
-
-  std::vector<UnknownCandidate> result;
-  for (const Model& model : models) {
-    Eigen::MatrixXd B = projector.root_weight().asDiagonal() * model.columns;
-    B -= Q * (Q.transpose() * B);
-    const Eigen::MatrixXd A = B.transpose() * B;
-    const Eigen::VectorXd b = B.transpose() * e;
-    UnknownCandidate best;
-    best.covariates = model.covariates;
-    best.enters = model.enters;
-    std::vector<double> all;
-    double top = -1e300;
-    for (const double length : model.lengths) {
-      Eigen::VectorXd spread(A.rows());
-      for (Eigen::Index j = 0; j < spread.size(); ++j) {
-        const auto& order = model.order[static_cast<std::size_t>(j)];
-        double s = spectrum(order[0], length);
-        if (order[1] >= 0) s *= spectrum(order[1], length);
-        spread[j] = std::sqrt(s);
-      }
-      const MarginalLikelihood found = marginal_likelihood(
-          spread.asDiagonal() * A * spread.asDiagonal(), spread.cwiseProduct(b), sse, freedom);
-      if (found.by_scale.empty()) continue;
-      all.insert(all.end(), found.by_scale.begin(), found.by_scale.end());
-      if (found.best > top) {
-        top = found.best;
-        best.length = length;
-        best.rms_mm = std::sqrt(found.explained / std::max(1.0, fit.weight.sum()));
-        best.columns = prominent(model.columns, spread * found.best_scale);
-      }
-    }
-    if (all.empty()) continue;
-    best.evidence = log_mean_exp(all) - std::log(static_cast<double>(models.size()));
-    best.cost = top - best.evidence;
-    result.push_back(std::move(best));
-  }
-  std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
-    return a.evidence > b.evidence;
-  });
-  return result;
+  return search.ranked();
 }
 
 }  // namespace sixdial::diagnosis
