@@ -9,8 +9,11 @@ namespace sixdial::diagnosis {
 
 using simulation::kModelParameterCount;
 
-Readings::Readings(const simulation::ForwardModel& model, std::vector<simulation::Trial> trials)
-    : model_(&model), trials_(std::move(trials)) {
+Readings::Readings(
+    const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
+    std::vector<bool> counts)
+    : model_(&model), trials_(std::move(trials)), counts_(std::move(counts)) {
+  counts_.resize(trials_.size(), counts_.empty());
   for (const auto& trial : trials_) {
     has_dials_ = has_dials_ || std::any_of(
                                    trial.dial_mm.begin(), trial.dial_mm.end(),
@@ -21,6 +24,7 @@ Readings::Readings(const simulation::ForwardModel& model, std::vector<simulation
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     first_row_.push_back(static_cast<Eigen::Index>(values.size()));
     const auto& trial = trials_[t];
+    if (!counts_[t]) continue;
     if (has_dials_) {
       for (std::size_t i = 0; i < trial.dial_mm.size(); ++i) {
         if (!trial.dial_mm[i]) continue;
@@ -53,7 +57,13 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
         trial.dial_mm[static_cast<std::size_t>(dial)],
         trial.dial_mm[static_cast<std::size_t>(other)]);
   }
-  return {*model_, std::move(trials)};
+  return {*model_, std::move(trials), counts_};
+}
+
+Readings Readings::counting(std::vector<bool> counts) const {
+  Readings result(*model_, trials_, std::move(counts));
+  result.circumstances_ = circumstances_;
+  return result;
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {

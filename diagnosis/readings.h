@@ -20,8 +20,13 @@ struct Row {
 class Readings {
  public:
   /// Trials in time order; the model must outlive this. Dials are used if any trial has one;
-  /// else positions.
-  Readings(const simulation::ForwardModel& model, std::vector<simulation::Trial> trials);
+  /// else positions. Only numbers of trials that `counts` says count are taken (all if it is
+  /// empty); the others still are a sample's past.
+  Readings(
+      const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
+      std::vector<bool> counts = {});
+  /// The same session, other trials counted.
+  [[nodiscard]] Readings counting(std::vector<bool> counts) const;
 
   /// The same session with two dials' readings exchanged.
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
@@ -59,6 +64,7 @@ class Readings {
   const simulation::ForwardModel* model_;
   std::vector<simulation::Trial> trials_;
   std::vector<simulation::Circumstance> circumstances_;
+  std::vector<bool> counts_;
   std::vector<Row> rows_;
   std::vector<Eigen::Index> first_row_;
   Eigen::VectorXd measured_mm_;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
 
@@ -38,7 +39,6 @@ struct Columns {
 /// What a candidate's columns amount to after projection.
 struct Projected {
   Eigen::MatrixXd normal;
-  Eigen::VectorXd right;
   double before = 0.0;  // squared norm without projection
 };
 
@@ -51,9 +51,6 @@ class Scorer {
         projector_(fit),
         root_(projector_.root_weight()),
         Q_(projector_.Q()),
-        e_(projector_.residual()),
-        sse_(projector_.squares()),
-        freedom_(projector_.freedom()),
         simulated_(readings.simulate(fit.model, extended_)),
         scenes_(readings.trials().size()),
         dial_rows_(readings.has_dials() ? readings.model().rig().dials.size() : 0) {
@@ -81,48 +78,77 @@ class Scorer {
     }
   }
 
-  [[nodiscard]] Candidate score(const Hypothesis& hypothesis) const {
+  /// A hypothesis' columns, one set for each searched value.
+  struct Prepared {
+    Hypothesis hypothesis;
+    bool by_order = false;
+    std::vector<double> values;  // searched; one 0 if nothing is
+    std::vector<Columns> columns;
+    std::vector<Projected> projected;  // without `right`
+  };
+  [[nodiscard]] Prepared prepare(const Hypothesis& hypothesis) const {
     const Effect& effect = *hypothesis.effect;
-    Candidate candidate;
-    candidate.hypothesis = hypothesis;
-    if (!effect.searched) {
-      const Columns raw = columns_of(at_rest(hypothesis));
-      take(candidate, projected(raw));
-      candidate.p_value =
-          chi2_tail(2 * candidate.gain, static_cast<int>(candidate.normal.cols()));
-      return candidate;
+    Prepared result{hypothesis, effect.cause == "step", {0.0}, {}, {}};
+    if (effect.searched) {
+      result.values =
+          effect.searched(readings_.model().rig(), readings_.circumstances(), hypothesis.place);
     }
-    const auto values =
-        effect.searched(readings_.model().rig(), readings_.circumstances(), hypothesis.place);
-    if (values.empty()) return candidate;
-    const bool by_order = effect.cause == "step";
-    const std::vector<Projected> from =
-        by_order ? steps(columns_of(at_rest(hypothesis, -1.0))) : std::vector<Projected>{};
-    std::vector<double> evidences;
-    double best = -1.0;
-    for (const double value : values) {
-      const Projected seen = by_order ? from[static_cast<std::size_t>(value)]
-                                      : projected(columns_of(at_rest(hypothesis, value)));
-      Candidate here;
-      here.hypothesis = hypothesis;
-      take(here, seen);
-      evidences.push_back(here.evidence);
-      if (here.gain > best) {
-        best = here.gain;
-        here.searched = value;
-        candidate = std::move(here);
+    if (result.by_order) {
+      result.columns.push_back(columns_of(at_rest(hypothesis, -1.0)));
+      const std::vector<Projected> all = steps(result.columns[0]);
+      for (const double value : result.values) {
+        result.projected.push_back(all[static_cast<std::size_t>(value)]);
+      }
+    } else {
+      for (const double value : result.values) {
+        result.columns.push_back(columns_of(at_rest(hypothesis, value)));
+        result.projected.push_back(projected(result.columns.back()));
       }
     }
-    // The search is averaged over.
-    candidate.evidence = log_mean_exp(evidences);
-    constexpr double kIndependentSteps = 12.0;
-    constexpr double kIndependentShare = 0.7;  // of neighbouring periods
-    const double tries = by_order ? kIndependentSteps
-                                  : kIndependentShare * static_cast<double>(evidences.size());
-    const double p = chi2_tail(2 * best, static_cast<int>(candidate.normal.cols()));
-    candidate.p_value = -std::expm1(tries * std::log1p(-std::min(p, 1 - 1e-12)));
-    return candidate;
+    return result;
   }
+
+  /// Against a residual that is projected already. Without evidence: the p value only.
+  [[nodiscard]] Candidate score(
+      const Prepared& prepared, const Eigen::VectorXd& e, double sse,
+      bool with_evidence = true) const {
+    Candidate best;
+    if (prepared.values.empty()) return best;
+    std::vector<Eigen::VectorXd> step_rights;
+    if (prepared.by_order) step_rights = step_right(prepared.columns[0], e);
+    std::vector<double> evidences;
+    double most = -1.0;
+    for (std::size_t i = 0; i < prepared.values.size(); ++i) {
+      const Projected& seen = prepared.projected[i];
+      Candidate here;
+      here.hypothesis = prepared.hypothesis;
+      here.searched = prepared.values[i];
+      take(
+          here, seen,
+          prepared.by_order ? step_rights[static_cast<std::size_t>(prepared.values[i])]
+                            : right_of(prepared.columns[i], e),
+          sse, with_evidence);
+      evidences.push_back(here.evidence);
+      if (here.gain > most) {
+        most = here.gain;
+        best = std::move(here);
+      }
+    }
+    best.p_value = chi2_tail(2 * best.gain, static_cast<int>(best.normal.cols()));
+    if (prepared.values.size() > 1) {
+      // The search is averaged over.
+      best.evidence = log_mean_exp(evidences);
+      constexpr double kIndependentSteps = 12.0;
+      constexpr double kIndependentShare = 0.7;  // of neighbouring periods
+      const double tries = prepared.by_order
+                               ? kIndependentSteps
+                               : kIndependentShare * static_cast<double>(evidences.size());
+      best.p_value = -std::expm1(tries * std::log1p(-std::min(best.p_value, 1 - 1e-12)));
+    }
+    return best;
+  }
+
+  [[nodiscard]] const Projector& projector() const { return projector_; }
 
  private:
   [[nodiscard]] Columns columns_of(const ActiveEffect& candidate) const {
@@ -182,17 +208,36 @@ class Scorer {
     if (columns.rows) {
       const auto dial = static_cast<std::size_t>(columns.rows - dial_rows_.data());
       shared.noalias() = Q_of_dial_[dial].transpose() * C;
-      result.right = Eigen::VectorXd::Zero(C.cols());
-      for (Eigen::Index at = 0; at < C.rows(); ++at) {
-        result.right +=
-            C.row(at).transpose() * e_[(*columns.rows)[static_cast<std::size_t>(at)]];
-      }
     } else {
       shared.noalias() = Q_.transpose() * C;
-      result.right.noalias() = C.transpose() * e_;
     }
     result.normal = plain - shared.transpose() * shared;
     result.before = plain.trace();
+    return result;
+  }
+
+  [[nodiscard]] static Eigen::VectorXd right_of(
+      const Columns& columns, const Eigen::VectorXd& e) {
+    if (!columns.rows) return columns.values.transpose() * e;
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
+    for (Eigen::Index at = 0; at < columns.values.rows(); ++at) {
+      right +=
+          columns.values.row(at).transpose() * e[(*columns.rows)[static_cast<std::size_t>(at)]];
+    }
+    return right;
+  }
+
+  /// C'e of the step at each sample.
+  [[nodiscard]] std::vector<Eigen::VectorXd> step_right(
+      const Columns& columns, const Eigen::VectorXd& e) const {
+    std::vector<Eigen::VectorXd> result(readings_.trials().size());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
+    for (std::size_t t = result.size(); t-- > 0;) {
+      for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
+        right += columns.values.row(row).transpose() * e[row];
+      }
+      result[t] = right;
+    }
     return result;
   }
 
@@ -202,35 +247,35 @@ class Scorer {
     const Eigen::Index k = C.cols();
     Eigen::MatrixXd plain = Eigen::MatrixXd::Zero(k, k);
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(Q_.cols(), k);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(k);
     std::vector<Projected> result(readings_.trials().size());
     for (std::size_t t = result.size(); t-- > 0;) {
       for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
         plain += C.row(row).transpose() * C.row(row);
         shared += Q_.row(row).transpose() * C.row(row);
-        right += C.row(row).transpose() * e_[row];
       }
-      result[t] = {plain - shared.transpose() * shared, right, plain.trace()};
+      result[t] = {plain - shared.transpose() * shared, plain.trace()};
     }
     return result;
   }
 
-  void take(Candidate& candidate, const Projected& seen) const {
+  void take(
+      Candidate& candidate, const Projected& seen, const Eigen::VectorXd& right, double sse,
+      bool with_evidence) const {
     candidate.surviving =
         seen.before > 0 ? std::sqrt(std::max(0.0, seen.normal.trace()) / seen.before) : 0.0;
     candidate.normal = seen.normal;
     if (candidate.surviving < kLeastSurviving) return;
     double explained = 0.0;
-    if (seen.right.size() == 1) {
-      explained = seen.right[0] * seen.right[0] / seen.normal(0, 0);
+    if (right.size() == 1) {
+      explained = right[0] * right[0] / seen.normal(0, 0);
     } else {
-      explained =
-          seen.right.dot(seen.normal.completeOrthogonalDecomposition().solve(seen.right));
+      explained = right.dot(seen.normal.completeOrthogonalDecomposition().solve(right));
     }
-    explained = std::clamp(explained, 0.0, sse_ * (1 - 1e-12));
-    candidate.gain = -0.5 * freedom_ * std::log1p(-explained / sse_);
-    const MarginalLikelihood found =
-        marginal_likelihood(seen.normal, seen.right, sse_, freedom_);
+    explained = std::clamp(explained, 0.0, sse * (1 - 1e-12));
+    const double freedom = projector_.freedom();
+    candidate.gain = -0.5 * freedom * std::log1p(-explained / sse);
+    if (!with_evidence) return;
+    const MarginalLikelihood found = marginal_likelihood(seen.normal, right, sse, freedom);
     candidate.evidence = found.by_scale.empty() ? 0.0 : log_mean_exp(found.by_scale);
   }
 
@@ -240,9 +285,6 @@ class Scorer {
   Projector projector_;
   const Eigen::VectorXd& root_;
   const Eigen::MatrixXd& Q_;
-  const Eigen::VectorXd& e_;
-  double sse_;
-  double freedom_;
   Eigen::VectorXd simulated_;
   std::vector<simulation::Scene> scenes_;
   std::vector<std::vector<Eigen::Index>> dial_rows_;
@@ -259,13 +301,42 @@ simulation::ActiveEffect at_rest(const Hypothesis& hypothesis, double searched) 
   return active;
 }
 
+double simulated_false_alarm(
+    const Readings& readings, const JointFit& baseline,
+    const std::vector<Hypothesis>& hypotheses, double p_value, int draws, std::uint64_t seed) {
+  const Scorer scorer(readings, baseline);
+  std::vector<Scorer::Prepared> prepared;
+  for (const Hypothesis& each : hypotheses) {
+    if (!each.effect->parameters.empty()) prepared.push_back(scorer.prepare(each));
+  }
+  constexpr std::uint32_t kStream = 71;
+  const Projector& projector = scorer.projector();
+  int as_good = 0;
+  for (int draw = 0; draw < draws; ++draw) {
+    Eigen::VectorXd e(readings.count());
+    for (Eigen::Index row = 0; row < e.size(); ++row) {
+      e[row] = calibration::random_normal(
+          seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0, kStream);
+    }
+    e -= projector.Q() * (projector.Q().transpose() * e);
+    std::vector<Candidate> candidates;
+    for (const auto& each : prepared) {
+      Candidate candidate = scorer.score(each, e, e.squaredNorm(), false);
+      if (candidate.hypothesis.effect) candidates.push_back(std::move(candidate));
+    }
+    if (family_p_value(candidates) <= p_value) ++as_good;
+  }
+  return (as_good + 1.0) / (draws + 1.0);
+}
+
 std::vector<Candidate> score_all(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses) {
   const Scorer scorer(readings, fit);
   std::vector<Candidate> result;
   for (const Hypothesis& each : hypotheses) {
     if (each.effect->parameters.empty()) continue;  // swaps are tried on the data itself
-    Candidate candidate = scorer.score(each);
+    Candidate candidate = scorer.score(
+        scorer.prepare(each), scorer.projector().residual(), scorer.projector().squares());
     if (candidate.hypothesis.effect) result.push_back(std::move(candidate));
   }
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {

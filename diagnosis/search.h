@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ struct NotTestable {
 /// Scores all hypotheses against a fit's residual; sorted by evidence, best first.
 [[nodiscard]] std::vector<Candidate> score_all(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses);
+
+/// Draws of noise through the same search: the share of them whose best candidate is at least
+/// as good as a whole catalogue's `p_value`. Never 0: one more draw could be.
+[[nodiscard]] double simulated_false_alarm(
+    const Readings& readings, const JointFit& baseline,
+    const std::vector<Hypothesis>& hypotheses, double p_value, int draws, std::uint64_t seed);
 
 /// An effect without size, at a searched value if it has one.
 [[nodiscard]] simulation::ActiveEffect at_rest(

@@ -1,0 +1,327 @@
+#include "diagnosis/diagnosis.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "calibration/uncertainty.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+using simulation::ActiveEffect;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kLn10 = 2.302585092994046;
+
+/// From repeats without their gross readings, where there are enough, else from the rig file.
+Noise noise_of(const Readings& readings, const JointFit& fit) {
+  std::vector<simulation::Trial> trials = readings.trials();
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    if (fit.weight[row] > 0.5) continue;
+    const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+    auto& trial = trials[static_cast<std::size_t>(each.trial)];
+    if (readings.has_dials()) {
+      trial.dial_mm[static_cast<std::size_t>(each.dial)].reset();
+    } else {
+      trial.position_mm.reset();
+    }
+  }
+  constexpr int kEnough = 10;
+  const auto repeats = calibration::repeat_noise(trials, readings.has_dials());
+  if (repeats && repeats->degrees_of_freedom >= kEnough && repeats->sigma_mm > 0) {
+    return {NoiseSource::kRepeats, repeats->sigma_mm, repeats->degrees_of_freedom};
+  }
+  return {NoiseSource::kRigFile, readings.rig_noise_mm(), 0};
+}
+
+/// More scatter than the noise explains. A rig file's figure is a maker's word, not a
+/// measurement: it must be missed by more.
+bool scatters(const Noise& noise, double s_mm, double freedom) {
+  constexpr double kLevel = 1e-3;
+  constexpr double kMakersWord = 1.3;
+  if (!(noise.sigma_mm > 0) || freedom < 1) return false;
+  const double ratio = s_mm * s_mm / (noise.sigma_mm * noise.sigma_mm);
+  if (noise.degrees_of_freedom > 0) {
+    const boost::math::fisher_f law(freedom, noise.degrees_of_freedom);
+    return ratio > boost::math::quantile(boost::math::complement(law, kLevel));
+  }
+  const boost::math::chi_squared law(freedom);
+  return std::sqrt(ratio) > kMakersWord &&
+         ratio * freedom > boost::math::quantile(boost::math::complement(law, kLevel));
+}
+
+std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
+  std::vector<Estimate> result;
+  Eigen::Index column = simulation::kModelParameterCount;
+  for (std::size_t k = 0; k < cause; ++k) column += linear_count(*fit.effects[k].effect);
+  const ActiveEffect& active = fit.effects[cause];
+  for (std::size_t i = 0; i < active.x.size(); ++i) {
+    const auto& parameter = active.effect->parameters[i];
+    const bool fitted = static_cast<int>(i) < linear_count(*active.effect);
+    if (fitted && fit.J.col(column).squaredNorm() <= 0) {
+      ++column;  // this place does not have it: a step in a joint has no y
+      continue;
+    }
+    result.push_back(
+        {std::string(parameter.name), std::string(parameter.unit), active.x[i],
+         fitted ? std::sqrt(std::max(0.0, fit.covariance(column, column))) : kNan});
+    if (fitted) ++column;
+  }
+  return result;
+}
+
+/// RMS of what a fitted effect does that nothing else can take over, over the noise.
+double visible_ratio(const Readings& readings, const JointFit& fit, std::size_t cause) {
+  Eigen::Index column = simulation::kModelParameterCount;
+  for (std::size_t k = 0; k < cause; ++k) column += linear_count(*fit.effects[k].effect);
+  const ActiveEffect& active = fit.effects[cause];
+  const int own = linear_count(*active.effect);
+  Eigen::MatrixXd others(fit.J.rows(), fit.J.cols() - own);
+  others << fit.J.leftCols(column), fit.J.rightCols(fit.J.cols() - column - own);
+  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+  Eigen::VectorXd does = Eigen::VectorXd::Zero(fit.J.rows());
+  for (int i = 0; i < own; ++i) {
+    does += fit.J.col(column + i) * active.x[static_cast<std::size_t>(i)];
+  }
+  does = root.cwiseProduct(does);
+  const Eigen::MatrixXd Q = orthonormal_basis(root.asDiagonal() * others);
+  does -= Q * (Q.transpose() * does);
+  return does.norm() / std::sqrt(static_cast<double>(readings.count())) /
+         std::max(1e-12, fit.s_mm);
+}
+
+/// One name for a finding and all it is tied with.
+bool shares_a_name(const Finding& a, const Finding& b) {
+  const auto names = [](const Finding& each) {
+    std::vector<Hypothesis> all{each.hypothesis};
+    for (const Rival& rival : each.tied_with) all.push_back(rival.hypothesis);
+    return all;
+  };
+  for (const Hypothesis& x : names(a)) {
+    for (const Hypothesis& y : names(b)) {
+      if (x == y) return true;
+    }
+  }
+  return false;
+}
+
+void add_dependence(
+    Diagnosis& result, const Readings& readings, const JointFit& before,
+    const JointFit& after) {
+  const auto left = score_unknown(readings, after);
+  for (const UnknownCandidate& first : score_unknown(readings, before)) {
+    Dependence each{{}, first.enters, first.evidence, 0.0, first.rms_mm, 0.0};
+    for (const std::string& covariate : first.covariates) {
+      each.covariate += (each.covariate.empty() ? "" : ", ") + covariate;
+    }
+    for (const UnknownCandidate& second : left) {
+      if (second.covariates == first.covariates && second.enters == first.enters) {
+        each.log_odds_after = second.evidence;
+        each.rms_after_mm = second.rms_mm;
+      }
+    }
+    result.dependence.push_back(std::move(each));
+  }
+}
+
+void add_parameters(Diagnosis& result, const Readings& readings) {
+  const simulation::ModelVector nominal = readings.model().nominal();
+  const JointFit& baseline = result.identified.baseline;
+  const JointFit& extended = result.identified.extended;
+  const auto sd = [](const JointFit& fit, Eigen::Index i) {
+    return std::sqrt(std::max(0.0, fit.covariance(i, i)));
+  };
+  for (Eigen::Index i = 0; i < simulation::kModelParameterCount; ++i) {
+    const bool clamp = i == simulation::kClamp;
+    if (clamp && !readings.has_dials()) continue;
+    const std::string name =
+        clamp ? "clamp" : std::string(geometry::kParameters[static_cast<std::size_t>(i)].name);
+    const bool length = !clamp && i <= geometry::kY0;
+    result.parameters.push_back(
+        {name, length ? "mm" : "rad", nominal[i], baseline.model[i], sd(baseline, i),
+         extended.model[i], sd(extended, i)});
+  }
+}
+
+}  // namespace
+
+Diagnosis diagnose(
+    const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
+    std::vector<bool> held_out, const DiagnosisSettings& settings,
+    const std::function<void(const DiagnosisProgress&)>& progress,
+    const std::stop_token& stop) {
+  constexpr int kStages = 5;
+  const auto stage = [&](const char* name, int done) {
+    if (progress) progress({name, done, kStages});
+    return stop.stop_requested();
+  };
+  Diagnosis result;
+  result.seed = settings.seed;
+  held_out.resize(trials.size(), false);
+  if (std::none_of(held_out.begin(), held_out.end(), [](bool out) { return out; })) {
+    result.held_out_by_program = true;
+    for (std::size_t t = 2; t < trials.size(); t += 3) held_out[t] = true;
+  }
+  std::vector<bool> fitted(held_out.size());
+  for (std::size_t t = 0; t < fitted.size(); ++t) {
+    fitted[t] = !held_out[t];
+    ++(fitted[t] ? result.g1_samples : result.g2_samples);
+  }
+
+  const Readings measured(model, std::move(trials));
+  constexpr Eigen::Index kFewest = simulation::kModelParameterCount + 10;
+  if (measured.count() < kFewest) {
+    throw std::invalid_argument(
+        "a diagnosis needs at least " + std::to_string(kFewest) +
+        " readings; this session has " + std::to_string(measured.count()));
+  }
+  if (stage("naming causes", 0)) return result;
+  Readings readings = measured;
+  result.identified = identify(readings, settings.search);
+  const Identification& found = result.identified;
+  const JointFit& extended = found.extended;
+
+  if (stage("confirming on G1 alone", 1)) return result;
+  Readings g1 = readings.counting(fitted);
+  Readings g2 = readings.counting(held_out);
+  const bool enough_g1 = g1.count() >= kFewest;
+  std::optional<Identification> alone;
+  if (enough_g1 && (!found.findings.empty() || found.swap)) {
+    Readings on_g1 = g1;
+    alone = identify(on_g1, settings.search);
+  }
+
+  result.noise = noise_of(readings, extended);
+  if (stage("what is left", 2)) return result;
+  add_dependence(result, readings, found.baseline, extended);
+  add_parameters(result, readings);
+  result.not_testable = found.not_testable;
+
+  // The smooth part counts as left over: the fit took it out of the residual.
+  Eigen::VectorXd left = extended.residual_mm;
+  if (!found.unknown.empty()) left += extended.random * extended.u;
+  double squares = 0.0;
+  double good = 0.0;
+  for (Eigen::Index row = 0; row < left.size(); ++row) {
+    squares += extended.weight[row] * left[row] * left[row];
+    good += extended.weight[row];
+  }
+  result.unexplained.rms_mm = std::sqrt(squares / std::max(1.0, good));
+  result.unexplained.depends_on = found.depends_on();
+  const double freedom = std::max(1.0, good - extended.fitted);
+  const double s_mm =
+      std::sqrt(extended.weight.dot(extended.residual_mm.cwiseAbs2()) / freedom);
+  result.unexplained.scatter = found.unknown.empty() && scatters(result.noise, s_mm, freedom);
+  result.unexplained.significant = !found.unknown.empty() || result.unexplained.scatter;
+
+  if (stage("gain on G2", 3)) return result;
+  GainStudy study;
+  if (enough_g1 && settings.with_gain) {
+    const Readings raw_g1 = measured.counting(fitted);
+    const Readings raw_g2 = measured.counting(held_out);
+    GainSettings how;
+    how.draws = settings.gain_draws;
+    how.seed = settings.seed;
+    how.noise_mm = result.noise.sigma_mm;
+    study =
+        found.swap
+            ? study_gain(readings, g1, g2, raw_g1, raw_g2, found.baseline, extended, how, stop)
+            : study_gain(readings, g1, g2, g1, g2, found.baseline, extended, how, stop);
+    result.gain = study.rows;
+  }
+  const auto mean_of = [&](std::string_view name) {
+    for (const GainRow& row : result.gain) {
+      if (row.name == name) return row.mean_mm;
+    }
+    return kNan;
+  };
+
+  if (found.swap) {
+    Cause cause;
+    cause.finding = {*found.swap, at_rest(*found.swap), 0.0, {}};
+    const JointFit as_it_was = fit_jointly(measured, model.nominal(), {});
+    cause.finding.evidence = found.baseline.log_likelihood - as_it_was.log_likelihood;
+    cause.delta_bic = 2 * cause.finding.evidence;
+    cause.visible_ratio = as_it_was.s_mm / std::max(1e-12, result.noise.sigma_mm);
+    cause.on_g1 = alone.has_value();
+    if (enough_g1) {
+      const Readings raw_g2 = measured.counting(held_out);
+      const double crossed = fit_jointly(raw_g2, found.baseline.model, {}).log_likelihood;
+      const double straight = fit_jointly(g2, found.baseline.model, {}).log_likelihood;
+      cause.g2_log_odds = straight - crossed;
+    }
+    cause.confirmed = cause.on_g1 && cause.g2_log_odds > kLn10;
+    cause.gain_mm = mean_of("calibrated") - mean_of("extended");
+    result.causes.push_back(std::move(cause));
+  }
+  for (std::size_t i = 0; i < found.findings.size(); ++i) {
+    Cause cause;
+    cause.finding = found.findings[i];
+    cause.estimate = estimates_of(extended, i);
+    cause.delta_bic = 2 * cause.finding.evidence;
+    cause.visible_ratio = visible_ratio(readings, extended, i);
+    if (alone) {
+      for (const Finding& each : alone->findings) {
+        cause.on_g1 = cause.on_g1 || shares_a_name(each, cause.finding);
+      }
+    }
+    if (i < study.g2_log_odds.size()) cause.g2_log_odds = study.g2_log_odds[i];
+    cause.confirmed = cause.on_g1 && cause.g2_log_odds > kLn10;
+    cause.gain_mm = mean_of("without " + cause.finding.hypothesis.name()) - mean_of("extended");
+    result.causes.push_back(std::move(cause));
+  }
+  std::stable_sort(
+      result.causes.begin(), result.causes.end(), [](const Cause& a, const Cause& b) {
+        const bool swap_a = a.finding.hypothesis.effect->parameters.empty();
+        const bool swap_b = b.finding.hypothesis.effect->parameters.empty();
+        if (swap_a != swap_b) return swap_a;
+        return a.finding.evidence > b.finding.evidence;
+      });
+
+  if (stage("limits", 4)) return result;
+  std::vector<NotTestable> ignored;
+  const std::vector<Hypothesis> testable = hypotheses_for(readings, ignored);
+  if (settings.with_limits) {
+    std::vector<Hypothesis> open;
+    for (const Hypothesis& each : testable) {
+      const bool named = std::any_of(
+          result.causes.begin(), result.causes.end(),
+          [&](const Cause& cause) { return cause.finding.hypothesis == each; });
+      if (!named) open.push_back(each);
+    }
+    JointFit names = extended;
+    if (!found.unknown.empty()) {
+      names = fit_jointly(readings, extended.model, extended.effects, &extended);
+    }
+    result.limits = limits_of(readings, names, open, settings.search);
+    for (const Limit& limit : result.limits) {
+      constexpr double kAbsorbed = 0.01;
+      constexpr double kBelievable = 5.0;
+      if (limit.surviving > kAbsorbed && limit.detect < kBelievable * limit.plausible) continue;
+      if (limit.detect < kBelievable * limit.plausible) continue;
+      std::string by;
+      for (const std::string& name : limit.absorbed_by) by += (by.empty() ? "" : ", ") + name;
+      result.not_testable.push_back(
+          {limit.hypothesis,
+           "on these poses the fitted parameters (" + by + ") take over all but " +
+               std::to_string(std::max(0.1, std::round(1000 * limit.surviving) / 10))
+                   .substr(0, 4) +
+               " % of it",
+           "other poses: more working modes, a wider range of joint angles"});
+    }
+  }
+  result.false_alarm_probability = found.family_p_value;
+  if (settings.null_draws > 0) {
+    result.false_alarm_probability = simulated_false_alarm(
+        readings, found.baseline, testable, found.family_p_value, settings.null_draws,
+        settings.seed);
+  }
+  if (progress) progress({"done", kStages, kStages});
+  return result;
+}
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,106 @@
+// The whole verdict on a session: what the simulation gets wrong, which causes, how sure, what
+// the data could not have shown, and what naming gains on points that were not fitted (spec 4).
+//
+//   all points -> causes -> robot and causes refitted on G1 alone -> judged on G2
+//   G1 alone   -> causes again: what both show is confirmed, the rest suspected
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "diagnosis/gain.h"
+#include "diagnosis/identify.h"
+#include "diagnosis/limits.h"
+
+namespace sixdial::diagnosis {
+
+struct DiagnosisSettings {
+  Settings search;
+  /// Draws of the simulated null behind the false alarm probability, and of the poses behind
+  /// the intervals of the gain.
+  int null_draws = 200;
+  int gain_draws = 2000;
+  std::uint64_t seed = 1;
+  bool with_gain = true;  // trains networks: most of the time of a small session
+  bool with_limits = true;
+};
+
+enum class NoiseSource { kRepeats, kRigFile };
+
+struct Noise {
+  NoiseSource source = NoiseSource::kRigFile;
+  double sigma_mm = 0.0;
+  int degrees_of_freedom = 0;  // 0: taken as known
+};
+
+struct Estimate {
+  std::string name, unit;
+  double value = 0.0;
+  double sd = 0.0;  // NaN where the value was searched, not fitted
+};
+
+struct Cause {
+  Finding finding;
+  std::vector<Estimate> estimate;
+  double delta_bic = 0.0;      // twice the log evidence lost without it
+  double visible_ratio = 0.0;  // RMS that nothing else can take over, over the noise
+  bool on_g1 = false;          // G1 alone shows it too
+  double g2_log_odds = 0.0;    // of G2's readings with it against without, both fitted on G1
+  bool confirmed = false;
+  double gain_mm = 0.0;  // mean position error on G2 without it less with it
+};
+
+/// What is left, and on what it depends, before and after the causes.
+struct Dependence {
+  std::string covariate, enters;
+  double log_odds_before = 0.0, log_odds_after = 0.0;
+  double rms_before_mm = 0.0, rms_after_mm = 0.0;
+};
+
+struct Remainder {
+  bool significant = false;
+  bool scatter = false;  // larger than the noise, without structure
+  std::vector<std::string> depends_on;
+  double rms_mm = 0.0;  // of the good readings after the causes
+};
+
+struct ParameterChange {
+  std::string name, unit;
+  double nominal = 0.0;
+  double baseline = 0.0, baseline_sd = 0.0;
+  double extended = 0.0, extended_sd = 0.0;
+};
+
+struct Diagnosis {
+  Identification identified;
+  std::vector<Cause> causes;  // the exchanged dials first, then by evidence
+  Noise noise;
+  Remainder unexplained;
+  std::vector<Dependence> dependence;
+  std::vector<NotTestable> not_testable;
+  std::vector<Limit> limits;
+  std::vector<ParameterChange> parameters;
+  std::vector<GainRow> gain;  // empty without points to judge on
+  int g1_samples = 0, g2_samples = 0;
+  bool held_out_by_program = false;      // the session has no G2: every third point was
+  double false_alarm_probability = 1.0;  // of the strongest finding, by the simulated null
+  std::uint64_t seed = 1;
+};
+
+struct DiagnosisProgress {
+  std::string stage;
+  int done = 0, total = 0;
+};
+
+/// `trials` in time order; `held_out` says which are G2, same length. Throws
+/// std::invalid_argument with too few readings to fit the robot. Stops between stages.
+[[nodiscard]] Diagnosis diagnose(
+    const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
+    std::vector<bool> held_out, const DiagnosisSettings& settings = {},
+    const std::function<void(const DiagnosisProgress&)>& progress = {},
+    const std::stop_token& stop = {});
+
+}  // namespace sixdial::diagnosis

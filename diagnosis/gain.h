@@ -1,0 +1,58 @@
+// What naming a cause gains on points that were not fitted: position error and residual by dial
+// on G2, for the nominal, the calibrated and the extended model, with and without a network on
+// top, and for the extended model less each cause in turn. Everything is fitted on G1.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "diagnosis/identify.h"
+
+namespace sixdial::diagnosis {
+
+struct GainRow {
+  std::string name;     // "calibrated", "without joint_backlash@joint2"
+  std::string without;  // the cause left out, else empty
+  /// Position error [mm]: the shift of the tool that explains a sample's residuals best.
+  double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0;
+  double rms_mm = 0.0;                 // of the readings
+  std::vector<double> rms_by_dial_mm;  // in the order of rig.dials (or x, y); NaN: none
+  /// Mean position error less that of "calibrated", with a 95 % interval over the poses.
+  double difference_mm = 0.0, low_mm = 0.0, high_mm = 0.0;
+  /// Of the mean square above the noise, what the calibrated model leaves and this removes.
+  double removed_share = 0.0;
+};
+
+struct GainStudy {
+  std::vector<GainRow> rows;
+  JointFit calibrated, extended;    // on G1
+  std::vector<JointFit> without;    // on G1, less each cause
+  std::vector<double> g2_log_odds;  // of each cause: G2 with it against without
+  int excluded = 0;                 // samples of G2 with a gross reading
+};
+
+struct GainSettings {
+  int draws = 2000;
+  std::uint64_t seed = 1;
+  double noise_mm = 0.002;
+  bool networks = true;
+};
+
+/// `all` as they were explained (exchanged dials set right), `g1` and `g2` the same readings
+/// counted on each side; `raw_g1` and `raw_g2` as they were measured (the same objects where no
+/// dials were exchanged). `extended` names the causes and where to start.
+[[nodiscard]] GainStudy study_gain(
+    const Readings& all, const Readings& g1, const Readings& g2, const Readings& raw_g1,
+    const Readings& raw_g2, const JointFit& baseline, const JointFit& extended,
+    const GainSettings& settings, const std::stop_token& stop = {});
+
+/// Shift of the tool by sample that explains the residuals best, the cuboid's angle free where
+/// the contacts allow it; 2 x trials [mm], NaN where too few readings.
+[[nodiscard]] Eigen::Matrix2Xd tool_shift(
+    const Readings& readings, const JointFit& fit, const Eigen::VectorXd& residual_mm,
+    const Eigen::VectorXd& weight);
+
+}  // namespace sixdial::diagnosis
