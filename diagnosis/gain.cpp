@@ -278,7 +278,8 @@ GainStudy study_gain(
       int present = 0;
       for (const std::size_t t : poses) {
         for (Eigen::Index at = test.first_row(t); at < test.first_row(t + 1); ++at) {
-          if (test.rows()[static_cast<std::size_t>(at)].dial != static_cast<int>(place)) continue;
+          if (test.rows()[static_cast<std::size_t>(at)].dial != static_cast<int>(place))
+            continue;
           sum += each.residual_mm[at] * each.residual_mm[at];
           ++present;
         }

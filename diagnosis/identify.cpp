@@ -231,22 +231,43 @@ void refine(const Search& search, const Settings& settings, Explanation& found) 
     names.unknown.clear();
     names = search.without(names, i);
     Explanation less = search.with_unknown(names);
-    if (less.evidence > found.evidence - settings.unknown_log_odds) {
+    if (less.evidence > found.evidence - settings.beside_unknown_log_odds) {
       found = std::move(less);
       i = 0;
     } else {
       ++i;
     }
   }
-  while (static_cast<int>(found.chosen.size()) < settings.most_causes) {
+  const auto drop_needless = [&] {
+    for (std::size_t i = 0; i < found.chosen.size();) {
+      Explanation less = search.without(found, i);
+      if (less.evidence > found.evidence - settings.beside_unknown_log_odds) {
+        found = std::move(less);
+        i = 0;
+      } else {
+        ++i;
+      }
+    }
+  };
+  drop_needless();
+  // A name in place of something smooth.
+  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    const Explanation less = search.without_unknown(found, i);
+    auto named = search.with_one_more(less, search.scored(less), 25.0, 5);
+    if (named.empty() || named.front().evidence <= found.evidence) continue;
+    found = search.with_unknown(named.front());
+    i = 0;
+  }
+  for (int round = 0; round < settings.most_causes; ++round) {
     const auto candidates = search.scored(found);
     if (family_p_value(candidates) > settings.false_alarm_level) break;
     auto choices = search.with_one_more(found, candidates, 15.0, 5);
     if (choices.empty() ||
-        choices.front().evidence <= found.evidence + settings.unknown_log_odds) {
+        choices.front().evidence <= found.evidence + settings.beside_unknown_log_odds) {
       break;
     }
     found = std::move(choices.front());
+    drop_needless();
   }
 }
 

@@ -173,6 +173,10 @@ JointFit fit_from(
   fit.s_mm = std::max({smallest_s_mm, near ? near->s_mm : 0.0, robust_scale(fit.residual_mm)});
 
   constexpr int kMostSteps = 60;
+  // Of the largest eigenvalue of the scaled normal matrix: below is rounding.
+  constexpr double kUnseen = 1e-13;
+  constexpr double kMostDamping = 10.0;
+  double damping = 0.0;
   for (int step = 0; step < kMostSteps; ++step) {
     weigh(fit, smallest_s_mm);
     if (step < plain_steps) fit.weight.setOnes();
@@ -209,35 +213,46 @@ JointFit fit_from(
       scale[i] = norm > 0 ? 1.0 / norm : 0.0;
       A.col(i) *= scale[i];
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod;
-    cod.setThreshold(1e-9);
-    cod.compute(A);
-    fit.fitted = static_cast<int>(cod.rank() - m);
-    const Eigen::VectorXd change = scale.cwiseProduct(cod.solve(target));
-    if (!change.allFinite()) break;
+    // Damped steps: some effects bend the same way as lengths do, to a millionth.
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A.transpose() * A);
+    const Eigen::VectorXd along = eigen.eigenvectors().transpose() * (A.transpose() * target);
+    const double largest = eigen.eigenvalues().maxCoeff();
+    const Eigen::Index seen = (eigen.eigenvalues().array() > kUnseen * largest).count();
+    fit.fitted = static_cast<int>(seen - m);
 
-    // Half steps until the weighted squares do not grow.
     const double before =
         root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
     ModelVector model;
     std::vector<ActiveEffect> next;
     Eigen::VectorXd residual;
     Eigen::VectorXd u;
-    double share = 1.0;
-    for (int halving = 0; halving < 12; ++halving, share /= 2) {
-      model = fit.model + share * change.head<kModelParameterCount>();
+    double after = 0.0;
+    bool accepted = false;
+    for (damping /= 100; damping < kMostDamping; damping = std::max(10 * damping, 1e-10)) {
+      if (damping < 1e-10) damping = 0.0;
+      const Eigen::VectorXd change = scale.cwiseProduct(
+          eigen.eigenvectors() *
+          (along.array() * eigen.eigenvalues().array().unaryExpr([&](double value) {
+            return value > kUnseen * largest ? 1.0 / (value + damping * largest) : 0.0;
+          })).matrix());
+      if (!change.allFinite()) break;
+      model = fit.model + change.head<kModelParameterCount>();
       next = fit.effects;
       Eigen::Index at = kModelParameterCount;
       for (ActiveEffect& active : next) {
         for (int i = 0; i < linear_count(*active.effect); ++i) {
-          active.x[static_cast<std::size_t>(i)] += share * change[at++];
+          active.x[static_cast<std::size_t>(i)] += change[at++];
         }
       }
-      u = fit.u + share * change.tail(m);
+      u = fit.u + change.tail(m);
       residual = residual_with(model, next, u);
-      if (root.cwiseProduct(residual).squaredNorm() + u.squaredNorm() <= before * (1 + 1e-12)) {
-        break;
-      }
+      after = root.cwiseProduct(residual).squaredNorm() + u.squaredNorm();
+      accepted = after <= before * (1 + 1e-12);
+      if (accepted) break;
+    }
+    if (!accepted) {
+      fit.converged = true;  // no direction is downhill
+      break;
     }
     const double moved = root.cwiseProduct(residual - fit.residual_mm).norm();
     const double last = fit.log_likelihood;
@@ -251,7 +266,8 @@ JointFit fit_from(
       fit.gross_share = kLeastGrossShare;
       continue;
     }
-    if (moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
+    const bool free = damping < 1e-9 || before - after < 1e-6 * before;
+    if (free && moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
         std::abs(fit.log_likelihood - last) < 1e-2) {
       fit.converged = true;
       break;
