@@ -221,7 +221,7 @@ Outcome trial_of(const Options& options, std::uint64_t seed) {
   for (const std::string& truth : outcome.truth) {
     bool is_exact = false, is_tied = false;
     for (const auto& finding : verdict.findings) {
-      const bool certain = finding.tied_with.empty();
+      const bool certain = finding.certain();
       if (finding.hypothesis.name() == truth) (certain ? is_exact : is_tied) = true;
       for (const auto& rival : finding.tied_with) {
         if (rival.hypothesis.name() == truth) is_tied = true;
@@ -249,7 +249,7 @@ Outcome trial_of(const Options& options, std::uint64_t seed) {
           " {:.2g}", finding.fitted.x[k] / finding.fitted.effect->parameters[k].sigma);
     }
     outcome.said += ") ";
-    outcome.wrong = outcome.wrong || (!touches && finding.tied_with.empty());
+    outcome.wrong = outcome.wrong || (!touches && finding.certain());
   }
   if (verdict.swap) outcome.said += verdict.swap->name() + " ";
   const bool nothing = verdict.findings.empty() && verdict.unknown.empty() && !verdict.swap;

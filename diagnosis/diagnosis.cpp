@@ -60,7 +60,8 @@ std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
   for (std::size_t k = 0; k < cause; ++k) column += linear_count(*fit.effects[k].effect);
   const ActiveEffect& active = fit.effects[cause];
   for (std::size_t i = 0; i < active.x.size(); ++i) {
-    const auto& parameter = active.effect->parameters[i];
+    const auto parameter =
+        simulation::parameter_at(*active.effect, active.place, static_cast<int>(i));
     const bool fitted = static_cast<int>(i) < linear_count(*active.effect);
     if (fitted && fit.J.col(column).squaredNorm() <= 0) {
       ++column;  // this place does not have it: a step in a joint has no y
@@ -242,7 +243,7 @@ Diagnosis diagnose(
 
   if (found.swap) {
     Cause cause;
-    cause.finding = {*found.swap, at_rest(*found.swap), 0.0, {}};
+    cause.finding = {*found.swap, at_rest(*found.swap), 0.0, {}, false};
     const JointFit as_it_was = fit_jointly(measured, model.nominal(), {});
     cause.finding.evidence = found.baseline.log_likelihood - as_it_was.log_likelihood;
     cause.delta_bic = 2 * cause.finding.evidence;

@@ -287,8 +287,11 @@ GainStudy study_gain(
       row.rms_by_dial_mm.push_back(present > 0 ? std::sqrt(sum / present) : kNan);
     }
     const double explainable = reference_square - settings.noise_mm * settings.noise_mm;
-    row.removed_share =
-        explainable > 0 ? (reference_square - mean_square(each)) / explainable : 0.0;
+    // Where next to nothing is above the noise, a share of it means nothing.
+    constexpr double kWorthSharing = 0.05;
+    const bool shares = each.name != "nominal" &&
+                        explainable > kWorthSharing * settings.noise_mm * settings.noise_mm;
+    row.removed_share = shares ? (reference_square - mean_square(each)) / explainable : kNan;
     // Poses are drawn, the same for both models.
     if (!usable.empty() && settings.draws > 0) {
       std::vector<double> drawn(static_cast<std::size_t>(settings.draws));

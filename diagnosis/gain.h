@@ -22,7 +22,8 @@ struct GainRow {
   std::vector<double> rms_by_dial_mm;  // in the order of rig.dials (or x, y); NaN: none
   /// Mean position error less that of "calibrated", with a 95 % interval over the poses.
   double difference_mm = 0.0, low_mm = 0.0, high_mm = 0.0;
-  /// Of the mean square above the noise, what the calibrated model leaves and this removes.
+  /// Of the mean square above the noise, what the calibrated model leaves and this removes;
+  /// NaN where there is next to nothing.
   double removed_share = 0.0;
 };
 

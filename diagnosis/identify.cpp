@@ -23,7 +23,8 @@ double implausibility(const ActiveEffect& active) {
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    sum += std::pow(active.x[k] / (kWidth * active.effect->parameters[k].sigma), 2);
+    const double plausible = parameter_at(*active.effect, active.place, i).sigma;
+    sum += std::pow(active.x[k] / (kWidth * plausible), 2);
   }
   return std::log1p(sum);
 }
@@ -224,52 +225,87 @@ std::optional<Hypothesis> find_swap(
 /// of the linear score, not of a refit.
 constexpr double kUnknownTie = 6.0;
 
-/// Beside something smooth: names that it makes needless go, names that it hid come.
-void refine(const Search& search, const Settings& settings, Explanation& found) {
-  for (std::size_t i = 0; i < found.chosen.size();) {
-    Explanation names = found;
-    names.unknown.clear();
-    names = search.without(names, i);
-    Explanation less = search.with_unknown(names);
-    if (less.evidence > found.evidence - settings.beside_unknown_log_odds) {
-      found = std::move(less);
-      i = 0;
-    } else {
-      ++i;
+/// Beside something smooth: names that it makes needless go, a name takes its place if it can,
+/// names that it hid come; until nothing changes.
+class Refinement {
+ public:
+  Refinement(const Search& search, const Settings& settings, Explanation& found)
+      : search_(search), settings_(settings), found_(found) {}
+
+  void run() {
+    constexpr int kMostRounds = 5;
+    for (int round = 0; round < kMostRounds; ++round) {
+      const bool less = drop_covered();
+      const bool needless = drop_needless();
+      const bool named = name_unknown();
+      const bool more = add_hidden();
+      if (!less && !needless && !named && !more) break;
     }
   }
-  const auto drop_needless = [&] {
-    for (std::size_t i = 0; i < found.chosen.size();) {
-      Explanation less = search.without(found, i);
-      if (less.evidence > found.evidence - settings.beside_unknown_log_odds) {
-        found = std::move(less);
+
+ private:
+  /// Without a name the smooth part may do as well, fitted anew.
+  bool drop_covered() {
+    bool changed = false;
+    for (std::size_t i = 0; i < found_.chosen.size();) {
+      Explanation names = found_;
+      names.unknown.clear();
+      Explanation less = search_.with_unknown(search_.without(names, i));
+      if (less.evidence > found_.evidence - settings_.beside_unknown_log_odds) {
+        found_ = std::move(less);
+        changed = true;
         i = 0;
       } else {
         ++i;
       }
     }
-  };
-  drop_needless();
-  // A name in place of something smooth.
-  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
-    const Explanation less = search.without_unknown(found, i);
-    auto named = search.with_one_more(less, search.scored(less), 25.0, 5);
-    if (named.empty() || named.front().evidence <= found.evidence) continue;
-    found = search.with_unknown(named.front());
-    i = 0;
+    return changed;
   }
-  for (int round = 0; round < settings.most_causes; ++round) {
-    const auto candidates = search.scored(found);
-    if (family_p_value(candidates) > settings.false_alarm_level) break;
-    auto choices = search.with_one_more(found, candidates, 15.0, 5);
-    if (choices.empty() ||
-        choices.front().evidence <= found.evidence + settings.beside_unknown_log_odds) {
-      break;
+
+  bool drop_needless() {
+    bool changed = false;
+    const double least =
+        found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
+    for (std::size_t i = 0; i < found_.chosen.size();) {
+      Explanation less = search_.without(found_, i);
+      if (less.evidence > found_.evidence - least) {
+        found_ = std::move(less);
+        changed = true;
+        i = 0;
+      } else {
+        ++i;
+      }
     }
-    found = std::move(choices.front());
-    drop_needless();
+    return changed;
   }
-}
+
+  bool name_unknown() {
+    for (std::size_t i = 0; i < found_.unknown.size(); ++i) {
+      const Explanation less = search_.without_unknown(found_, i);
+      auto named = search_.with_one_more(less, search_.scored(less), 25.0, 5);
+      if (named.empty() || named.front().evidence <= found_.evidence) continue;
+      found_ = search_.with_unknown(named.front());
+      return true;
+    }
+    return false;
+  }
+
+  bool add_hidden() {
+    if (static_cast<int>(found_.chosen.size()) >= settings_.most_causes) return false;
+    const auto candidates = search_.scored(found_);
+    if (family_p_value(candidates) > settings_.false_alarm_level) return false;
+    const double least =
+        found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
+    auto choices = search_.with_one_more(found_, candidates, 15.0, 5);
+    if (choices.empty() || choices.front().evidence <= found_.evidence + least) return false;
+    found_ = std::move(choices.front());
+    return true;
+  }
+
+  const Search& search_;
+  const Settings& settings_;
+  Explanation& found_;
+};
 
 }  // namespace
 
@@ -327,7 +363,7 @@ Identification identify(Readings& readings, const Settings& settings) {
     }
   }
   Explanation found = std::move(cuts[best]);
-  if (!found.unknown.empty()) refine(search, settings, found);
+  if (!found.unknown.empty()) Refinement(search, settings, found).run();
   result.extended = found.fit;
   result.unknown = found.unknown;
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
@@ -353,7 +389,8 @@ Identification identify(Readings& readings, const Settings& settings) {
         found.chosen[i].candidate.hypothesis,
         found.fit.effects[i],
         found.evidence - less.evidence,
-        {}};
+        {},
+        found.evidence - less.evidence < settings.tie_log_odds};
     for (auto& rival : search.with_one_more(less, search.scored(less), 15.0, 6)) {
       const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
       if (other == finding.hypothesis) continue;

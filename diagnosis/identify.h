@@ -36,6 +36,8 @@ struct Finding {
   simulation::ActiveEffect fitted;
   double evidence = 0.0;  // log evidence lost if this one is left out
   std::vector<Rival> tied_with;
+  bool tied_with_nothing = false;  // too weak to be sure that there is anything
+  [[nodiscard]] bool certain() const { return tied_with.empty() && !tied_with_nothing; }
 };
 
 struct GrossReading {

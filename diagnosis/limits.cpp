@@ -140,7 +140,8 @@ std::vector<Limit> limits_of(
   for (const Seen& own : all) {
     Limit limit;
     limit.hypothesis = own.hypothesis;
-    const auto& parameter = own.hypothesis.effect->parameters[0];
+    const auto parameter =
+        simulation::parameter_at(*own.hypothesis.effect, own.hypothesis.place, 0);
     limit.unit = std::string(parameter.unit);
     limit.plausible = parameter.sigma;
     limit.surviving = own.surviving;

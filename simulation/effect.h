@@ -103,6 +103,9 @@ struct ActiveEffect {
   std::vector<double> x;  // as effect->parameters; a searched value last
 };
 
+/// Parameter k at a place: a step of a joint or of the cuboid is an angle.
+[[nodiscard]] EffectParameter parameter_at(const Effect& effect, const Place& place, int k);
+
 /// Helpers for `places`.
 [[nodiscard]] std::vector<Place> at_each_joint(const geometry::Rig&);
 [[nodiscard]] std::vector<Place> at_each_dial(const geometry::Rig&);

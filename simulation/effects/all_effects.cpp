@@ -72,4 +72,15 @@ std::vector<Place> at_one_place(std::string_view name) {
   return {Place{.name = std::string(name)}};
 }
 
+EffectParameter parameter_at(const Effect& effect, const Place& place, int k) {
+  EffectParameter parameter = effect.parameters[static_cast<std::size_t>(k)];
+  if (effect.cause != "step" || k > 1) return parameter;
+  constexpr double kLever_mm = 60.0;
+  if (place.joint >= 0 || place.name == "cuboid") {
+    return {parameter.name, "rad", parameter.sigma / kLever_mm};
+  }
+  parameter.unit = "mm";
+  return parameter;
+}
+
 }  // namespace sixdial::simulation

@@ -35,7 +35,7 @@ Verdict verdict_of(const fs::path& bundle) {
   const Identification found = identify(readings);
   Verdict verdict;
   for (const Finding& finding : found.findings) {
-    if (finding.tied_with.empty()) {
+    if (finding.certain()) {
       verdict.certain.insert(finding.hypothesis.name());
       continue;
     }
