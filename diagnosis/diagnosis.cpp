@@ -57,12 +57,12 @@ bool scatters(const Noise& noise, double s_mm, double freedom) {
 std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
   std::vector<Estimate> result;
   Eigen::Index column = simulation::kModelParameterCount;
-  for (std::size_t k = 0; k < cause; ++k) column += linear_count(*fit.effects[k].effect);
+  for (std::size_t k = 0; k < cause; ++k) column += fitted_count(*fit.effects[k].effect);
   const ActiveEffect& active = fit.effects[cause];
   for (std::size_t i = 0; i < active.x.size(); ++i) {
     const auto parameter =
         simulation::parameter_at(*active.effect, active.place, static_cast<int>(i));
-    const bool fitted = static_cast<int>(i) < linear_count(*active.effect);
+    const bool fitted = static_cast<int>(i) < fitted_count(*active.effect);
     if (fitted && fit.J.col(column).squaredNorm() <= 0) {
       ++column;  // this place does not have it: a step in a joint has no y
       continue;
@@ -78,14 +78,14 @@ std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
 /// RMS of what a fitted effect does that nothing else can take over, over the noise.
 double visible_ratio(const Readings& readings, const JointFit& fit, std::size_t cause) {
   Eigen::Index column = simulation::kModelParameterCount;
-  for (std::size_t k = 0; k < cause; ++k) column += linear_count(*fit.effects[k].effect);
+  for (std::size_t k = 0; k < cause; ++k) column += fitted_count(*fit.effects[k].effect);
   const ActiveEffect& active = fit.effects[cause];
-  const int own = linear_count(*active.effect);
+  const int own = fitted_count(*active.effect);
   Eigen::MatrixXd others(fit.J.rows(), fit.J.cols() - own);
   others << fit.J.leftCols(column), fit.J.rightCols(fit.J.cols() - column - own);
   const Eigen::VectorXd root = fit.weight.cwiseSqrt();
   Eigen::VectorXd does = Eigen::VectorXd::Zero(fit.J.rows());
-  for (int i = 0; i < own; ++i) {
+  for (int i = 0; i < linear_count(*active.effect); ++i) {
     does += fit.J.col(column + i) * active.x[static_cast<std::size_t>(i)];
   }
   does = root.cwiseProduct(does);

@@ -121,6 +121,15 @@ class Search {
     return result;
   }
 
+  /// What a few readings show that now count as gross: a step near the end looks like them.
+  [[nodiscard]] std::vector<Candidate> scored_with_gross(const Explanation& with) const {
+    constexpr double kFewest = 3;
+    if ((1 - with.fit.weight.array()).sum() < kFewest) return {};
+    Explanation all = with;
+    all.fit.weight.setOnes();
+    return scored(all);
+  }
+
   /// The same names with what smooth functions add, if that is more than nothing.
   [[nodiscard]] Explanation with_unknown(const Explanation& names) const {
     constexpr std::size_t kMostUnknown = 2;
@@ -347,12 +356,17 @@ Identification identify(Readings& readings, const Settings& settings) {
     // Two more names and still not better than fewer with something smooth.
     constexpr std::size_t kPatience = 2;
     if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
-    if (family_p_value(candidates) > settings.false_alarm_level) break;
-    auto choices = search.with_one_more(names, candidates, 25.0, 8);
-    if (choices.empty() ||
-        choices.front().evidence <= names.evidence + settings.least_log_odds) {
-      break;
+    std::vector<Explanation> choices;
+    if (family_p_value(candidates) <= settings.false_alarm_level) {
+      choices = search.with_one_more(names, candidates, 25.0, 8);
     }
+    double least = settings.least_log_odds;
+    if (choices.empty() || choices.front().evidence <= names.evidence + least) {
+      // A p value means nothing among gross errors: these must show more.
+      choices = search.with_one_more(names, search.scored_with_gross(names), 25.0, 4);
+      least = settings.unknown_log_odds;
+    }
+    if (choices.empty() || choices.front().evidence <= names.evidence + least) break;
     const std::size_t before = names.chosen.size();
     names = std::move(choices.front());
     search.reconsider(names);

@@ -94,6 +94,11 @@ int linear_count(const simulation::Effect& effect) {
   return static_cast<int>(effect.parameters.size()) - (effect.searched ? 1 : 0);
 }
 
+int fitted_count(const simulation::Effect& effect) {
+  return static_cast<int>(effect.parameters.size()) -
+         (effect.searched && !effect.searched_change ? 1 : 0);
+}
+
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns, double relative) {
   Eigen::MatrixXd scaled = columns;
   for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
@@ -155,7 +160,7 @@ JointFit fit_from(
   fit.gross_share = near ? near->gross_share : kLeastGrossShare;
   const double smallest_s_mm = 0.05 * readings.rig_noise_mm();
   int linear = 0;
-  for (const ActiveEffect& active : fit.effects) linear += linear_count(*active.effect);
+  for (const ActiveEffect& active : fit.effects) linear += fitted_count(*active.effect);
   const int count = kModelParameterCount + linear;
 
   const auto simulated_with = [&](const ModelVector& model,
@@ -186,10 +191,12 @@ JointFit fit_from(
     Eigen::Index column = kModelParameterCount;
     for (std::size_t k = 0; k < fit.effects.size(); ++k) {
       const auto& effect = *fit.effects[k].effect;
-      for (int i = 0; i < linear_count(effect); ++i) {
+      for (int i = 0; i < fitted_count(effect); ++i) {
         const auto index = static_cast<std::size_t>(i);
         std::vector<ActiveEffect> moved = fit.effects;
-        const double size = 1e-3 * effect.parameters[index].sigma;
+        const double size = i < linear_count(effect)
+                                ? 1e-3 * effect.parameters[index].sigma
+                                : effect.searched_change(moved[k].x[index]);
         moved[k].x[index] += size;
         fit.J.col(column++) = (simulated_with(fit.model, moved) - simulated) / size;
       }
@@ -240,7 +247,7 @@ JointFit fit_from(
       next = fit.effects;
       Eigen::Index at = kModelParameterCount;
       for (ActiveEffect& active : next) {
-        for (int i = 0; i < linear_count(*active.effect); ++i) {
+        for (int i = 0; i < fitted_count(*active.effect); ++i) {
           active.x[static_cast<std::size_t>(i)] += change[at++];
         }
       }

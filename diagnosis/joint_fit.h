@@ -66,6 +66,8 @@ class Projector {
 
 /// Number of linear parameters: all but a searched one.
 [[nodiscard]] int linear_count(const simulation::Effect& effect);
+/// Number of parameters that a fit moves: a searched one too if it is continuous.
+[[nodiscard]] int fitted_count(const simulation::Effect& effect);
 
 /// Thin orthonormal basis of a matrix's columns, directions below `relative` left out.
 [[nodiscard]] Eigen::MatrixXd orthonormal_basis(

@@ -78,9 +78,12 @@ struct Effect {
   std::vector<Place> (*places)(const geometry::Rig&);
   std::span<const EffectParameter> parameters = {};  // the linear ones first
   unsigned needs = kNothing;
-  /// The last parameter is searched over these values (a period, a sample number), not fitted.
+  /// The last parameter is searched over these values (a period, a sample number).
   std::vector<double> (*searched)(
       const geometry::Rig&, std::span<const Circumstance>, const Place&) = nullptr;
+  /// A small change of a searched value that is continuous, or null: such a value is fitted too
+  /// once the search has found its neighbourhood.
+  double (*searched_change)(double value) = nullptr;
   Hook before_kinematics = nullptr;
   Hook after_kinematics = nullptr;
   Hook before_contact = nullptr;

@@ -26,6 +26,9 @@ std::vector<double> periods(
   return result;
 }
 
+// Turns the phase at mid travel by about a milliradian.
+double small_change(double period_mm) { return 1e-3 * period_mm * period_mm / 150.0; }
+
 void bend_after_reading(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
   double& reading_mm = scene.reading_mm[static_cast<std::size_t>(place.dial)];
@@ -43,6 +46,7 @@ constinit const Effect dial_cyclic{
     .parameters = kParameters,
     .needs = kDials,
     .searched = periods,
+    .searched_change = small_change,
     .after_reading = bend_after_reading,
     .signature = "One dial's residual is a wave over its own reading.",
     .consequence = "None on parts; positions that use this dial carry a ripple.",
