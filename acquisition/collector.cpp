@@ -534,6 +534,7 @@ void Collector::report(
   progress.stage = stage;
   progress.done = done_;
   progress.total = plan_.points.size();
+  progress.left_out = result_.left_out;
   progress.plan_index = index;
   progress.eta_s = eta_s();
   progress.message = std::move(message);

@@ -73,8 +73,9 @@ enum class CollectorStage {
 
 struct CollectorProgress {
   CollectorStage stage = CollectorStage::kMoving;
-  std::size_t done = 0;   // stored, also before this run, and skipped or failed
-  std::size_t total = 0;  // points of the plan
+  std::size_t done = 0;      // stored, also before this run, skipped, failed or left out
+  std::size_t total = 0;     // points of the plan
+  std::size_t left_out = 0;  // not wanted any more, in `done` too
   std::optional<std::size_t> plan_index;
   std::optional<double> eta_s;  // on the wall
   std::string message;          // what is wrong, or worth knowing

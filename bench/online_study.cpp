@@ -94,7 +94,7 @@ void row(
     const std::vector<WorkspacePose>& where) {
   ParameterMatrix M = calibration::OnlineEstimator(kRig.robot.nominal).information();
   for (const DesignCandidate& each : set) add(M, each);
-  const auto u = calibration::position_uncertainty(kRig.robot.nominal, M.inverse(), where);
+  const auto u = calibration::workspace_uncertainty(kRig.robot.nominal, M.inverse(), where);
   std::printf(
       "| %s | %zu | %.2f | %.2f | %.2f | %.0f |\n", name.c_str(), set.size(), 1000 * u.mean_mm,
       1000 * u.max_mm, 1000 * error_made(set, where), condition(set));
@@ -121,7 +121,7 @@ void study(
   ParameterMatrix M = calibration::OnlineEstimator(kRig.robot.nominal).information();
   for (const DesignCandidate& each : grid) add(M, each);
   const double limit_mm =
-      calibration::position_uncertainty(kRig.robot.nominal, M.inverse(), where).mean_mm;
+      calibration::workspace_uncertainty(kRig.robot.nominal, M.inverse(), where).mean_mm;
   std::printf(
       "\n%s\n\n| poses | points | predicted mean, um | predicted max, um | made, um | "
       "condition "

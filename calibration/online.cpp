@@ -2,8 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "calibration/position_fit.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -113,6 +117,42 @@ int OnlineEstimator::set_aside() const { return static_cast<int>(taken_.size()) 
 
 ParameterMatrix OnlineEstimator::information() const {
   return P_.ldlt().solve(ParameterMatrix::Identity());
+}
+
+double OnlineEstimator::condition() const {
+  Eigen::MatrixXd A(2 * static_cast<Eigen::Index>(taken_.size()), kParameterCount);
+  Eigen::Index row = 0;
+  for (const auto& [key, taken] : taken_) {
+    if (taken.set_aside) continue;
+    const auto here = geometry::forward_derivative(v_, taken.q_rad, taken.assembly);
+    if (!here) continue;
+    const Eigen::LLT<Matrix2d> root(taken.R);  // R = L L', weighted rows L^-1 J
+    A.middleRows<2>(row) = root.matrixL().solve(here->J_v) * parameter_scale().asDiagonal();
+    row += 2;
+  }
+  constexpr double kOpen = 1e10;
+  if (row < kParameterCount) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd values = A.topRows(row).jacobiSvd().singularValues();
+  const double least = values[kParameterCount - 1];
+  return least * kOpen > values[0] ? values[0] / least
+                                   : std::numeric_limits<double>::infinity();
+}
+
+std::vector<int> OnlineEstimator::undetermined() const {
+  constexpr double kPart = 0.5;
+  std::vector<int> open;
+  for (int i = 0; i < kParameterCount; ++i) {
+    if (P_(i, i) > kPart * kPart * prior_variance_[i]) open.push_back(i);
+  }
+  return open;
+}
+
+double OnlineEstimator::axis_variance_mm2() const {
+  double sum = 0.0;
+  for (const auto& [key, taken] : taken_) {
+    if (!taken.set_aside) sum += taken.R.trace() / 2;
+  }
+  return samples() > 0 ? factor_ * sum / samples() : settings_.noise_mm * settings_.noise_mm;
 }
 
 }  // namespace sixdial::calibration

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <tuple>
+#include <vector>
 
 #include "calibration/ekf.h"
 #include "calibration/workspace.h"
@@ -54,11 +55,19 @@ class OnlineEstimator {
   [[nodiscard]] int set_aside() const;  // gross errors
   /// Residual variance over the dials' own, at least 1.
   [[nodiscard]] double variance_factor() const { return factor_; }
-  [[nodiscard]] PositionUncertainty predicted(std::span<const WorkspacePose> where) const {
-    return position_uncertainty(v_, P_, where);
+  [[nodiscard]] WorkspaceUncertainty predicted(std::span<const WorkspacePose> where) const {
+    return workspace_uncertainty(v_, P_, where);
   }
   /// Inverse of P: what plan next adds to.
   [[nodiscard]] geometry::ParameterMatrix information() const;
+  /// Condition number of the Jacobian of the samples alone, in units of parameter_scale() and
+  /// weighted by their noise; infinite where they leave a direction open.
+  [[nodiscard]] double condition() const;
+  /// Parameters whose standard deviation is above half of what it was without samples.
+  [[nodiscard]] std::vector<int> undetermined() const;
+  /// Mean variance of one axis of the samples taken in, by their own covariance times
+  /// variance_factor() [mm^2]; that of the settings without samples.
+  [[nodiscard]] double axis_variance_mm2() const;
 
  private:
   struct Taken {
