@@ -31,6 +31,9 @@ struct OnlineSettings {
   /// has `trust_after` samples.
   double gate = 8.0;
   int trust_after = 20;
+  /// Where variance_factor() is above this, a sample without which it would be a tenth is set
+  /// aside too, however early it came.
+  double suspicious_factor = 25.0;
 };
 
 struct OnlineSample {
@@ -45,7 +48,7 @@ class OnlineEstimator {
       const geometry::ParameterVector& nominal, const OnlineSettings& settings = {});
 
   /// Takes a sample in; one of the same set, point and repeat takes the place of the earlier.
-  /// Empty: it has no position, or the estimate cannot reach its pose.
+  /// Empty: it has no position, or neither the estimate nor the nominal robot reaches its pose.
   std::optional<OnlineSample> add(const simulation::Trial& trial);
 
   [[nodiscard]] const geometry::ParameterVector& v() const { return v_; }
@@ -78,7 +81,10 @@ class OnlineEstimator {
   };
   using Key = std::tuple<int, int>;  // point, repeat
 
+  struct Normal;
+  [[nodiscard]] Normal normal_at(const geometry::ParameterVector& v) const;
   void linearise_anew();
+  void set_aside_what_spoils();
 
   geometry::ParameterVector nominal_, v_, prior_variance_;
   geometry::ParameterMatrix P_;

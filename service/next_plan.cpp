@@ -19,23 +19,39 @@ Eigen::Vector2d rounded(const Eigen::Vector2d& v, double per_unit) {
   return (v * per_unit).array().round() / per_unit;
 }
 
+/// How far from the target the tool may be: as plan grid has it, more where the estimate says
+/// so (near singular poses small errors of the links grow).
+double robot_error_mm(
+    const calibration::OnlineEstimator& filter, const calibration::WorkspacePose& pose) {
+  constexpr int kEnough = 6;
+  constexpr double kSigmas = 3.0;
+  const double usual_mm = session::PlanOptions{}.robot_error_mm;
+  if (filter.samples() < kEnough) return usual_mm;
+  const auto there = geometry::forward(filter.v(), pose.q_rad, pose.assembly);
+  if (!there) return usual_mm;
+  const double sd_mm = calibration::position_sd_mm(filter.v(), filter.P(), pose);
+  return std::max(usual_mm, (there->p_WE - pose.target_mm).norm() + kSigmas * sd_mm);
+}
+
 std::vector<calibration::DesignCandidate> candidates_in(
     const geometry::Rig& rig, const session::Rectangle& area, geometry::WorkingMode mode,
-    double axis_variance_mm2) {
-  const double robot_error_mm = session::PlanOptions{}.robot_error_mm;
+    const calibration::OnlineEstimator& filter) {
   std::vector<calibration::DesignCandidate> candidates;
   std::string why = "the robot cannot go there";
   const std::vector<geometry::WorkingMode> modes{mode};
+  // Joint angles turn on from there without a jump at +-pi.
+  const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
   for (calibration::WorkspacePose& pose : calibration::workspace_grid(
            rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates, modes)) {
     pose.target_mm = rounded(pose.target_mm, kRounding_mm);
-    const auto q = session::measurable(rig, pose.target_mm, mode, robot_error_mm, pose.q_rad);
+    const auto q = session::measurable(
+        rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q_rad);
     if (!q) {
       why = q.error().reason;
       continue;
     }
     pose.q_rad = rounded(*q, kRounding_rad);
-    candidates.push_back({pose, axis_variance_mm2 * Eigen::Matrix2d::Identity()});
+    candidates.push_back({pose, filter.axis_variance_mm2() * Eigen::Matrix2d::Identity()});
   }
   if (candidates.empty()) {
     throw Error(
@@ -66,7 +82,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
          {Eigen::Vector2d(usual.rectangle.min_mm + margin),
           Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
       const auto q = geometry::inverse(rig.robot.nominal, corner, rig.robot.working_mode);
-      if (q) places.push_back({"G1", 0, 0, corner, *q, {}});
+      if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
     }
   }
   LiveEstimate estimate(rig, places);
@@ -81,7 +97,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
   const auto modes = request.modes.empty() ? known.measured : request.modes;
   std::vector<calibration::DesignCandidate> candidates;
   for (const geometry::WorkingMode mode : modes) {
-    const auto more = candidates_in(rig, area, mode, estimate.filter().axis_variance_mm2());
+    const auto more = candidates_in(rig, area, mode, estimate.filter());
     candidates.insert(candidates.end(), more.begin(), more.end());
   }
   const auto steps = calibration::greedy_design(
