@@ -309,14 +309,16 @@ TEST(Collect, TellsWhatIsKnownOfTheRobotWhileThePointsComeIn) {
 }
 
 TEST(Collect, EndsByItselfWhenTheUncertaintyIsBelowTheLimitAndSaysSo) {
-  constexpr double kLimit_mm = 0.02;
+  constexpr double kLimit_mm = 0.006;
   Rig rig;
   RunningService running({}, rig.service_options());
   LineClient client = running.client();
   create(client, rig);
-  session::Plan plan = Rig::plan(60);
+  session::Plan plan = Rig::plan(100);
   const session::Plan g2 = Rig::plan(3, "G2");
   plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"collect"}}});
   client.call(
       "collect.start", {{"session", "live"},
                         {"plan_csv", session::plan_csv(plan)},
@@ -324,13 +326,21 @@ TEST(Collect, EndsByItselfWhenTheUncertaintyIsBelowTheLimitAndSaysSo) {
   const Json status = wait_for_end(client);
   EXPECT_EQ(status["state"], "done") << status;
   const auto g1 = status["estimate"]["samples"].get<int>();
-  EXPECT_GE(g1, 10);
-  EXPECT_LT(g1, 45);
-  EXPECT_EQ(status["left_out"], 60 - g1);
+  EXPECT_GT(g1, 10) << "the limit, not the least number of samples, ended it";
+  EXPECT_LT(g1, 80);
+  EXPECT_EQ(status["left_out"], 100 - g1);
+  for (const Json& event : events_until_the_end(watcher)) {
+    if (event["type"] != "estimate") continue;
+    const Json& estimate = event["estimate"];
+    if (estimate["samples"] < 10) continue;  // too few to be believed
+    EXPECT_EQ(
+        estimate["position_sd_mm"]["max"].get<double>() < kLimit_mm, estimate["samples"] == g1)
+        << estimate;
+  }
   EXPECT_EQ(status["stored_in_this_run"], g1 + 3) << "G2 is measured all the same";
   EXPECT_LT(status["estimate"]["position_sd_mm"]["max"].get<double>(), kLimit_mm);
   EXPECT_THAT(
-      status["ended_because"].get<std::string>(), ::testing::HasSubstr("below the 0.02 mm"));
+      status["ended_because"].get<std::string>(), ::testing::HasSubstr("below the 0.006 mm"));
   const Json shown = client.call("session.show", {{"session", "live"}})["result"];
   ASSERT_EQ(shown["collections"].size(), 1U);
   EXPECT_EQ(shown["collections"][0]["ended_because"], status["ended_because"]);
