@@ -52,6 +52,7 @@ void add_common(CLI::App& command, PlanCommand& plan) {
 
 std::vector<geometry::WorkingMode> modes_of(const std::vector<std::string>& words) {
   std::vector<geometry::WorkingMode> modes;
+  modes.reserve(words.size());
   for (const std::string& word : words) modes.push_back(*geometry::working_mode_from(word));
   return modes;
 }
