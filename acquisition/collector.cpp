@@ -153,10 +153,17 @@ std::optional<std::size_t> Collector::next_point() {
       return index;
     }
   }
-  if (pending_.empty()) return std::nullopt;
-  const std::size_t index = pending_.front();
-  pending_.pop_front();
-  return index;
+  while (!pending_.empty()) {
+    const std::size_t index = pending_.front();
+    pending_.pop_front();
+    if (!callbacks_.wanted || callbacks_.wanted(plan_.points[index])) return index;
+    ++result_.left_out;
+    if (!counted_[index]) {
+      counted_[index] = true;
+      ++done_;
+    }
+  }
+  return std::nullopt;
 }
 
 Collector::Outcome Collector::point(std::size_t index, const std::stop_token& stop) {
@@ -174,6 +181,7 @@ Collector::Outcome Collector::point(std::size_t index, const std::stop_token& st
 
 Collector::Outcome Collector::measure(
     std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
+  if (const auto outcome = change_branch(index, here, stop)) return *outcome;
   report(CollectorStage::kMoving, index);
   if (const auto there = go(index, here, stop); !there) return there.error();
   auto measured = settle(index, here, stop);
@@ -216,12 +224,53 @@ Collector::Outcome Collector::measure(
 // reach, empty if no side is asked for or none can be had.
 std::optional<Eigen::Vector2d> Collector::pre_position(const session::PlanPoint& point) const {
   if (point.approach[0] == 0 && point.approach[1] == 0) return std::nullopt;
+  const geometry::Assembly assembly = session::branch_of(rig_, point).assembly;
   double away_rad = settings_.approach_rad;
   for (int halving = 0; halving <= kHalvings; ++halving, away_rad /= 2) {
     const Eigen::Vector2d q =
         point.q_rad - away_rad * Eigen::Vector2d(point.approach[0], point.approach[1]);
-    if (geometry::forward(rig_.robot.nominal, q, rig_.robot.assembly)) return q;
+    if (geometry::forward(rig_.robot.nominal, q, assembly)) return q;
   }
+  return std::nullopt;
+}
+
+// How the legs stand before the first move: the tool is then on the dials' side of the elbows.
+// A robot that has not moved since it was switched on, or is moved by hand, stands as the rig
+// file says.
+session::Branch Collector::branch_now(const std::stop_token& here) {
+  const session::Branch by_rig{rig_.robot.working_mode, rig_.robot.assembly};
+  const auto now = robot_.state(here);
+  if (!now || now->motion == Motion::kIdle) return by_rig;
+  session::PlanPoint place;
+  place.q_rad = now->q_rad;
+  place.target_mm = rig_.cuboid.reference_pose_mm;
+  return session::branch_of(rig_, place);
+}
+
+std::optional<Collector::Outcome> Collector::change_branch(
+    std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
+  const session::Branch wanted = session::branch_of(rig_, plan_.points[index]);
+  if (!branch_) branch_ = branch_now(here);
+  if (here.stop_requested()) return interrupted(index, stop);
+  if (*branch_ == wanted) return std::nullopt;
+  const std::string change = fmt::format(
+      "working mode {} (assembly {}) follows on {} (assembly {})", to_string(wanted.mode),
+      static_cast<int>(wanted.assembly), to_string(branch_->mode),
+      static_cast<int>(branch_->assembly));
+  if (settings_.on_branch_change == OnBranchChange::kPause) {
+    const Wish wish = wait_paused(
+        index,
+        change +
+            ", across singular poses: clear the dials and bring the legs over; resume goes on, "
+            "skip leaves the point out",
+        stop);
+    if (stop.stop_requested()) return Outcome::kStopped;
+    if (wish == Wish::kSkip) return skipped(index, "skipped by the operator: " + change);
+    last_q_rad_.reset();  // moved by hand
+    last_move_ = {0, 0};
+  }
+  branch_ = wanted;
+  remarks_.push_back(change);
   return std::nullopt;
 }
 
@@ -321,7 +370,8 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
 Collector::Outcome Collector::store(
     std::size_t index, const RobotState& state, std::vector<Reading> readings) {
   const session::PlanPoint& point = plan_.points[index];
-  std::vector<ExpectedDial> expected = plausibility_.expected_at(state.q_rad);
+  std::vector<ExpectedDial> expected =
+      plausibility_.expected_at(state.q_rad, session::branch_of(rig_, point).assembly);
   plausibility_.judge(readings, expected);
   Plausibility::judge_frozen(readings, expected, last_readings_, last_expected_);
 
@@ -484,6 +534,7 @@ void Collector::report(
   progress.stage = stage;
   progress.done = done_;
   progress.total = plan_.points.size();
+  progress.left_out = result_.left_out;
   progress.plan_index = index;
   progress.eta_s = eta_s();
   progress.message = std::move(message);

@@ -34,6 +34,13 @@ enum class OnDialFault {
   kPause,  // pause until a person says resume (measure again), accept or skip
 };
 
+/// Where the next point is in another working mode or assembly: a singular pose lies between,
+/// and the cuboid would sweep over the dials.
+enum class OnBranchChange {
+  kPause,  // until a person has brought the legs over and says resume
+  kGo,     // the controller (a simulated rig's) does it by itself
+};
+
 /// Times are device time.
 struct CollectorSettings {
   /// Settled: at least this many readings of a dial, over at least this long, within the
@@ -49,6 +56,7 @@ struct CollectorSettings {
   int robot_retries = 2;
   double approach_rad = 0.01;   // from how far a joint comes when its side is asked for
   double implausible_mm = 5.0;  // from the nominal robot
+  OnBranchChange on_branch_change = OnBranchChange::kPause;
 };
 
 enum class CollectorStage {
@@ -65,8 +73,9 @@ enum class CollectorStage {
 
 struct CollectorProgress {
   CollectorStage stage = CollectorStage::kMoving;
-  std::size_t done = 0;   // stored, also before this run, and skipped or failed
-  std::size_t total = 0;  // points of the plan
+  std::size_t done = 0;      // stored, also before this run, skipped, failed or left out
+  std::size_t total = 0;     // points of the plan
+  std::size_t left_out = 0;  // not wanted any more, in `done` too
   std::optional<std::size_t> plan_index;
   std::optional<double> eta_s;  // on the wall
   std::string message;          // what is wrong, or worth knowing
@@ -90,6 +99,7 @@ struct CollectorResult {
   std::size_t already_done = 0;
   std::vector<Point> skipped;
   std::vector<Point> failed;
+  std::size_t left_out = 0;  // not wanted any more
 };
 
 class Collector {
@@ -101,6 +111,8 @@ class Collector {
     std::function<void(const CollectorProgress&)> progress;  // may be empty
     std::function<bool(const session::PlanPoint&)>
         done;  // stored in an earlier run; may be empty
+    /// Asked before each point: false leaves it out, as enough is known. May be empty.
+    std::function<bool(const session::PlanPoint&)> wanted = {};
   };
 
   /// Robot, dials and clock must outlive the collector. Throws std::invalid_argument if there
@@ -141,6 +153,9 @@ class Collector {
       const Eigen::Vector2d& q_rad, const std::stop_token& here);
   [[nodiscard]] std::optional<Eigen::Vector2d> pre_position(
       const session::PlanPoint& point) const;
+  std::optional<Outcome> change_branch(
+      std::size_t index, const std::stop_token& here, const std::stop_token& stop);
+  [[nodiscard]] session::Branch branch_now(const std::stop_token& here);
   OrOutcome<Measured> settle(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   Outcome store(std::size_t index, const RobotState& state, std::vector<Reading> readings);
@@ -176,7 +191,8 @@ class Collector {
   std::vector<ExpectedDial> last_expected_;
   std::array<int, 2> last_move_{0, 0};  // sign of each joint's
   std::optional<Eigen::Vector2d> last_q_rad_;
-  std::vector<std::string> remarks_;  // of the point in hand
+  std::optional<session::Branch> branch_;  // the legs stand in; empty: nobody knows yet
+  std::vector<std::string> remarks_;       // of the point in hand
   DeviceTime started_{0};
   DeviceTime paused_for_{0};
 

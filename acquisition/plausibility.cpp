@@ -24,11 +24,12 @@ Plausibility::Plausibility(const geometry::Rig& rig, double limit_mm)
   if (const auto angle = geometry::reference_link_angle(rig)) reference_angle_rad_ = *angle;
 }
 
-std::vector<ExpectedDial> Plausibility::expected_at(const Eigen::Vector2d& q_rad) const {
+std::vector<ExpectedDial> Plausibility::expected_at(
+    const Eigen::Vector2d& q_rad, std::optional<geometry::Assembly> assembly) const {
   std::vector<ExpectedDial> expected(rig_.dials.size());
   if (!reference_angle_rad_) return expected;
-  // Sessions may mix assemblies; the nominal one of the rig is what the plan was made with.
-  const auto pose = geometry::forward(rig_.robot.nominal, q_rad, rig_.robot.assembly);
+  const auto pose =
+      geometry::forward(rig_.robot.nominal, q_rad, assembly.value_or(rig_.robot.assembly));
   if (!pose) return expected;
   const geometry::CuboidPose cuboid{
       pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, *pose, 0.0)};

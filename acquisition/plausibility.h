@@ -25,9 +25,11 @@ class Plausibility {
   /// `limit_mm`: how far a true reading may be from the nominal robot's.
   Plausibility(const geometry::Rig& rig, double limit_mm);
 
-  /// By nominal parameters, clamp angle 0. Without expectations where the pose cannot be
-  /// computed.
-  [[nodiscard]] std::vector<ExpectedDial> expected_at(const Eigen::Vector2d& q_rad) const;
+  /// By nominal parameters, clamp angle 0; `assembly` empty: the rig's. Without expectations
+  /// where the pose cannot be computed.
+  [[nodiscard]] std::vector<ExpectedDial> expected_at(
+      const Eigen::Vector2d& q_rad,
+      std::optional<geometry::Assembly> assembly = std::nullopt) const;
 
   /// Lowers the quality of readings that contradict `expected` ("implausible", "no contact"
   /// where one is expected). Values stay.

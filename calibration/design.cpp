@@ -77,7 +77,7 @@ std::vector<DesignStep> greedy_design(
     M += best->J.transpose() * best->R.inverse() * best->J;
     steps.push_back(
         {best->candidate,
-         position_uncertainty(v, M.ldlt().solve(ParameterMatrix::Identity()), workspace)});
+         workspace_uncertainty(v, M.ldlt().solve(ParameterMatrix::Identity()), workspace)});
   }
   return steps;
 }

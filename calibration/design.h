@@ -27,7 +27,7 @@ struct DesignCandidate {
 
 struct DesignStep {
   std::size_t candidate = 0;
-  PositionUncertainty uncertainty;  // over the workspace, with this and all before it
+  WorkspaceUncertainty uncertainty;  // over the workspace, with this and all before it
 };
 
 /// Up to `count` candidates, best first, each at most `most_each` times. `information`: inverse

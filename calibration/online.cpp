@@ -2,8 +2,15 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "calibration/position_fit.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -15,6 +22,7 @@ using geometry::ParameterMatrix;
 using geometry::ParameterVector;
 
 constexpr int kPasses = 10;
+constexpr int kHalvings = 6;  // of a step that makes it worse
 // A pass that moves nothing by more than this part of its standard deviation is the last.
 constexpr double kSettled = 1e-6;
 // Linearised anew at every sample up to here, then at every tenth.
@@ -39,7 +47,12 @@ OnlineEstimator::OnlineEstimator(const ParameterVector& nominal, const OnlineSet
 
 std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial) {
   if (!trial.position_mm || !trial.position_mm->allFinite()) return std::nullopt;
-  const auto here = geometry::forward_derivative(v_, trial.q_rad, trial.assembly);
+  auto here = geometry::forward_derivative(v_, trial.q_rad, trial.assembly);
+  if (!here) {  // led astray so far that it cannot even be there
+    v_ = nominal_;
+    P_ = prior_variance_.asDiagonal();
+    here = geometry::forward_derivative(v_, trial.q_rad, trial.assembly);
+  }
   if (!here) return std::nullopt;
   Taken taken{
       trial.q_rad, *trial.position_mm, trial.assembly, trial.position_covariance, false};
@@ -63,45 +76,127 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
     P_ = filter.P();
   }
   const int n = samples();
-  if (again || n <= kEverySample || n % 10 == 0) linearise_anew();
+  if (again || n <= kEverySample || n % 10 == 0) {
+    linearise_anew();
+    if (factor_ > settings_.suspicious_factor) {
+      set_aside_what_spoils();
+      sample.set_aside = taken_.at(key).set_aside;
+    }
+  }
   return sample;
+}
+
+/// Prior and samples at v: what a Gauss-Newton step needs. `cost` is infinite where a pose is
+/// out of reach.
+struct OnlineEstimator::Normal {
+  ParameterMatrix information;
+  ParameterVector pull;
+  double cost = 0.0;
+  double chi2 = 0.0;  // of the samples by their own covariances
+  int used = 0;
+};
+
+OnlineEstimator::Normal OnlineEstimator::normal_at(const ParameterVector& v) const {
+  Normal normal;
+  const ParameterVector off = nominal_ - v;
+  normal.pull = off.cwiseQuotient(prior_variance_);
+  normal.information = prior_variance_.cwiseInverse().asDiagonal();
+  normal.cost = off.dot(normal.pull);
+  for (const auto& [key, taken] : taken_) {
+    if (taken.set_aside) continue;
+    const auto here = geometry::forward_derivative(v, taken.q_rad, taken.assembly);
+    if (!here) {
+      normal.cost = std::numeric_limits<double>::infinity();
+      return normal;
+    }
+    const Vector2d e = taken.p_WE - here->pose.p_WE;
+    const Matrix2d W = (factor_ * taken.R).inverse();
+    normal.information += here->J_v.transpose() * W * here->J_v;
+    normal.pull += here->J_v.transpose() * W * e;
+    const double part = e.dot(W * e);
+    normal.cost += part;
+    normal.chi2 += factor_ * part;
+    ++normal.used;
+  }
+  return normal;
 }
 
 // The filter over all samples taken so far, every one linearised where the estimate now stands,
 // until that stays: the maximum a posteriori of prior and samples.
 void OnlineEstimator::linearise_anew() {
   ParameterVector v = v_;
-  ParameterMatrix P = P_;
-  ParameterMatrix information;
+  Normal here = normal_at(v);
+  if (!std::isfinite(here.cost)) {
+    v = nominal_;
+    here = normal_at(v);
+  }
+  if (!std::isfinite(here.cost)) return;  // keep the filter's own estimate
   for (int pass = 0; pass < kPasses; ++pass) {
-    ParameterVector pull = (nominal_ - v).cwiseQuotient(prior_variance_);
-    information = prior_variance_.cwiseInverse().asDiagonal();
-    double chi2 = 0.0;
-    int used = 0;
-    for (const auto& [key, taken] : taken_) {
-      if (taken.set_aside) continue;
-      const auto here = geometry::forward_derivative(v, taken.q_rad, taken.assembly);
-      if (!here) return;  // keep the filter's own estimate
-      const Vector2d e = taken.p_WE - here->pose.p_WE;
-      const Matrix2d W = (factor_ * taken.R).inverse();
-      information += here->J_v.transpose() * W * here->J_v;
-      pull += here->J_v.transpose() * W * e;
-      chi2 += factor_ * e.dot(W * e);
-      ++used;
+    const ParameterVector whole = here.information.ldlt().solve(here.pull);
+    const ParameterVector sd =
+        here.information.ldlt().solve(ParameterMatrix::Identity()).diagonal().cwiseSqrt();
+    double part = 1.0;
+    Normal there = normal_at(v + whole);
+    for (int halving = 0; halving < kHalvings && !(there.cost <= here.cost); ++halving) {
+      part /= 2;
+      there = normal_at(v + part * whole);
     }
-    const ParameterVector step = information.ldlt().solve(pull);
-    v += step;
-    if (!v.allFinite()) return;
-    P = information.ldlt().solve(ParameterMatrix::Identity());
-    const double moved = step.cwiseAbs().cwiseQuotient(P.diagonal().cwiseSqrt()).maxCoeff();
-    const int freedom = 2 * used - kParameterCount;
-    const double factor = freedom >= kParameterCount ? std::max(1.0, chi2 / freedom) : 1.0;
+    const double moved = part * whole.cwiseAbs().cwiseQuotient(sd).maxCoeff();
+    if (std::isfinite(there.cost) && (there.cost <= here.cost || moved < kSettled)) {
+      v += part * whole;
+      here = there;
+    }
+    const int freedom = 2 * here.used - kParameterCount;
+    const double factor = freedom >= kParameterCount ? std::max(1.0, here.chi2 / freedom) : 1.0;
     const bool noise_settled = std::abs(factor - factor_) < 1e-3 * factor_;
     factor_ = factor;
+    here = normal_at(v);
     if (moved < kSettled && noise_settled) break;
   }
   v_ = v;
-  P_ = P;
+  P_ = here.information.ldlt().solve(ParameterMatrix::Identity());
+}
+
+// A gross error among the first samples pulls the whole estimate to itself, so its residual
+// does not give it away: those with the largest are left out in turn.
+void OnlineEstimator::set_aside_what_spoils() {
+  constexpr std::size_t kTried = 10;
+  constexpr double kFalls = 0.1;
+  while (factor_ > settings_.suspicious_factor &&
+         2 * (samples() - 1) - kParameterCount >= kParameterCount) {
+    std::vector<std::pair<double, Taken*>> suspects;
+    for (auto& [key, taken] : taken_) {
+      if (taken.set_aside) continue;
+      const auto here = geometry::forward(v_, taken.q_rad, taken.assembly);
+      const double off = here ? (taken.p_WE - here->p_WE).squaredNorm() / taken.R.trace()
+                              : std::numeric_limits<double>::infinity();
+      suspects.emplace_back(off, &taken);
+    }
+    std::ranges::sort(suspects, std::greater{}, &std::pair<double, Taken*>::first);
+    if (suspects.size() > kTried) suspects.resize(kTried);
+    const ParameterVector v = v_;
+    const ParameterMatrix P = P_;
+    const double factor = factor_;
+    Taken* spoiler = nullptr;
+    double least = kFalls * factor;
+    for (const auto& [off, taken] : suspects) {
+      taken->set_aside = true;
+      v_ = nominal_;  // away from where the error has pulled it
+      linearise_anew();
+      if (factor_ < least) {
+        least = factor_;
+        spoiler = taken;
+      }
+      taken->set_aside = false;
+      v_ = v;
+      P_ = P;
+      factor_ = factor;
+    }
+    if (spoiler == nullptr) return;
+    spoiler->set_aside = true;
+    v_ = nominal_;
+    linearise_anew();
+  }
 }
 
 int OnlineEstimator::samples() const {
@@ -113,6 +208,42 @@ int OnlineEstimator::set_aside() const { return static_cast<int>(taken_.size()) 
 
 ParameterMatrix OnlineEstimator::information() const {
   return P_.ldlt().solve(ParameterMatrix::Identity());
+}
+
+double OnlineEstimator::condition() const {
+  Eigen::MatrixXd A(2 * static_cast<Eigen::Index>(taken_.size()), kParameterCount);
+  Eigen::Index row = 0;
+  for (const auto& [key, taken] : taken_) {
+    if (taken.set_aside) continue;
+    const auto here = geometry::forward_derivative(v_, taken.q_rad, taken.assembly);
+    if (!here) continue;
+    const Eigen::LLT<Matrix2d> root(taken.R);  // R = L L', weighted rows L^-1 J
+    A.middleRows<2>(row) = root.matrixL().solve(here->J_v) * parameter_scale().asDiagonal();
+    row += 2;
+  }
+  constexpr double kOpen = 1e10;
+  if (row < kParameterCount) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd values = A.topRows(row).jacobiSvd().singularValues();
+  const double least = values[kParameterCount - 1];
+  return least * kOpen > values[0] ? values[0] / least
+                                   : std::numeric_limits<double>::infinity();
+}
+
+std::vector<int> OnlineEstimator::undetermined() const {
+  constexpr double kPart = 0.5;
+  std::vector<int> open;
+  for (int i = 0; i < kParameterCount; ++i) {
+    if (P_(i, i) > kPart * kPart * prior_variance_[i]) open.push_back(i);
+  }
+  return open;
+}
+
+double OnlineEstimator::axis_variance_mm2() const {
+  double sum = 0.0;
+  for (const auto& [key, taken] : taken_) {
+    if (!taken.set_aside) sum += taken.R.trace() / 2;
+  }
+  return samples() > 0 ? factor_ * sum / samples() : settings_.noise_mm * settings_.noise_mm;
 }
 
 }  // namespace sixdial::calibration

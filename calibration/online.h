@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <tuple>
+#include <vector>
 
 #include "calibration/ekf.h"
 #include "calibration/workspace.h"
@@ -30,6 +31,9 @@ struct OnlineSettings {
   /// has `trust_after` samples.
   double gate = 8.0;
   int trust_after = 20;
+  /// Where variance_factor() is above this, a sample without which it would be a tenth is set
+  /// aside too, however early it came.
+  double suspicious_factor = 25.0;
 };
 
 struct OnlineSample {
@@ -44,7 +48,7 @@ class OnlineEstimator {
       const geometry::ParameterVector& nominal, const OnlineSettings& settings = {});
 
   /// Takes a sample in; one of the same set, point and repeat takes the place of the earlier.
-  /// Empty: it has no position, or the estimate cannot reach its pose.
+  /// Empty: it has no position, or neither the estimate nor the nominal robot reaches its pose.
   std::optional<OnlineSample> add(const simulation::Trial& trial);
 
   [[nodiscard]] const geometry::ParameterVector& v() const { return v_; }
@@ -54,11 +58,19 @@ class OnlineEstimator {
   [[nodiscard]] int set_aside() const;  // gross errors
   /// Residual variance over the dials' own, at least 1.
   [[nodiscard]] double variance_factor() const { return factor_; }
-  [[nodiscard]] PositionUncertainty predicted(std::span<const WorkspacePose> where) const {
-    return position_uncertainty(v_, P_, where);
+  [[nodiscard]] WorkspaceUncertainty predicted(std::span<const WorkspacePose> where) const {
+    return workspace_uncertainty(v_, P_, where);
   }
   /// Inverse of P: what plan next adds to.
   [[nodiscard]] geometry::ParameterMatrix information() const;
+  /// Condition number of the Jacobian of the samples alone, in units of parameter_scale() and
+  /// weighted by their noise; infinite where they leave a direction open.
+  [[nodiscard]] double condition() const;
+  /// Parameters whose standard deviation is above half of what it was without samples.
+  [[nodiscard]] std::vector<int> undetermined() const;
+  /// Mean variance of one axis of the samples taken in, by their own covariance times
+  /// variance_factor() [mm^2]; that of the settings without samples.
+  [[nodiscard]] double axis_variance_mm2() const;
 
  private:
   struct Taken {
@@ -69,7 +81,10 @@ class OnlineEstimator {
   };
   using Key = std::tuple<int, int>;  // point, repeat
 
+  struct Normal;
+  [[nodiscard]] Normal normal_at(const geometry::ParameterVector& v) const;
   void linearise_anew();
+  void set_aside_what_spoils();
 
   geometry::ParameterVector nominal_, v_, prior_variance_;
   geometry::ParameterMatrix P_;

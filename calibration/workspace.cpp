@@ -38,10 +38,10 @@ double position_sd_mm(
   return std::sqrt((d->J_v * P * d->J_v.transpose()).trace());
 }
 
-PositionUncertainty position_uncertainty(
+WorkspaceUncertainty workspace_uncertainty(
     const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
     std::span<const WorkspacePose> poses) {
-  PositionUncertainty result;
+  WorkspaceUncertainty result;
   double squares = 0.0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double sd = position_sd_mm(v, P, poses[i]);

@@ -26,14 +26,14 @@ struct WorkspacePose {
     std::span<const geometry::WorkingMode> modes);
 
 /// Standard deviation of the modelled position, root of the trace of J P J' [mm], over poses.
-struct PositionUncertainty {
+struct WorkspaceUncertainty {
   double mean_mm = 0.0;
   double max_mm = 0.0;
   double rms_mm = 0.0;
   std::size_t worst = 0;  // pose of the maximum
   std::size_t poses = 0;  // that v reaches
 };
-[[nodiscard]] PositionUncertainty position_uncertainty(
+[[nodiscard]] WorkspaceUncertainty workspace_uncertainty(
     const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
     std::span<const WorkspacePose> poses);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "service/mode_assessment.h"
 #include "service/nearest.h"
 #include "session/trials.h"
 
@@ -261,6 +262,7 @@ Json assessment_json(
         {"lack_of_fit", noise.lack_of_fit ? Json(*noise.lack_of_fit) : Json(nullptr)},
         {"words", noise.words}}},
       {"parameters", parameters_json(estimates)},
+      {"working_modes", working_modes_json(space, fit, g1, rig)},
       {"identifiability",
        {{"singular_values", numbers(known.singular_values)},
         {"condition", known.condition},
@@ -359,6 +361,10 @@ std::vector<std::string> assessment_lines(const Json& assessment) {
       known["determined"].get<int>(), known["free"].get<int>(),
       assessment["samples"].get<int>(), condition_words(known),
       known["observability"].get<double>()));
+  if (std::string line = working_modes_line(assessment["working_modes"], known["condition"]);
+      !line.empty()) {
+    lines.push_back(std::move(line));
+  }
   for (const Json& held : known["held"]) {
     const std::string effect = held["effect_mm"].is_number()
                                    ? fmt::format(

@@ -168,6 +168,26 @@ report::Section uncertainty(const Json& assessment) {
   return section;
 }
 
+report::Table mode_table(const Json& assessment) {
+  report::Table table{
+      .id = "working_modes", .caption = "Condition number of each working mode and of all"};
+  table.columns = {
+      column("mode", "working mode"), column("samples", "samples"),
+      column("condition", "condition number")};
+  for (const Json& each : assessment["working_modes"]) {
+    table.rows.push_back(
+        {each["mode"].get<std::string>(), whole(each["samples"].get<int>()),
+         number(number_of(each["condition"]), 0)});
+  }
+  table.rows.push_back(
+      {std::string("pooled"), whole(assessment["samples"].get<int>()),
+       number(number_of(assessment["identifiability"]["condition"]), 0)});
+  table.notes.emplace_back(
+      "Each mode by itself, as if the others had not been measured. Smaller is better; none "
+      "is given where a mode leaves a direction open.");
+  return table;
+}
+
 report::Section cannot_tell(const Json& assessment) {
   report::Section section{.id = "cannot_tell", .heading = "What the data cannot tell"};
   const Json& known = assessment["identifiability"];
@@ -178,6 +198,9 @@ report::Section cannot_tell(const Json& assessment) {
       "mean of the singular values over the root of the number of samples; larger is better).",
       known["determined"].get<int>(), known["free"].get<int>(), number_of(known["condition"]),
       number_of(known["observability"])));
+  if (assessment["working_modes"].size() > 1) {
+    section.blocks.emplace_back(mode_table(assessment));
+  }
   report::Table held{
       .id = "held_directions", .caption = "Directions held at nominal, as no pose shows them"};
   held.columns = {

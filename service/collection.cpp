@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/connection.h"
+#include "service/live_estimate.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
 
@@ -71,6 +72,9 @@ struct Collection::Run {
   session::Plan plan;
   std::set<db::PointKey> done;
   acquisition::CollectorSettings settings;
+  std::optional<double> stop_below_mm;
+  Caller caller;
+  std::optional<LiveEstimate> estimate;  // in the collection's thread alone
   std::unique_ptr<acquisition::RobotPort> robot;
   std::unique_ptr<acquisition::DialBank> dials;
   std::unique_ptr<acquisition::Collector> collector;
@@ -123,6 +127,8 @@ Json Collection::start(CollectRequest request) {
   run->id = store_.find_session(request.session);
   run->rig = store_.load_rig(run->id);
   run->settings = request.settings;
+  run->stop_below_mm = request.stop_below_mm;
+  run->caller = request.caller;
   const auto planned = store_.load_plan(run->id);
   if (request.plan) {
     check_plan_fits(*request.plan, store_.load_session(run->id));
@@ -168,7 +174,9 @@ Json Collection::start(CollectRequest request) {
   operator_name_ = request.caller.operator_name;
   progress_ = {};
   progress_.total = run->plan.points.size();
-  stored_ = skipped_ = failed_ = 0;
+  stored_ = skipped_ = failed_ = left_out_ = 0;
+  estimate_ = nullptr;
+  ended_because_.clear();
   troubles_ = Json::array();
   error_ = nullptr;
   asked_q_rad_.reset();
@@ -182,6 +190,11 @@ Json Collection::start(CollectRequest request) {
           .done =
               [r = run_.get()](const session::PlanPoint& point) {
                 return r->done.contains({point.set, point.point, point.repeat});
+              },
+          .wanted =
+              [r = run_.get()](const session::PlanPoint& point) {
+                return point.set != "G1" || !r->stop_below_mm ||
+                       !r->estimate->below(*r->stop_below_mm);
               }},
       run_->settings);
   thread_ = std::jthread(
@@ -198,18 +211,50 @@ void Collection::run(Run& run, const std::stop_token& stop) {
   run.live = std::jthread([this, &run](const std::stop_token& end) { publish_live(end, run); });
   CollectState state = CollectState::kFailed;
   Json error;
+  std::string why;
   try {
+    run.estimate.emplace(run.rig, run.plan.points);
+    bool told = false;
+    for (const session::Sample& sample : store_.load_session(run.id).samples) {
+      told = run.estimate->add(sample) || told;
+    }
+    if (told) show_estimate(run);
     const acquisition::CollectorResult result = run.collector->run(stop);
     state = result.complete ? CollectState::kDone : CollectState::kStopped;
+    why = why_ended(run, state, result);
   } catch (...) {
     error = to_error_object(std::current_exception());
-    spdlog::error("collection of {}: {}", session_, error["message"].get<std::string>());
+    why = error["message"].get<std::string>();
+    spdlog::error("collection of {}: {}", session_, why);
   }
   run.live = {};
-  finish(state, std::move(error));
+  try {
+    store_.record_action(to_operator(run.caller), "collect.end", run.id, why);
+  } catch (const std::exception& trouble) {
+    spdlog::error("the end of a collection is not in the store: {}", trouble.what());
+  }
+  finish(state, std::move(error), std::move(why));
 }
 
-void Collection::finish(CollectState state, Json error) {
+std::string Collection::why_ended(
+    const Run& run, CollectState state, const acquisition::CollectorResult& result) const {
+  if (state == CollectState::kStopped) return "stopped by a command";
+  if (result.left_out == 0) return "every point of the plan was had";
+  return fmt::format(
+      "the position uncertainty over the workspace is {:.4f} mm at worst, below the {} mm "
+      "asked "
+      "for, after {} samples of G1; {} points of the plan were left out",
+      run.estimate->uncertainty().max_mm, *run.stop_below_mm, run.estimate->filter().samples(),
+      result.left_out);
+}
+
+void Collection::show_estimate(const Run& run) {
+  Json estimate = run.estimate->json();
+  const std::lock_guard lock(mutex_);
+  estimate_ = std::move(estimate);
+}
+
+void Collection::finish(CollectState state, Json error, std::string why) {
   // Ports are let go before the end is told: who waits for it may start the next at once. The
   // collector goes first, under the lock, so that no command reaches it any more.
   std::unique_ptr<acquisition::Collector> collector;
@@ -225,6 +270,7 @@ void Collection::finish(CollectState state, Json error) {
     const std::lock_guard lock(mutex_);
     state_ = state;
     error_ = std::move(error);
+    ended_because_ = std::move(why);
   }
   ended_.notify_all();
   publish(to_string(state));
@@ -232,6 +278,8 @@ void Collection::finish(CollectState state, Json error) {
 
 void Collection::publish(std::string_view type, Json more) {
   Json data = status();
+  // Long, and new only then.
+  if (type != "estimate" && active()) data.erase("estimate");
   data["type"] = type;
   data.update(more);
   events_.publish("collect", std::move(data));
@@ -252,6 +300,7 @@ void Collection::on_progress(const acquisition::CollectorProgress& progress) {
     }
     if (progress.stage == CollectorStage::kSkipped) ++skipped_;
     if (progress.stage == CollectorStage::kFailed) ++failed_;
+    left_out_ = progress.left_out;
     const bool lost =
         progress.stage == CollectorStage::kSkipped || progress.stage == CollectorStage::kFailed;
     if (lost && progress.plan_index && troubles_.size() < kMostTroubles) {
@@ -293,6 +342,9 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   data["retaken"] = retaken;
   data["remarks"] = collected.remarks;
   events_.publish("sample", std::move(data));
+  if (!run.estimate->add(collected.sample)) return;
+  show_estimate(run);
+  publish("estimate");
 }
 
 void Collection::publish_live(const std::stop_token& stop, Run& run) {
@@ -338,6 +390,9 @@ Json Collection::status_locked() const {
       {"stored_in_this_run", stored_},
       {"skipped", skipped_},
       {"failed", failed_},
+      {"left_out", left_out_},
+      {"estimate", estimate_},
+      {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
       {"troubles", troubles_},
       {"point", nullptr},
       {"move_to_rad", nullptr},

@@ -28,7 +28,7 @@ enum class CollectState {
   kRunning,
   kPaused,
   kStopping,
-  kDone,     // every point of the plan is stored, skipped or failed
+  kDone,     // every point of the plan is stored, skipped or failed, or needed no more
   kStopped,  // by a command; goes on at the next point when started again
   kFailed,   // `error` says why; what was acknowledged is stored
 };
@@ -39,6 +39,9 @@ struct CollectRequest {
   std::string session;
   std::optional<session::Plan> plan{};  // empty: the session's own
   acquisition::CollectorSettings settings{};
+  /// Points of G1 are left out once the position uncertainty at the worst place of the
+  /// workspace (standard deviation, LiveEstimate) is below this.
+  std::optional<double> stop_below_mm{};
   Caller caller{};
 };
 
@@ -77,7 +80,10 @@ class Collection {
  private:
   struct Run;  // what one collection owns: robot, dials, collector
   void run(Run& run, const std::stop_token& stop);
-  void finish(CollectState state, Json error);
+  void finish(CollectState state, Json error, std::string why);
+  void show_estimate(const Run& run);
+  [[nodiscard]] std::string why_ended(
+      const Run& run, CollectState state, const acquisition::CollectorResult& result) const;
   void publish(std::string_view type, Json more = Json::object());
   void on_progress(const acquisition::CollectorProgress& progress);
   void on_sample(Run& run, const acquisition::CollectedSample& sample);
@@ -100,8 +106,10 @@ class Collection {
   std::string session_;
   std::string operator_name_;
   acquisition::CollectorProgress progress_;
-  std::size_t stored_ = 0, skipped_ = 0, failed_ = 0;  // in this run
-  Json troubles_ = Json::array();                      // points without a sample, and why
+  std::size_t stored_ = 0, skipped_ = 0, failed_ = 0, left_out_ = 0;  // in this run
+  Json estimate_;                  // LiveEstimate::json; null: nothing of G1 so far
+  std::string ended_because_;      // empty while it runs
+  Json troubles_ = Json::array();  // points without a sample, and why
   Json error_;
   std::optional<Eigen::Vector2d> asked_q_rad_;
   std::optional<acquisition::ManualAnswer> answer_;

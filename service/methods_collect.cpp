@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <string>
+#include <vector>
 
+#include "service/next_plan.h"
 #include "service/service.h"
 #include "session/plan.h"
 
@@ -26,7 +29,31 @@ Json start(const Call& call) {
   if (param_or<std::string>(call.params, "on_dial_fault", "store") == "pause") {
     settings.on_dial_fault = acquisition::OnDialFault::kPause;
   }
+  if (param_or<std::string>(call.params, "on_mode_change", "pause") == "go") {
+    settings.on_branch_change = acquisition::OnBranchChange::kGo;
+  }
+  if (const double limit_mm = param_or(call.params, "stop_below_mm", 0.0); limit_mm > 0.0) {
+    request.stop_below_mm = limit_mm;
+  }
   return call.service.collection().start(std::move(request));
+}
+
+Json plan_next(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const session::Session session =
+      reader.load_session(reader.find_session(call.params.at("session").get<std::string>()));
+  NextPlanRequest request;
+  request.points = param_or(call.params, "points", request.points);
+  request.criterion =
+      *calibration::criterion_from(param_or<std::string>(call.params, "criterion", "I"));
+  for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
+    request.modes.push_back(*geometry::working_mode_from(mode));
+  }
+  NextPlan next = next_plan(session, request);
+  Json answer = std::move(next.words);
+  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
+  answer["notes"] = session::operator_notes(session.rig, next.plan);
+  return answer;
 }
 
 Json status(const Call& call) { return call.service.collection().status(); }
@@ -66,6 +93,7 @@ Json moved(const Call& call) {
 }
 
 constexpr std::array<std::string_view, 2> kOnFault{"store", "pause"};
+constexpr std::array<std::string_view, 2> kOnModeChange{"pause", "go"};
 constexpr std::array kStartParams{
     Param{.name = "session", .required = true, .doc = "name of the session"},
     Param{
@@ -87,7 +115,39 @@ constexpr std::array kStartParams{
     Param{
         .name = "on_dial_fault",
         .doc = "store the point without that dial, or pause for a person; default store",
-        .one_of = kOnFault}};
+        .one_of = kOnFault},
+    Param{
+        .name = "on_mode_change",
+        .doc = "before a point in another working mode pause until a person has brought the "
+               "legs over, or go (a rig that does it by itself); default pause",
+        .one_of = kOnModeChange},
+    Param{
+        .name = "stop_below_mm",
+        .type = ParamType::kNumber,
+        .doc =
+            "leave out what is left of G1 once the standard deviation of the tool's position "
+            "is below this at the worst place of the workspace; 0: never, the default",
+        .min = 0,
+        .max = 100}};
+constexpr std::array<std::string_view, 2> kCriteria{"I", "D"};
+constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
+constexpr std::array kNextParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "points",
+        .type = ParamType::kInteger,
+        .doc = "so many; default 10",
+        .min = 1,
+        .max = 400},
+    Param{
+        .name = "criterion",
+        .doc = "I: the tool's position over the workspace, D: all parameters; default I",
+        .one_of = kCriteria},
+    Param{
+        .name = "modes",
+        .type = ParamType::kStringList,
+        .doc = "working modes to measure in; default: those of the session",
+        .one_of = kModes}};
 constexpr std::array kWaitParams{Param{
     .name = "timeout_s",
     .type = ParamType::kNumber,
@@ -106,9 +166,12 @@ constexpr std::array kMovedParams{
 constexpr std::string_view kStatus =
     "state (idle, starting, running, paused, stopping, done, stopped, failed), session, "
     "operator, "
-    "done, total, stage, message, eta_s, stored_in_this_run, skipped, failed, troubles [{set, "
-    "point, repeat, why}], point {set, point, repeat, target_mm}, move_to_rad (a person is to "
-    "move the robot there), error";
+    "done, total, stage, message, eta_s, stored_in_this_run, skipped, failed, left_out, "
+    "troubles [{set, point, repeat, why}], point {set, point, repeat, target_mm}, move_to_rad "
+    "(a person is to move the robot there), error, ended_because, estimate (null before the "
+    "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
+    "noise_times, parameters [{name, unit, value, sd}], position_sd_mm {mean, max, worst_mm} "
+    "over the workspace, condition, undetermined [names], last_times_usual)";
 
 constexpr std::array kMethods{
     Method{
@@ -179,6 +242,16 @@ constexpr std::array kMethods{
         .result = kStatus,
         .example = "{}",
         .run = command<&Collection::stop>},
+    Method{
+        .name = "plan.next",
+        .summary = "The poses to measure next: a plan that makes the tool's position over the "
+                   "workspace best known, given the session's samples so far.",
+        .params = kNextParams,
+        .result = "samples, points, criterion, now {mean_mm, max_mm}, after {mean_mm, max_mm}, "
+                  "steps [{target_mm, mode, mean_mm, max_mm}] in the order chosen, plan_csv "
+                  "(text of a plan file), notes [for the operator]",
+        .example = R"({"session": "demo", "points": 5, "criterion": "I"})",
+        .run = plan_next},
 };
 
 }  // namespace

@@ -68,10 +68,26 @@ Json list(const Call& call) {
   return {{"sessions", std::move(rows)}, {"total", all.size()}};
 }
 
+/// Why each collection of the session ended, the newest last.
+Json ends_of_collections(db::Store& reader, db::SessionId id) {
+  constexpr std::size_t kMost = 20;
+  std::vector<Json> ends;
+  for (const db::ActionRecord& action : reader.list_actions()) {
+    if (action.session != id || action.action != "collect.end") continue;
+    ends.push_back(
+        {{"time_utc", action.time_utc},
+         {"operator", action.who.name},
+         {"ended_because", action.detail}});
+  }
+  if (ends.size() > kMost) ends.erase(ends.begin(), ends.end() - kMost);
+  return ends;
+}
+
 Json show(const Call& call) {
   db::Store& reader = call.service.reader();
   const db::SessionId id = reader.find_session(session_name(call));
   Json answer = info_json(call.service, id);
+  answer["collections"] = ends_of_collections(reader, id);
   const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
   if (limit > 0) {
@@ -137,30 +153,39 @@ session::PlanOptions plan_options(const Json& params) {
   options.seed = param_or<std::uint64_t>(params, "seed", 1);
   options.margin_mm = param_or(params, "margin_mm", options.margin_mm);
   options.first_point = param_or(params, "first_point", 0);
+  for (const auto& mode : param_or<std::vector<std::string>>(params, "modes", {})) {
+    options.working_modes.push_back(*geometry::working_mode_from(mode));
+  }
   options.approach = *session::approach_rule_from(
       param_or<std::string>(params, "approach", std::string(to_string(options.approach))));
   return options;
 }
 
-Json plan_answer(const tl::expected<session::Plan, session::PlanRefusal>& plan) {
+Json plan_answer(
+    const geometry::Rig& rig, const tl::expected<session::Plan, session::PlanRefusal>& plan) {
   if (!plan) {
     throw Error(
         ErrorCode::kBadData, "the plan is refused: " + plan.error().reason,
         {{"point", plan.error().point}}, plan.error().advice);
   }
-  return {{"points", plan->points.size()}, {"plan_csv", session::plan_csv(*plan)}};
+  return {
+      {"points", plan->points.size()},
+      {"plan_csv", session::plan_csv(*plan, rig)},
+      {"notes", session::operator_notes(rig, *plan)}};
 }
 
 Json plan_grid(const Call& call) {
   const geometry::Rig rig = rig_of(call);
-  return plan_answer(session::plan_grid(
-      rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
-      plan_options(call.params)));
+  return plan_answer(
+      rig, session::plan_grid(
+               rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
+               plan_options(call.params)));
 }
 
 Json plan_random(const Call& call) {
   const geometry::Rig rig = rig_of(call);
   return plan_answer(
+      rig,
       session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
 }
 
@@ -189,6 +214,7 @@ constexpr std::array kExportParams{
     kSession, Param{.name = "path", .required = true, .doc = "absolute path of the folder"}};
 constexpr std::array kUndoParams{kSession, Param{.name = "reason", .doc = "kept with the row"}};
 constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate", "both-sides"};
+constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr std::array kPlanCommon{
     kSession,
     Param{.name = "set", .doc = "G1, G2 or another name; default G1"},
@@ -214,6 +240,11 @@ constexpr std::array kPlanCommon{
         .doc = "number of the first point",
         .min = 0,
         .max = 1e9},
+    Param{
+        .name = "modes",
+        .type = ParamType::kStringList,
+        .doc = "working modes, each with all the points; default: the rig's",
+        .one_of = kModes},
     Param{
         .name = "approach",
         .doc = "from which side points are reached",
@@ -274,7 +305,8 @@ constexpr std::array kMethods{
         .summary = "One session, with a page of its samples if `limit` says so.",
         .params = kShowParams,
         .result = "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, "
-                  "plan_points, rejected_rows, page [samples]",
+                  "plan_points, rejected_rows, collections [{time_utc, operator, "
+                  "ended_because}], page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
     Method{
@@ -304,14 +336,14 @@ constexpr std::array kMethods{
         .name = "plan.grid",
         .summary = "A plan over a grid of targets that the session's rig can measure.",
         .params = kGridParams,
-        .result = "points, plan_csv (text of a plan file)",
+        .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "nx": 10, "ny": 10, "set": "G1", "seed": 1})",
         .run = plan_grid},
     Method{
         .name = "plan.random",
         .summary = "A plan of random targets that the session's rig can measure.",
         .params = kRandomParams,
-        .result = "points, plan_csv (text of a plan file)",
+        .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "count": 50, "set": "G2", "seed": 2})",
         .run = plan_random},
 };

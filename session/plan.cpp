@@ -21,11 +21,12 @@ enum PlanColumn {
   kTheta2,
   kApproach1,
   kApproach2,
+  kMode,
   kColumnCount
 };
-const std::array<std::string, kColumnCount> kNames{"set",         "point",       "repeat",
-                                                   "target_x_mm", "target_y_mm", "theta1_rad",
-                                                   "theta2_rad",  "approach1",   "approach2"};
+const std::array<std::string, kColumnCount> kNames{
+    "set",        "point",      "repeat",    "target_x_mm", "target_y_mm",
+    "theta1_rad", "theta2_rad", "approach1", "approach2",   "mode"};
 constexpr std::array<PlanColumn, 4> kRequired{kSet, kPoint, kTargetX, kTargetY};
 
 using Places = std::array<std::optional<std::size_t>, kColumnCount>;
@@ -108,8 +109,17 @@ class PlanRow {
   const Places& places_;
 };
 
-PlanPoint read_point(
-    const PlanRow& row, const geometry::Rig& rig, const std::optional<Eigen::Vector2d>& near) {
+std::optional<geometry::WorkingMode> read_mode(const PlanRow& row) {
+  const CsvField* text = row.field(kMode);
+  if (text == nullptr) return std::nullopt;
+  const auto mode = geometry::working_mode_from(text->value);
+  if (mode) return mode;
+  throw row.finding(
+      kMode, shown(text->value) + " is no working mode",
+      "write ++, +-, -+ or --: the elbow sides of leg 1 and leg 2");
+}
+
+PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig) {
   constexpr int kMostPoints = 1'000'000'000;
   PlanPoint point;
   if (row.field(kSet) == nullptr) {
@@ -121,14 +131,20 @@ PlanPoint read_point(
   point.approach = {row.integer(kApproach1, -1, 1, 0), row.integer(kApproach2, -1, 1, 0)};
   point.target_mm = {row.number(kTargetX), row.number(kTargetY)};
   const geometry::Robot& robot = rig.robot;
+  const auto mode = read_mode(row);
   if (row.field(kTheta1) == nullptr && row.field(kTheta2) == nullptr) {
-    const auto q = geometry::inverse(robot.nominal, point.target_mm, robot.working_mode, near);
+    const geometry::WorkingMode taken = mode.value_or(robot.working_mode);
+    const auto reference =
+        geometry::inverse(robot.nominal, rig.cuboid.reference_pose_mm, taken);
+    const auto q = geometry::inverse(
+        robot.nominal, point.target_mm, taken,
+        reference ? std::optional(*reference) : std::nullopt);
     if (!q) {
       throw row.finding(
           kTargetX,
           fmt::format(
-              "the robot cannot take ({}, {}) mm: {}", point.target_mm.x(), point.target_mm.y(),
-              describe(q.error())),
+              "the robot cannot take ({}, {}) mm in working mode {}: {}", point.target_mm.x(),
+              point.target_mm.y(), to_string(taken), describe(q.error())),
           "move the target into the workspace");
     }
     point.q_rad = *q;
@@ -144,19 +160,83 @@ PlanPoint read_point(
             describe(pose.error())),
         "leave both angles empty to have them computed from the target");
   }
+  if (const Branch branch = branch_of(rig, point); mode && branch.mode != *mode) {
+    throw row.finding(
+        kMode,
+        fmt::format(
+            "the angles are those of working mode {}, the row says {}", to_string(branch.mode),
+            to_string(*mode)),
+        "leave both angles empty to have them computed in the mode of the row");
+  }
   return point;
+}
+
+std::string csv_of(const Plan& plan, const geometry::Rig* rig) {
+  const std::size_t columns = rig != nullptr ? kColumnCount : kMode;
+  std::string out;
+  for (std::size_t i = 0; i < columns; ++i) out += (i == 0 ? "" : ",") + kNames[i];
+  out += '\n';
+  for (const PlanPoint& point : plan.points) {
+    out += fmt::format(
+        "{},{},{},{},{},{},{},{},{}", csv_field(point.set), point.point, point.repeat,
+        decimal(point.target_mm.x(), 6), decimal(point.target_mm.y(), 6),
+        decimal(point.q_rad[0], 9), decimal(point.q_rad[1], 9), point.approach[0],
+        point.approach[1]);
+    if (rig != nullptr) out += ',' + to_string(branch_of(*rig, point).mode);
+    out += '\n';
+  }
+  return out;
 }
 
 }  // namespace
 
+Branch branch_of(const geometry::Rig& rig, const PlanPoint& point) {
+  const geometry::Robot& robot = rig.robot;
+  const auto assembly = geometry::assembly_at(robot.nominal, point.q_rad, point.target_mm);
+  if (!assembly) return {robot.working_mode, robot.assembly};
+  const auto mode = geometry::working_mode_of(robot.nominal, point.q_rad, *assembly);
+  return {mode ? *mode : robot.working_mode, *assembly};
+}
+
+std::vector<Stretch> stretches_of(const geometry::Rig& rig, const Plan& plan) {
+  std::vector<Stretch> stretches;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    const Branch branch = branch_of(rig, plan.points[i]);
+    if (stretches.empty() || stretches.back().branch != branch) {
+      stretches.push_back({branch, i, 0});
+    }
+    ++stretches.back().points;
+  }
+  return stretches;
+}
+
+std::vector<std::string> operator_notes(const geometry::Rig& rig, const Plan& plan) {
+  const std::vector<Stretch> stretches = stretches_of(rig, plan);
+  if (stretches.size() < 2) return {};
+  std::vector<std::string> notes;
+  const Branch* before = nullptr;
+  for (const Stretch& stretch : stretches) {
+    const PlanPoint& first = plan.points[stretch.first];
+    const Branch& now = stretch.branch;
+    if (before == nullptr) {
+      notes.push_back(fmt::format(
+          "{} rows in working mode {} (assembly {})", stretch.points, to_string(now.mode),
+          static_cast<int>(now.assembly)));
+    } else {
+      notes.push_back(fmt::format(
+          "then {} in {} (assembly {}): before {} point {} an operator must clear the dials "
+          "and bring the legs over from {}, across singular poses; collecting pauses there",
+          stretch.points, to_string(now.mode), static_cast<int>(now.assembly), first.set,
+          first.point, to_string(before->mode)));
+    }
+    before = &now;
+  }
+  return notes;
+}
+
 Plan parse_plan(std::string_view text, const std::string& file_name, const geometry::Rig& rig) {
   const CsvTable table = read_csv(text, file_name);
   const Places places = read_plan_header(table.header, file_name);
-  const auto reference = geometry::inverse(
-      rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
-  std::optional<Eigen::Vector2d> near;
-  if (reference) near = *reference;
-
   Plan plan;
   std::vector<Finding> findings;
   std::size_t total = 0;
@@ -173,7 +253,7 @@ Plan parse_plan(std::string_view text, const std::string& file_name, const geome
             "leave an empty field where there is no value"};
       }
       const PlanRow reader(row, places);
-      PlanPoint point = read_point(reader, rig, near);
+      PlanPoint point = read_point(reader, rig);
       const auto [found, fresh] =
           keys.emplace(std::tuple(point.set, point.point, point.repeat), row.line);
       if (!fresh) {
@@ -201,22 +281,8 @@ Plan read_plan(const std::string& path, const geometry::Rig& rig) {
   return parse_plan(read_file(path), path, rig);
 }
 
-std::string plan_csv(const Plan& plan) {
-  std::string out;
-  for (const std::string& name : kNames) {
-    if (!out.empty()) out += ',';
-    out += name;
-  }
-  out += '\n';
-  for (const PlanPoint& point : plan.points) {
-    out += fmt::format(
-        "{},{},{},{},{},{},{},{},{}\n", csv_field(point.set), point.point, point.repeat,
-        decimal(point.target_mm.x(), 6), decimal(point.target_mm.y(), 6),
-        decimal(point.q_rad[0], 9), decimal(point.q_rad[1], 9), point.approach[0],
-        point.approach[1]);
-  }
-  return out;
-}
+std::string plan_csv(const Plan& plan) { return csv_of(plan, nullptr); }
+std::string plan_csv(const Plan& plan, const geometry::Rig& rig) { return csv_of(plan, &rig); }
 
 void write_plan(const Plan& plan, const std::string& path) { write_file(path, plan_csv(plan)); }
 

@@ -1,9 +1,12 @@
 // What to measure: the planned points of a session, as a CSV file people can edit.
-// Columns: set,point,repeat,target_x_mm,target_y_mm,theta1_rad,theta2_rad,approach1,approach2.
+// Columns: set,point,repeat,target_x_mm,target_y_mm,theta1_rad,theta2_rad,approach1,approach2,
+// mode. A point's working mode is that of its angles; `mode` says it, and is used where the
+// angles are left out.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -57,9 +60,11 @@ struct PlanOptions {
   double robot_error_mm = 4.0;
   int repeats = 1;
   ApproachRule approach = ApproachRule::kAsItComes;
-  int every = 1;                                        // of kBothSides
-  std::optional<geometry::WorkingMode> working_mode{};  // empty: the rig's
-  bool shuffle = true;                                  // a grid's order; false: serpentine
+  int every = 1;  // of kBothSides
+  /// Every one gets the whole grid, or the whole count, one after the other: between two an
+  /// operator has to bring the legs over. Empty: the rig's.
+  std::vector<geometry::WorkingMode> working_modes{};
+  bool shuffle = true;  // a grid's order; false: serpentine
   std::uint64_t seed = 1;
 };
 
@@ -73,13 +78,14 @@ struct PlanRefusal {
 /// "point 7 at (40.000, 66.000) mm: ...; ...".
 [[nodiscard]] std::string describe(const PlanRefusal& refusal);
 
-/// nx x ny points over the rectangle, edges included. Refused as a whole if one cannot be
-/// measured.
+/// nx x ny points over the rectangle in each working mode, edges included. Refused as a whole
+/// if one cannot be measured.
 [[nodiscard]] tl::expected<Plan, PlanRefusal> plan_grid(
     const geometry::Rig& rig, int nx, int ny, const PlanOptions& options = {});
 
-/// `count` uniformly random points. One that cannot be measured is drawn again, up to
-/// kMostDrawsPerPoint draws a point on average. The same seed and set give the same plan.
+/// `count` uniformly random points in each working mode. One that cannot be measured is drawn
+/// again, up to kMostDrawsPerPoint draws a point on average. The same seed and set give the
+/// same plan.
 [[nodiscard]] tl::expected<Plan, PlanRefusal> plan_random(
     const geometry::Rig& rig, int count, const PlanOptions& options = {});
 inline constexpr int kMostDrawsPerPoint = 100;
@@ -90,16 +96,41 @@ inline constexpr int kMostDrawsPerPoint = 100;
     const geometry::Rig& rig, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode,
     double robot_error_mm, const Eigen::Vector2d& near);
 
-/// Reads a plan file. Columns may stand in any order; repeat, the angles and the approaches may
-/// be absent or empty: repeat 0, angles by nominal inverse kinematics in the rig's working
-/// mode, approach 0. Throws DataError with file, line and column, also for angles out of reach.
+/// How the legs stand at a planned point, by the nominal robot. Between points whose branches
+/// differ lies a singular pose, which no controller drives through by itself.
+struct Branch {
+  geometry::WorkingMode mode;
+  geometry::Assembly assembly = geometry::Assembly::kLeft;
+  friend bool operator==(const Branch&, const Branch&) = default;
+};
+/// The rig's where the angles have no pose at the target.
+[[nodiscard]] Branch branch_of(const geometry::Rig& rig, const PlanPoint& point);
+
+/// Points that follow each other in one branch.
+struct Stretch {
+  Branch branch;
+  std::size_t first = 0;  // index into Plan::points
+  std::size_t points = 0;
+};
+[[nodiscard]] std::vector<Stretch> stretches_of(const geometry::Rig& rig, const Plan& plan);
+
+/// What an operator has to know of a plan in several branches, a sentence a line; empty for
+/// one.
+[[nodiscard]] std::vector<std::string> operator_notes(
+    const geometry::Rig& rig, const Plan& plan);
+
+/// Reads a plan file. Columns may stand in any order; repeat, the angles, the approaches and
+/// the mode may be absent or empty: repeat 0, angles by nominal inverse kinematics in the
+/// point's mode, else the rig's, approach 0. Throws DataError with file, line and column, also
+/// for angles out of reach or of another mode than the row says.
 [[nodiscard]] Plan parse_plan(
     std::string_view text, const std::string& file_name, const geometry::Rig& rig);
 [[nodiscard]] Plan read_plan(const std::string& path, const geometry::Rig& rig);
 
 /// The plan as CSV; parse_plan gives back an equal plan if its numbers have at most 9 decimals,
-/// as those of plan_grid and plan_random.
+/// as those of plan_grid and plan_random. With a rig: says the working mode of each point.
 [[nodiscard]] std::string plan_csv(const Plan& plan);
+[[nodiscard]] std::string plan_csv(const Plan& plan, const geometry::Rig& rig);
 void write_plan(const Plan& plan, const std::string& path);
 
 }  // namespace sixdial::session

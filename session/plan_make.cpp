@@ -2,6 +2,7 @@
 #include <Random123/philox.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -99,10 +100,10 @@ std::optional<PlanRefusal> contacts_refused(
       "choose a smaller rectangle, a smaller robot error, or move the dials");
 }
 
+using TargetsAndAngles = std::vector<std::pair<Vector2d, Vector2d>>;
+
 /// The plan's points from its targets: angles are given, order is final.
-Plan numbered(
-    const std::vector<std::pair<Vector2d, Vector2d>>& target_and_q,
-    const PlanOptions& options) {
+Plan numbered(const TargetsAndAngles& target_and_q, const PlanOptions& options) {
   constexpr std::array<std::array<int, 2>, 4> kSides{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
   Plan plan;
   for (std::size_t i = 0; i < target_and_q.size(); ++i) {
@@ -155,8 +156,31 @@ std::optional<PlanRefusal> request_refused(
     return refuse(
         "repeats, every or first point make no sense", "use 1 or more, and 0 or more");
   }
+  const auto& modes = options.working_modes;
+  for (auto mode = modes.begin(); mode != modes.end(); ++mode) {
+    if (std::find(modes.begin(), mode, *mode) == mode) continue;
+    return refuse(
+        fmt::format("working mode {} is named twice", to_string(*mode)), "name it once");
+  }
   if (!rig.robot.nominal.allFinite()) return refuse("the rig has no robot", "load a rig file");
   return std::nullopt;
+}
+
+std::vector<geometry::WorkingMode> modes_of(
+    const geometry::Rig& rig, const PlanOptions& options) {
+  if (options.working_modes.empty()) return {rig.robot.working_mode};
+  return options.working_modes;
+}
+
+PlanRefusal refused_in(
+    PlanRefusal refusal, geometry::WorkingMode mode, std::size_t points,
+    const PlanOptions& options) {
+  refusal.point = options.first_point + static_cast<int>(points);
+  if (options.working_modes.size() > 1) {
+    refusal.reason = fmt::format("in working mode {}: {}", to_string(mode), refusal.reason);
+    refusal.advice += ", or leave this mode out";
+  }
+  return refusal;
 }
 
 /// Where the joints turn from: the reference pose, else the rectangle's middle.
@@ -167,7 +191,11 @@ tl::expected<Vector2d, PlanRefusal> home_angles(
     if (const auto q = geometry::inverse(rig.robot.nominal, place, mode)) return *q;
   }
   return tl::unexpected(refusal_of(
-      middle, "the robot reaches neither the reference pose nor the rectangle's middle",
+      middle,
+      fmt::format(
+          "in working mode {} the robot reaches neither the reference pose nor the rectangle's "
+          "middle",
+          to_string(mode)),
       "check the working mode and the rectangle"));
 }
 
@@ -249,34 +277,36 @@ tl::expected<Plan, PlanRefusal> plan_grid(
   if (auto refusal = request_refused(rig, count, options)) {
     return tl::unexpected(std::move(*refusal));
   }
-  const geometry::WorkingMode mode = options.working_mode.value_or(rig.robot.working_mode);
-  const auto home = home_angles(rig, mode, options.rectangle);
-  if (!home) return tl::unexpected(home.error());
   const Vector2d margin(options.margin_mm, options.margin_mm);
   const Vector2d low = options.rectangle.min_mm + margin;
   const Vector2d size = options.rectangle.max_mm - margin - low;
   const auto part = [](int i, int n) {
     return n == 1 ? 0.5 : static_cast<double>(i) / static_cast<double>(n - 1);
   };
-  std::vector<std::pair<Vector2d, Vector2d>> points;
-  for (int iy = 0; iy < ny; ++iy) {
-    for (int step = 0; step < nx; ++step) {
-      const int ix = iy % 2 == 0 ? step : nx - 1 - step;  // back and forth
-      const Vector2d target =
-          rounded(low + Vector2d(size.x() * part(ix, nx), size.y() * part(iy, ny)), 6);
-      auto q = measurable(rig, target, mode, options.robot_error_mm, *home);
-      if (!q) {
-        q.error().point = options.first_point + static_cast<int>(points.size());
-        return tl::unexpected(std::move(q.error()));
+  Uniform random(options.seed, stream_of(options.set));
+  TargetsAndAngles points;
+  for (const geometry::WorkingMode mode : modes_of(rig, options)) {
+    const auto home = home_angles(rig, mode, options.rectangle);
+    if (!home) return tl::unexpected(home.error());
+    const std::size_t first = points.size();
+    for (int iy = 0; iy < ny; ++iy) {
+      for (int step = 0; step < nx; ++step) {
+        const int ix = iy % 2 == 0 ? step : nx - 1 - step;  // back and forth
+        const Vector2d target =
+            rounded(low + Vector2d(size.x() * part(ix, nx), size.y() * part(iy, ny)), 6);
+        auto q = measurable(rig, target, mode, options.robot_error_mm, *home);
+        if (!q) {
+          return tl::unexpected(refused_in(std::move(q.error()), mode, points.size(), options));
+        }
+        points.emplace_back(target, *q);
       }
-      points.emplace_back(target, *q);
     }
-  }
-  if (options.shuffle) {  // Fisher-Yates
-    Uniform random(options.seed, stream_of(options.set));
-    for (std::size_t i = points.size() - 1; i > 0; --i) {
-      const auto j = static_cast<std::size_t>(random.next() * static_cast<double>(i + 1));
-      std::swap(points[i], points[j]);
+    if (options.shuffle) {  // Fisher-Yates
+      for (std::size_t i = points.size() - 1; i > first; --i) {
+        const auto j = first + static_cast<std::size_t>(
+                                   random.next() * static_cast<double>(i - first + 1));
+        std::swap(points[i], points[j]);
+      }
     }
   }
   return numbered(points, options);
@@ -287,28 +317,30 @@ tl::expected<Plan, PlanRefusal> plan_random(
   if (auto refusal = request_refused(rig, count, options)) {
     return tl::unexpected(std::move(*refusal));
   }
-  const geometry::WorkingMode mode = options.working_mode.value_or(rig.robot.working_mode);
-  const auto home = home_angles(rig, mode, options.rectangle);
-  if (!home) return tl::unexpected(home.error());
   const Vector2d margin(options.margin_mm, options.margin_mm);
   const Vector2d low = options.rectangle.min_mm + margin;
   const Vector2d size = options.rectangle.max_mm - margin - low;
   Uniform random(options.seed, stream_of(options.set));
-  std::vector<std::pair<Vector2d, Vector2d>> points;
+  TargetsAndAngles points;
   const std::int64_t most_draws = std::int64_t{kMostDrawsPerPoint} * count;
-  for (std::int64_t draw = 0; points.size() < static_cast<std::size_t>(count); ++draw) {
-    const double x = random.next();
-    const double y = random.next();
-    const Vector2d target = rounded(low + Vector2d(size.x() * x, size.y() * y), 6);
-    auto q = measurable(rig, target, mode, options.robot_error_mm, *home);
-    if (q) {
-      points.emplace_back(target, *q);
-    } else if (draw + 1 >= most_draws) {
-      q.error().point = options.first_point + static_cast<int>(points.size());
-      q.error().reason = fmt::format(
-          "only {} of {} random points can be measured; the last one: {}", points.size(),
-          draw + 1, q.error().reason);
-      return tl::unexpected(std::move(q.error()));
+  for (const geometry::WorkingMode mode : modes_of(rig, options)) {
+    const auto home = home_angles(rig, mode, options.rectangle);
+    if (!home) return tl::unexpected(home.error());
+    const std::size_t first = points.size();
+    const std::size_t all = first + static_cast<std::size_t>(count);
+    for (std::int64_t draw = 0; points.size() < all; ++draw) {
+      const double x = random.next();
+      const double y = random.next();
+      const Vector2d target = rounded(low + Vector2d(size.x() * x, size.y() * y), 6);
+      auto q = measurable(rig, target, mode, options.robot_error_mm, *home);
+      if (q) {
+        points.emplace_back(target, *q);
+      } else if (draw + 1 >= most_draws) {
+        q.error().reason = fmt::format(
+            "only {} of {} random points can be measured; the last one: {}",
+            points.size() - first, draw + 1, q.error().reason);
+        return tl::unexpected(refused_in(std::move(q.error()), mode, points.size(), options));
+      }
     }
   }
   return numbered(points, options);

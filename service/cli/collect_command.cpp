@@ -2,19 +2,22 @@
 // sixdial collection ... to command one that runs.
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <filesystem>
 
 #include "service/cli/cli.h"
+#include "service/live_estimate.h"
 #include "session/csv.h"
 
 namespace sixdial::service::cli {
 namespace {
 
 struct CollectOptions {
-  std::string plan_file, session, rig_file, on_dial_fault;
+  std::string plan_file, session, rig_file, on_dial_fault, on_mode_change;
+  double stop_below_mm = 0.0;
   double settle_spread_mm = 0.0;
   std::int64_t settle_timeout_ms = 0;
 };
@@ -90,10 +93,38 @@ std::string sample_line(const Json& sample) {
   return text;
 }
 
+/// Lines above the progress line that are rewritten in place on a terminal.
+class Block {
+ public:
+  explicit Block(const Console& console) : console_(console) {}
+  void set(std::vector<std::string> lines) { lines_ = std::move(lines); }
+  void show() {
+    if (!console_.terminal || on_screen_ > 0 || lines_.empty()) return;
+    // A line that the terminal would wrap could not be taken away again.
+    winsize size{};
+    const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    const std::size_t width = known ? size.ws_col - 1U : 79U;
+    console_.err << "\r\x1b[K";
+    for (const std::string& line : lines_) console_.err << line.substr(0, width) << '\n';
+    on_screen_ = lines_.size();
+  }
+  /// The cursor stands in the line below.
+  void clear() {
+    if (on_screen_ > 0) console_.err << "\r\x1b[" << on_screen_ << "A\x1b[J" << std::flush;
+    on_screen_ = 0;
+  }
+
+ private:
+  const Console& console_;
+  std::vector<std::string> lines_;
+  std::size_t on_screen_ = 0;
+};
+
 /// What a person sees of a running collection.
 class Screen {
  public:
-  explicit Screen(const Console& console) : console_(console), line_(console) {}
+  explicit Screen(const Console& console)
+      : console_(console), block_(console), line_(console) {}
 
   void show_state(const Json& state) {
     const std::string type = state.value("type", "");
@@ -109,6 +140,8 @@ class Screen {
           point_text(state), state["move_to_rad"][0].get<double>(),
           state["move_to_rad"][1].get<double>()));
     }
+    if (type == "estimate" && state["estimate"].is_object()) show_estimate(state["estimate"]);
+    block_.show();
     line_.show(
         "collecting", state["done"].get<std::int64_t>(), state["total"].get<std::int64_t>(),
         state["eta_s"].is_number() ? std::optional(state["eta_s"].get<double>()) : std::nullopt,
@@ -120,9 +153,13 @@ class Screen {
   }
   void note(const std::string& text) {
     line_.clear();
+    block_.clear();
     console_.note(text);
   }
-  void end() { line_.clear(); }
+  void end() {
+    line_.clear();
+    block_.clear();
+  }
 
  private:
   static std::string point_text(const Json& state) {
@@ -132,7 +169,24 @@ class Screen {
         "{} {}.{} ", point["set"].get<std::string>(), point["point"].get<int>(),
         point["repeat"].get<int>());
   }
+  void show_estimate(const Json& estimate) {
+    if (console_.json || console_.quiet) return;
+    std::vector<std::string> lines = estimate_parameters(estimate);
+    lines.push_back(estimate_summary(estimate));
+    if (console_.terminal) {
+      line_.clear();
+      block_.clear();
+      block_.set(std::move(lines));
+      return;
+    }
+    constexpr int kParametersEvery = 10;
+    if (estimate["samples"].get<int>() % kParametersEvery != 0) {
+      lines.erase(lines.begin(), lines.end() - 1);
+    }
+    for (const std::string& each : lines) note(each);
+  }
   const Console& console_;
+  Block block_;
   ProgressLine line_;
 };
 
@@ -189,10 +243,22 @@ ExitCode conclude(Cli& cli, const Json& status) {
   cli.console.print(
       "collect", status,
       fmt::format(
-          "session {}: {} of {} points, {} stored now, {} skipped, {} not measurable\n",
+          "session {}: {} of {} points, {} stored now, {} skipped, {} not measurable{}\n",
           status["session"].get<std::string>(), status["done"].get<std::int64_t>(),
           status["total"].get<std::int64_t>(), status["stored_in_this_run"].get<std::int64_t>(),
-          status["skipped"].get<std::int64_t>(), status["failed"].get<std::int64_t>()));
+          status["skipped"].get<std::int64_t>(), status["failed"].get<std::int64_t>(),
+          status["left_out"].get<std::int64_t>() > 0
+              ? fmt::format(", {} left out", status["left_out"].get<std::int64_t>())
+              : std::string()));
+  if (!cli.console.json && status.contains("estimate") && status["estimate"].is_object()) {
+    for (const std::string& line : estimate_parameters(status["estimate"])) {
+      cli.console.out << line << '\n';
+    }
+    cli.console.out << estimate_summary(status["estimate"]) << '\n';
+  }
+  if (status["ended_because"].is_string()) {
+    cli.console.note("ended: " + status["ended_because"].get<std::string>());
+  }
   if (status["error"].is_object()) throw RemoteError(status["error"]);
   if (status["state"] == "stopped") return ExitCode::kCancelled;
   return status["failed"].get<std::int64_t>() > 0 ? ExitCode::kDataQuality : ExitCode::kOk;
@@ -216,6 +282,8 @@ ExitCode collect(Cli& cli, const CollectOptions& options) {
   Json params{{"session", options.session}};
   if (!options.plan_file.empty()) params["plan_csv"] = session::read_file(options.plan_file);
   if (!options.on_dial_fault.empty()) params["on_dial_fault"] = options.on_dial_fault;
+  if (!options.on_mode_change.empty()) params["on_mode_change"] = options.on_mode_change;
+  if (options.stop_below_mm > 0.0) params["stop_below_mm"] = options.stop_below_mm;
   if (options.settle_spread_mm > 0.0) params["settle_spread_mm"] = options.settle_spread_mm;
   if (options.settle_timeout_ms > 0) params["settle_timeout_ms"] = options.settle_timeout_ms;
   cli.call("events.subscribe", {{"topics", {"collect", "sample"}}});
@@ -269,6 +337,18 @@ void add_collect_command(CLI::App& app, Cli& cli) {
       ->add_option(
           "--on-dial-fault", options->on_dial_fault, "store without that dial, or pause")
       ->check(CLI::IsMember({"store", "pause"}));
+  command
+      ->add_option(
+          "--on-mode-change", options->on_mode_change,
+          "before a point in another working mode pause until the legs are brought over (the "
+          "default), or go: only a rig that does it by itself")
+      ->check(CLI::IsMember({"pause", "go"}));
+  command
+      ->add_option(
+          "--stop-below", options->stop_below_mm,
+          "mm: leave out what is left of G1 once the position uncertainty (standard deviation) "
+          "is below this at the worst place of the workspace")
+      ->check(CLI::Range(1e-6, 100.0));
   command->add_option(
       "--settle-spread", options->settle_spread_mm,
       "mm within which readings are "

@@ -16,12 +16,18 @@ std::string sets_text(const Json& info) {
 }
 
 std::string info_text(const Json& info) {
-  return fmt::format(
+  std::string text = fmt::format(
       "session {}: {} samples ({}), plan of {} points\n  rig {}, {}\n  since {} by {}\n",
       info["name"].get<std::string>(), info["samples"].get<std::int64_t>(), sets_text(info),
       info["plan_points"].get<std::int64_t>(), info["rig_name"].get<std::string>(),
       info["rig_hash"].get<std::string>().substr(0, 12), info["created_utc"].get<std::string>(),
       info["operator"].get<std::string>());
+  for (const Json& each : info.value("collections", Json::array())) {
+    text += fmt::format(
+        "  collecting ended {}: {}\n", each["time_utc"].get<std::string>(),
+        each["ended_because"].get<std::string>());
+  }
+  return text;
 }
 
 struct SessionOptions {

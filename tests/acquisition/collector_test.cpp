@@ -65,7 +65,7 @@ class FakeDials final : public DialSource {
     clock_.sleep_for(scan_time, stop);
     ++scans;
     std::vector<Reading> readings;
-    const auto expected = plausible_.expected_at(robot_.now.q_rad);
+    const auto expected = plausible_.expected_at(robot_.now.q_rad, assembly);
     for (std::size_t i = 0; i < size(); ++i) {
       double value = expected[i].displacement_mm.value_or(0.0);
       value += settling_mm(clock_.monotonic() - robot_.arrived_at);
@@ -82,6 +82,7 @@ class FakeDials final : public DialSource {
   std::function<double(DeviceTime since)> settling_mm = [](DeviceTime) { return 0.0; };
   int scans = 0;
   std::chrono::milliseconds scan_time{50};
+  std::optional<geometry::Assembly> assembly;  // empty: the rig's
 
  private:
   const geometry::Rig& rig_;
@@ -123,6 +124,7 @@ class Collecting : public testing::Test {
       if (on_progress_) on_progress_(progress);
     };
     callbacks.done = done_;
+    callbacks.wanted = wanted_;
     collector_.emplace(rig_, plan_, robot_, dials_, clock_, callbacks, settings_);
     return collector_->run(stop);
   }
@@ -138,7 +140,7 @@ class Collecting : public testing::Test {
   FakeRobot robot_{clock_};
   FakeDials dials_{rig_, robot_, clock_};
   CollectorSettings settings_;
-  std::function<bool(const session::PlanPoint&)> done_;
+  std::function<bool(const session::PlanPoint&)> done_, wanted_;
   std::function<void(const CollectedSample&)> on_store_;
   std::function<void(const CollectorProgress&)> on_progress_;
   std::optional<Collector> collector_;
@@ -184,6 +186,94 @@ TEST_F(Collecting, APointIsStoredBeforeTheRobotGoesToTheNext) {
     EXPECT_EQ(robot_.commands.size(), sample.plan_index + 1);
   };
   EXPECT_EQ(run().stored, 6u);
+}
+
+// Points 0 to 2 in the rig's mode, 3 to 5 with leg 1's elbow on the other side.
+class CollectingInTwoModes : public Collecting {
+ protected:
+  CollectingInTwoModes() {
+    for (std::size_t i = 3; i < 6; ++i) {
+      session::PlanPoint& point = plan_.points[i];
+      point.q_rad = geometry::inverse(rig_.robot.nominal, point.target_mm, {-1, +1}).value();
+    }
+    // The dials follow the command that is under way.
+    robot_.on_move = [this](std::size_t) {
+      for (const auto& point : plan_.points) {
+        if (point.q_rad == robot_.commands.back()) {
+          dials_.assembly = session::branch_of(rig_, point).assembly;
+        }
+      }
+      return std::nullopt;
+    };
+  }
+  /// Answers every pause.
+  void when_paused(std::function<void()> answer) {
+    on_progress_ = [this, answer](const CollectorProgress& progress) {
+      if (progress.stage != CollectorStage::kPaused) return;
+      ++pauses_;
+      commands_at_pause_ = robot_.commands.size();
+      EXPECT_EQ(progress.plan_index, 3u + asked_);
+      EXPECT_THAT(progress.message, HasSubstr("bring the legs over"));
+      answer();
+    };
+  }
+  int pauses_ = 0;
+  std::size_t asked_ = 0;
+  std::size_t commands_at_pause_ = 0;
+};
+
+TEST_F(CollectingInTwoModes, APersonIsAskedToBringTheLegsOverBeforeAnythingMoves) {
+  when_paused([this] { collector_->resume(); });
+  const auto result = run();
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(pauses_, 1);
+  EXPECT_EQ(commands_at_pause_, 3u);
+  EXPECT_EQ(points(), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  ASSERT_EQ(stored_[3].remarks.size(), 1u);
+  EXPECT_THAT(stored_[3].remarks[0], HasSubstr("working mode -+"));
+  for (const CollectedSample& each : stored_) {
+    for (const auto& dial : each.sample.dials) {
+      EXPECT_EQ(dial.quality, Quality::kGood) << each.sample.point << ": " << dial.reason;
+    }
+  }
+}
+
+TEST_F(CollectingInTwoModes, SkippingLeavesPointByPointOut) {
+  when_paused([this] {
+    ++asked_;
+    collector_->skip();
+  });
+  const auto result = run();
+  EXPECT_EQ(pauses_, 3);
+  EXPECT_EQ(result.stored, 3u);
+  EXPECT_EQ(result.skipped.size(), 3u);
+  EXPECT_EQ(robot_.commands.size(), 3u);
+}
+
+TEST_F(CollectingInTwoModes, ARigThatCanDoesItByItself) {
+  when_paused([] { ADD_FAILURE() << "nobody is to be asked"; });
+  settings_.on_branch_change = OnBranchChange::kGo;
+  EXPECT_EQ(run().stored, 6u);
+  EXPECT_EQ(pauses_, 0);
+}
+
+TEST_F(CollectingInTwoModes, ARunThatBeginsWhereTheLegsStandAlreadyAsksNobody) {
+  robot_.now.q_rad = plan_.points[4].q_rad;
+  robot_.now.motion = Motion::kInPosition;
+  done_ = [](const session::PlanPoint& point) { return point.point < 3; };
+  when_paused([] { ADD_FAILURE() << "nobody is to be asked"; });
+  EXPECT_EQ(run().stored, 3u);
+}
+
+TEST_F(Collecting, PointsThatAreNotWantedAnyMoreAreLeftOut) {
+  wanted_ = [this](const session::PlanPoint& point) {
+    return stored_.size() < 2 || point.point == 5;
+  };
+  const auto result = run();
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(points(), (std::vector<int>{0, 1, 5}));
+  EXPECT_EQ(result.left_out, 3u);
+  EXPECT_EQ(progress_.back().done, 6u);
 }
 
 // A large way to settle, and one so small that the first three readings alone look settled.

@@ -59,7 +59,7 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
         if (criterion == Criterion::kD) {
           return -with.ldlt().vectorD().array().log().sum();
         }
-        return position_uncertainty(kNominal, with.inverse(), where).rms_mm;
+        return workspace_uncertainty(kNominal, with.inverse(), where).rms_mm;
       };
       const double chosen = value(step.candidate);
       for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -69,7 +69,7 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
       taken[step.candidate] = true;
       M += told(candidates[step.candidate]);
       EXPECT_NEAR(
-          step.uncertainty.mean_mm, position_uncertainty(kNominal, M.inverse(), where).mean_mm,
+          step.uncertainty.mean_mm, workspace_uncertainty(kNominal, M.inverse(), where).mean_mm,
           1e-6);
     }
   }
@@ -144,7 +144,7 @@ TEST(Design, ChosenPosesMakeNoLargerErrorsThanAGridOfManyMore) {
   const auto grid = candidates_of(10, 10, modes);
   ParameterMatrix M = prior();
   for (const DesignCandidate& each : grid) M += told(each);
-  const double limit_mm = position_uncertainty(kNominal, M.inverse(), where).mean_mm;
+  const double limit_mm = workspace_uncertainty(kNominal, M.inverse(), where).mean_mm;
 
   const auto candidates = candidates_of(25, 25, modes);
   const auto steps = greedy_design(kNominal, prior(), candidates, where, 100, Criterion::kI);

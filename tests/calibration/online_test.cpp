@@ -151,6 +151,25 @@ TEST(Online, AGrossErrorIsSetAsideAndItsSizeTold) {
   }
 }
 
+TEST(Online, AGrossErrorAmongTheFirstSamplesIsFoundOut) {
+  for (const int wrong : {0, 4, 9}) {
+    const auto session = simulate({}, 12);
+    OnlineEstimator clean(session.nominal);
+    OnlineEstimator online(session.nominal);
+    for (int i = 0; i < 30; ++i) {
+      simulation::Trial trial = trial_of(session.g1, i);
+      if (i != wrong) clean.add(trial);
+      if (i == wrong) *trial.position_mm += Eigen::Vector2d(-10.3, 6.1);
+      online.add(trial);
+    }
+    EXPECT_EQ(online.set_aside(), 1) << wrong;
+    EXPECT_EQ(online.samples(), 29);
+    EXPECT_LT(online.variance_factor(), 2.0);
+    EXPECT_LT(
+        (online.v() - clean.v()).cwiseQuotient(clean.P().diagonal().cwiseSqrt()).norm(), 1e-2);
+  }
+}
+
 TEST(Online, ARetakenSampleTakesTheEarlierOnesPlace) {
   const auto session = simulate({}, 9);
   OnlineEstimator once(session.nominal);

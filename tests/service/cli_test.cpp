@@ -123,6 +123,11 @@ TEST(CommandLine, JsonHasASchemaAndItsVersionEverywhere) {
   EXPECT_EQ(ask({"session", "list"})["sessions"].size(), 2U);
   EXPECT_EQ(ask({"session", "show", "one", "--limit", "3"})["page"].size(), 3U);
   EXPECT_EQ(ask({"plan", "grid", "--rig", rig})["points"], 100);
+  EXPECT_EQ(ask({"plan", "grid", "--rig", rig, "--mode=++,-+"})["notes"].size(), 2U);
+  EXPECT_EQ(ask({"plan", "next", "one", "--points", "4"})["points"], 4);
+  const Json next = ask({"plan", "next", kBundle, "--points", "3", "--criterion", "D"});
+  EXPECT_EQ(next["steps"].size(), 3U);
+  EXPECT_LT(next["after"]["max_mm"], next["now"]["max_mm"]);
   const Json calibrated = ask(
       {"calibrate", "one", "--qpso1-iterations", "10", "--qpso2-iterations", "40",
        "--anfis-epochs", "10"});
@@ -134,6 +139,12 @@ TEST(CommandLine, JsonHasASchemaAndItsVersionEverywhere) {
   EXPECT_EQ(
       ask({"session", "export", "one", (directory.path() / "e").string()})["samples"], 150);
   EXPECT_EQ(ask({"collection", "status"})["state"], "idle");
+}
+
+TEST(CommandLine, AWorkingModeThatThereIsNotIsWrongUse) {
+  EXPECT_EQ(sixdial({"plan", "grid", "--rig", "rig.toml", "--mode=++,+"}).code, 2);
+  EXPECT_EQ(sixdial({"plan", "next", kBundle, "--criterion", "E"}).code, 2);
+  EXPECT_EQ(sixdial({"collect", "--session", "a", "--stop-below", "-1"}).code, 2);
 }
 
 TEST(CommandLine, ErrorsOfTheServiceHaveTheirExitCodes) {

@@ -249,6 +249,131 @@ TEST(Collect, GoingDownInTheMiddleKeepsWhatWasAcknowledged) {
   EXPECT_EQ(done["done"], 20);
 }
 
+/// Every event of a collection up to its end.
+std::vector<Json> events_until_the_end(LineClient& watcher) {
+  std::vector<Json> events;
+  for (;;) {
+    const Json note = watcher.read();
+    if (note["method"] != "events.event" || note["params"]["topic"] != "collect") continue;
+    events.push_back(note["params"]["data"]);
+    const std::string type = events.back()["type"];
+    if (type == "done" || type == "stopped" || type == "failed") return events;
+  }
+}
+
+TEST(Collect, TellsWhatIsKnownOfTheRobotWhileThePointsComeIn) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"collect"}}});
+  session::Plan plan = Rig::plan(14);
+  const session::Plan g2 = Rig::plan(2, "G2");
+  plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
+  start(client, plan);
+  std::vector<double> worst_mm;
+  Json last;
+  for (const Json& event : events_until_the_end(watcher)) {
+    if (event["type"] == "moving") {
+      EXPECT_FALSE(event.contains("estimate"));
+    }
+    if (event["type"] != "estimate") continue;
+    last = event["estimate"];
+    worst_mm.push_back(last["position_sd_mm"]["max"].get<double>());
+    EXPECT_EQ(last["samples"], worst_mm.size());
+    EXPECT_EQ(last["parameters"].size(), 10U);
+    if (worst_mm.size() < 5) {
+      EXPECT_TRUE(last["condition"].is_null());  // fewer readings than parameters
+      EXPECT_FALSE(last["undetermined"].empty());
+    }
+  }
+  ASSERT_EQ(worst_mm.size(), 14U);  // G2 judges, it is not taken in
+  EXPECT_GT(worst_mm.front(), 0.5);
+  EXPECT_LT(worst_mm.back(), 0.03);
+  EXPECT_GT(last["condition"].get<double>(), 50.0);
+  const geometry::ParameterVector robot = geometry::table_2_robot();
+  int far_off = 0;
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    const Json& each = last["parameters"][static_cast<std::size_t>(i)];
+    const double off = std::abs(each["value"].get<double>() - robot[i]);
+    far_off += off > 4 * each["sd"].get<double>() ? 1 : 0;
+  }
+  EXPECT_EQ(far_off, 0) << last;
+  // Who comes later sees it too, and a run that goes on begins with it.
+  EXPECT_EQ(client.call("collect.status")["result"]["estimate"], last);
+  client.call("collect.start", {{"session", "live"}});
+  const Json again = wait_for_end(client);
+  EXPECT_EQ(again["stored_in_this_run"], 0);
+  EXPECT_EQ(again["estimate"]["samples"], 14);
+}
+
+TEST(Collect, EndsByItselfWhenTheUncertaintyIsBelowTheLimitAndSaysSo) {
+  constexpr double kLimit_mm = 0.006;
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  session::Plan plan = Rig::plan(100);
+  const session::Plan g2 = Rig::plan(3, "G2");
+  plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
+  LineClient watcher = running.client();
+  watcher.call("events.subscribe", {{"topics", {"collect"}}});
+  client.call(
+      "collect.start", {{"session", "live"},
+                        {"plan_csv", session::plan_csv(plan)},
+                        {"stop_below_mm", kLimit_mm}});
+  const Json status = wait_for_end(client);
+  EXPECT_EQ(status["state"], "done") << status;
+  const auto g1 = status["estimate"]["samples"].get<int>();
+  EXPECT_GT(g1, 10) << "the limit, not the least number of samples, ended it";
+  EXPECT_LT(g1, 80);
+  EXPECT_EQ(status["left_out"], 100 - g1);
+  for (const Json& event : events_until_the_end(watcher)) {
+    if (event["type"] != "estimate") continue;
+    const Json& estimate = event["estimate"];
+    if (estimate["samples"] < 10) continue;  // too few to be believed
+    EXPECT_EQ(
+        estimate["position_sd_mm"]["max"].get<double>() < kLimit_mm, estimate["samples"] == g1)
+        << estimate;
+  }
+  EXPECT_EQ(status["stored_in_this_run"], g1 + 3) << "G2 is measured all the same";
+  EXPECT_LT(status["estimate"]["position_sd_mm"]["max"].get<double>(), kLimit_mm);
+  EXPECT_THAT(
+      status["ended_because"].get<std::string>(), ::testing::HasSubstr("below the 0.006 mm"));
+  const Json shown = client.call("session.show", {{"session", "live"}})["result"];
+  ASSERT_EQ(shown["collections"].size(), 1U);
+  EXPECT_EQ(shown["collections"][0]["ended_because"], status["ended_because"]);
+  EXPECT_EQ(shown["samples"], g1 + 3);
+
+  // Without a limit the rest is measured after all.
+  client.call("collect.start", {{"session", "live"}});
+  client.call("collect.stop");
+  EXPECT_EQ(wait_for_end(client)["ended_because"], "stopped by a command");
+}
+
+TEST(Collect, APlanInTwoModesPausesBeforeTheLegsAreBroughtOver) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  const auto plan = session::plan_random(
+      geometry::default_rig(), 3, {.working_modes = {{+1, +1}, {-1, +1}}, .seed = 5});
+  start(client, plan.value());
+  ASSERT_TRUE(
+      eventually([&] { return client.call("collect.status")["result"]["state"] == "paused"; }));
+  const Json paused = client.call("collect.status")["result"];
+  EXPECT_EQ(paused["stored_in_this_run"], 3);
+  EXPECT_EQ(paused["point"]["point"], 3);
+  EXPECT_THAT(
+      paused["message"].get<std::string>(), ::testing::HasSubstr("bring the legs over"));
+  client.call("collect.resume");
+  const Json status = wait_for_end(client);
+  EXPECT_EQ(status["state"], "done") << status;
+  EXPECT_EQ(status["stored_in_this_run"], 6);
+  EXPECT_EQ(status["failed"], 0);
+}
+
 /// A real sixdiald process.
 class Daemon {
  public:

@@ -249,12 +249,55 @@ TEST(Plan, InAnotherWorkingModeTakesTheAnglesOfThatMode) {
   geometry::Rig rig = geometry::default_rig();
   rig.dials.clear();
   const geometry::WorkingMode mode{+1, -1};
-  const Plan plan = good(plan_random(rig, 10, {.working_mode = mode, .seed = 8}));
+  const Plan plan = good(plan_random(rig, 10, {.working_modes = {mode}, .seed = 8}));
   for (const PlanPoint& point : plan.points) {
     const auto& v = rig.robot.nominal;
     const auto assembly = geometry::assembly_at(v, point.q_rad, point.target_mm).value();
     EXPECT_EQ(geometry::working_mode_of(v, point.q_rad, assembly).value(), mode);
   }
+}
+
+const geometry::WorkingMode kPlus{+1, +1};
+const geometry::WorkingMode kElbow1Over{-1, +1};
+const geometry::WorkingMode kElbow2Over{+1, -1};
+
+TEST(Plan, OfSeveralWorkingModesHasEveryPointInItsModeAndOneChangeOnly) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Plan grid = good(plan_grid(rig, 4, 5, {.working_modes = {kPlus, kElbow1Over}}));
+  const Plan random =
+      good(plan_random(rig, 20, {.working_modes = {kElbow1Over, kPlus}, .seed = 3}));
+  int tried = 0;
+  for (const Plan* plan : {&grid, &random}) {
+    ASSERT_EQ(plan->points.size(), 40U);
+    expect_lawful(rig, *plan, {});
+    const auto stretches = stretches_of(rig, *plan);
+    ASSERT_EQ(stretches.size(), 2U);
+    EXPECT_EQ(stretches[0].points, 20U);
+    EXPECT_EQ(stretches[1].first, 20U);
+    const bool plus_first = plan == &grid;
+    EXPECT_EQ(stretches[0].branch.mode, plus_first ? kPlus : kElbow1Over);
+    EXPECT_EQ(stretches[1].branch.mode, plus_first ? kElbow1Over : kPlus);
+    for (std::size_t i = 0; i < plan->points.size(); ++i) {
+      EXPECT_EQ(plan->points[i].point, static_cast<int>(i));
+      ++tried;
+    }
+    const auto notes = operator_notes(rig, *plan);
+    ASSERT_EQ(notes.size(), 2U);
+    EXPECT_THAT(notes[1], HasSubstr("before G1 point 20 an operator"));
+  }
+  EXPECT_EQ(tried, 80);
+  EXPECT_TRUE(operator_notes(rig, good(plan_grid(rig, 2, 2))).empty());
+}
+
+TEST(Plan, IsRefusedWhereOneModeCannotBeMeasuredAndSaysWhich) {
+  const geometry::Rig rig = geometry::default_rig();
+  ASSERT_TRUE(plan_grid(rig, 4, 5, {.working_modes = {kPlus}}).has_value());
+  const auto plan = plan_grid(rig, 4, 5, {.working_modes = {kPlus, kElbow2Over}});
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_THAT(describe(plan.error()), HasSubstr("in working mode +-: "));
+  const auto twice = plan_random(rig, 4, {.working_modes = {kPlus, kElbow1Over, kPlus}});
+  ASSERT_FALSE(twice.has_value());
+  EXPECT_THAT(describe(twice.error()), HasSubstr("working mode ++ is named twice"));
 }
 
 TEST(Plan, KeepsJointAnglesContinuousAcrossPi) {
@@ -274,6 +317,42 @@ TEST(PlanFile, ReadsBackWhatItWrote) {
         rig, 30, {.repeats = 2, .approach = ApproachRule::kBothSides, .seed = seed}));
     EXPECT_EQ(parse_plan(plan_csv(plan), "plan.csv", rig), plan);
   }
+}
+
+TEST(PlanFile, SaysTheModeOfEachPointAndReadsBackTheSamePlan) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Plan plan =
+      good(plan_random(rig, 10, {.working_modes = {kPlus, kElbow1Over}, .seed = 4}));
+  const std::string text = plan_csv(plan, rig);
+  EXPECT_THAT(text, HasSubstr(",mode\n"));
+  EXPECT_THAT(text, HasSubstr(",++\n"));
+  EXPECT_THAT(text, HasSubstr(",-+\n"));
+  EXPECT_EQ(parse_plan(text, "plan.csv", rig), plan);
+  EXPECT_EQ(parse_plan(plan_csv(plan), "plan.csv", rig), plan);
+}
+
+TEST(PlanFile, TakesTheModeOfARowWithoutAngles) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Plan plan = parse_plan(
+      "set,point,target_x_mm,target_y_mm,mode\nG1,0,28,48,-+\nG1,1,28,48,\n", "plan.csv", rig);
+  ASSERT_EQ(plan.points.size(), 2U);
+  EXPECT_EQ(branch_of(rig, plan.points[0]).mode, kElbow1Over);
+  EXPECT_EQ(branch_of(rig, plan.points[1]).mode, kPlus);
+}
+
+TEST(PlanFile, IsRefusedWhereAnglesAndModeContradictEachOther) {
+  const geometry::Rig rig = geometry::default_rig();
+  std::string text = plan_csv(good(plan_grid(rig, 1, 1)), rig);
+  const auto refused = [&](const std::string& mode) {
+    std::string changed = text;
+    changed.replace(changed.rfind("++"), 2, mode);
+    return error_of([&] { (void)parse_plan(changed, "plan.csv", rig); });
+  };
+  const DataError wrong = refused("-+");
+  EXPECT_EQ(wrong.field, "mode");
+  EXPECT_EQ(wrong.line, 2);
+  EXPECT_THAT(wrong.what(), HasSubstr("the angles are those of working mode ++"));
+  EXPECT_THAT(refused("+").what(), HasSubstr("'+' is no working mode"));
 }
 
 TEST(PlanFile, ComputesAnglesThatAreLeftOut) {

@@ -1,0 +1,70 @@
+// What is known of the robot while its session is being collected: the filter of
+// calibration/online.h over the samples of G1 as they come, and how well the tool's position
+// would be known over the workspace. The same for a session that is done: where plan next
+// begins.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/online.h"
+#include "service/error.h"
+#include "session/plan.h"
+#include "session/session.h"
+
+namespace sixdial::service {
+
+/// Where the robot will be used: the rectangle of the targets, in the rig's working mode if
+/// points lie in it, else in the modes that they have.
+struct WorkingArea {
+  Eigen::Vector2d low_mm{0, 0}, high_mm{0, 0};  // in W
+  std::vector<geometry::WorkingMode> used;
+  std::vector<geometry::WorkingMode> measured;  // that any point has, in order of appearance
+};
+[[nodiscard]] WorkingArea working_area(
+    const geometry::Rig& rig, std::span<const session::PlanPoint> points);
+/// The samples as planned points: those without a target at their measured position, without
+/// both left out.
+[[nodiscard]] std::vector<session::PlanPoint> points_of(const session::Session& session);
+
+class LiveEstimate {
+ public:
+  /// `points`: what is, or was, to be measured.
+  LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points);
+
+  /// Takes a sample of G1 in; true if it told something (G1, with a position).
+  bool add(const session::Sample& sample);
+
+  /// Standard deviation of the tool's position over the workspace [mm].
+  [[nodiscard]] const calibration::WorkspaceUncertainty& uncertainty() const {
+    return uncertainty_;
+  }
+  /// The largest of it is below the limit, by enough samples to judge their own noise.
+  [[nodiscard]] bool below(double limit_mm) const;
+
+  [[nodiscard]] const calibration::OnlineEstimator& filter() const { return filter_; }
+  [[nodiscard]] const WorkingArea& area() const { return area_; }
+  [[nodiscard]] const std::vector<calibration::WorkspacePose>& workspace() const {
+    return workspace_;
+  }
+
+  /// {samples, set_aside, noise_times, parameters [{name, unit, value, sd}], position_sd_mm
+  /// {mean, max, worst_mm}, condition (null: infinite), undetermined [names],
+  /// last_times_usual}.
+  [[nodiscard]] Json json() const;
+
+ private:
+  geometry::Rig rig_;
+  WorkingArea area_;
+  calibration::OnlineEstimator filter_;
+  std::vector<calibration::WorkspacePose> workspace_;
+  calibration::WorkspaceUncertainty uncertainty_;
+  std::optional<double> last_times_usual_;
+};
+
+/// For people: "after 43 samples: position sd ..." and the parameters in lines of three.
+[[nodiscard]] std::string estimate_summary(const Json& estimate);
+[[nodiscard]] std::vector<std::string> estimate_parameters(const Json& estimate);
+
+}  // namespace sixdial::service
