@@ -17,7 +17,7 @@ double prior_cost(std::size_t hypotheses) {
 }
 
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
-/// a large effect is not refused.
+/// a large effect is not refused, up to a hundred times what is usual.
 double implausibility(const ActiveEffect& active) {
   constexpr double kWidth = 5.0;
   double sum = 0.0;
@@ -26,7 +26,8 @@ double implausibility(const ActiveEffect& active) {
     const double plausible = parameter_at(*active.effect, active.place, i).sigma;
     sum += std::pow(active.x[k] / (kWidth * plausible), 2);
   }
-  return std::log1p(sum);
+  constexpr double kAbsurd = 20.0;
+  return sum > kAbsurd * kAbsurd ? 1e6 : std::log1p(sum);
 }
 
 struct Chosen {
@@ -158,7 +159,7 @@ class Search {
         i = 0;
       }
     }
-    for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size();) {
+    for (std::size_t i = 0; i < now.chosen.size();) {
       Explanation less = without(now, i);
       if (less.evidence >= now.evidence - settings_.least_log_odds) {
         now = std::move(less);
@@ -377,6 +378,16 @@ Identification identify(Readings& readings, const Settings& settings) {
     }
   }
   Explanation found = std::move(cuts[best]);
+  // A fit with something on top may have found the way to a better one without.
+  for (std::size_t i = 0; found.unknown.empty() && i < found.chosen.size();) {
+    Explanation less = search.without(found, i);
+    if (less.evidence > found.evidence - settings.least_log_odds) {
+      found = std::move(less);
+      i = 0;
+    } else {
+      ++i;
+    }
+  }
   if (!found.unknown.empty()) Refinement(search, settings, found).run();
   result.extended = found.fit;
   result.unknown = found.unknown;

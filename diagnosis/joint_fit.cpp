@@ -20,6 +20,9 @@ constexpr double kMostGrossShare = 0.25;
 // A pose that does not exist is as far off as can be.
 constexpr double kOutOfReach_mm = 100.0;
 
+/// Gross errors lie within a millimetre; far from a fit everything does, and they lie further.
+double gross_range_mm(double s_mm) { return std::max(kGrossRange_mm, 30.0 * s_mm); }
+
 double robust_scale(const Eigen::VectorXd& e) {
   std::vector<double> size(static_cast<std::size_t>(e.size()));
   for (Eigen::Index i = 0; i < e.size(); ++i)
@@ -40,7 +43,7 @@ void weigh(JointFit& fit, double smallest_s_mm) {
     double good = 0.0;
     fit.log_likelihood = 0.0;
     const double density = 1.0 / (fit.s_mm * std::sqrt(2 * std::numbers::pi));
-    const double as_gross = fit.gross_share / kGrossRange_mm;
+    const double as_gross = fit.gross_share / gross_range_mm(fit.s_mm);
     for (Eigen::Index i = 0; i < e.size(); ++i) {
       const double z = e[i] / fit.s_mm;
       const double as_good = (1 - fit.gross_share) * density * std::exp(-0.5 * z * z);
@@ -271,6 +274,8 @@ JointFit fit_from(
     if (step < plain_steps) {
       fit.s_mm = std::max(smallest_s_mm, robust_scale(fit.residual_mm));
       fit.gross_share = kLeastGrossShare;
+      constexpr double kSettled = 0.01;  // of the squares, less and the weights may come in
+      if (before - after < kSettled * before) plain_steps = step;
       continue;
     }
     const bool free = damping < 1e-9 || before - after < 1e-6 * before;
@@ -289,12 +294,13 @@ JointFit fit_from(
 JointFit fit_jointly(
     const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
     const JointFit* near, const Eigen::MatrixXd& random) {
-  JointFit fit = fit_from(readings, start, effects, near, random, 0);
+  // From far away every reading counts until the steps are small.
+  constexpr int kFromFar = 12;
+  JointFit fit = fit_from(readings, start, effects, near, random, near ? 0 : kFromFar);
   // So many gross readings are more often a fit that settled on a part of the session.
   constexpr double kSuspicious = 0.08;
-  constexpr int kPlainSteps = 4;
-  if (fit.gross_share > kSuspicious || !fit.converged) {
-    JointFit again = fit_from(readings, start, std::move(effects), near, random, kPlainSteps);
+  if (near && (fit.gross_share > kSuspicious || !fit.converged)) {
+    JointFit again = fit_from(readings, start, std::move(effects), near, random, kFromFar);
     if (again.log_likelihood > fit.log_likelihood) fit = std::move(again);
   }
   return fit;

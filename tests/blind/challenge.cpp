@@ -44,6 +44,9 @@ Site drawn_site(std::uint64_t seed) {
     for (int i = 0; i < 4; ++i) nominal[i] = std::round(scale * uniform(52, 68));
     nominal[geometry::kD] = below(5) == 0 ? 0.0 : std::round(scale * uniform(50, 110));
     rig.robot.working_mode = geometry::kWorkingModes[static_cast<std::size_t>(below(4))];
+    // On one axis, legs that bend to the same side lie on each other.
+    const bool coaxial = nominal[geometry::kD] == 0.0;
+    if (coaxial && rig.robot.working_mode.leg1 == rig.robot.working_mode.leg2) continue;
     constexpr std::array kMounts{geometry::Mount::kDistal1, geometry::Mount::kDistal2};
     rig.cuboid.mount = kMounts[static_cast<std::size_t>(below(2))];
     rig.cuboid.side_mm = std::round(uniform(50, 100));
@@ -87,6 +90,21 @@ Site drawn_site(std::uint64_t seed) {
       for (const auto& row : session.rows) {
         for (const auto& value : row.noise_free_mm) seen += value.has_value() ? 1U : 0U;
       }
+      // Nobody measures beside a singularity.
+      constexpr double kWorstTransmission = 6.0;
+      bool singular = false;
+      for (const auto& row : session.rows) {
+        const auto pose = geometry::forward_derivative(
+            rig.robot.nominal, row.planned.q_rad, row.planned.assembly);
+        if (!pose) {
+          singular = true;
+          break;
+        }
+        const Eigen::JacobiSVD<Eigen::Matrix2d> svd(pose->J_q);
+        singular =
+            singular || svd.singularValues()[0] > kWorstTransmission * svd.singularValues()[1];
+      }
+      if (singular) continue;
       if (seen * 10 >= session.rows.size() * rig.dials.size() * 8) return site;
     } catch (const std::exception&) {
       continue;
