@@ -16,6 +16,9 @@ double prior_cost(std::size_t hypotheses) {
   return std::log(static_cast<double>(std::max<std::size_t>(2, hypotheses)));
 }
 
+/// Log odds against what cannot be.
+constexpr double kNever = 1e6;
+
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
 /// a large effect is not refused, up to a hundred times what is usual.
 double implausibility(const ActiveEffect& active) {
@@ -27,7 +30,7 @@ double implausibility(const ActiveEffect& active) {
     sum += std::pow(active.x[k] / (kWidth * plausible), 2);
   }
   constexpr double kAbsurd = 20.0;
-  return sum > kAbsurd * kAbsurd ? 1e6 : std::log1p(sum);
+  return sum > kAbsurd * kAbsurd ? kNever : std::log1p(sum);
 }
 
 struct Chosen {
@@ -60,10 +63,11 @@ class Search {
     return score_all(readings_, with.fit, open);
   }
 
-  /// Fits what is chosen; effects start from their sizes in `sizes`.
+  /// Fits what is chosen; effects start from their sizes in `sizes`. `afresh`: every reading
+  /// counts at first, also those that were gross.
   [[nodiscard]] Explanation explained(
       const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
-      std::vector<UnknownCandidate> unknown) const {
+      std::vector<UnknownCandidate> unknown, bool afresh = false) const {
     Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
     Eigen::MatrixXd random(readings_.count(), 0);
     if (!result.unknown.empty()) {
@@ -74,7 +78,8 @@ class Search {
         random.rightCols(each.columns.cols()) = each.columns;
       }
     }
-    result.fit = fit_jointly(readings_, from.model, std::move(sizes), &from, random);
+    result.fit =
+        fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
     result.evidence = result.fit.log_likelihood;
     for (const Chosen& each : result.chosen) result.evidence -= each.cost;
     for (const ActiveEffect& each : result.fit.effects) {
@@ -103,7 +108,7 @@ class Search {
   /// The best candidates refitted jointly with what is there, best first.
   [[nodiscard]] std::vector<Explanation> with_one_more(
       const Explanation& before, const std::vector<Candidate>& candidates, double within,
-      std::size_t most) const {
+      std::size_t most, bool afresh = false) const {
     std::vector<Explanation> result;
     for (const Candidate& candidate : candidates) {
       if (result.size() >= most || candidate.evidence < candidates.front().evidence - within) {
@@ -114,7 +119,7 @@ class Search {
       std::vector<ActiveEffect> sizes = before.fit.effects;
       sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
       result.push_back(
-          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown));
+          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
     }
     std::stable_sort(
         result.begin(), result.end(),
@@ -364,7 +369,7 @@ Identification identify(Readings& readings, const Settings& settings) {
     double least = settings.least_log_odds;
     if (choices.empty() || choices.front().evidence <= names.evidence + least) {
       // A p value means nothing among gross errors: these must show more.
-      choices = search.with_one_more(names, search.scored_with_gross(names), 25.0, 4);
+      choices = search.with_one_more(names, search.scored_with_gross(names), 25.0, 4, true);
       least = settings.unknown_log_odds;
     }
     if (choices.empty() || choices.front().evidence <= names.evidence + least) break;
@@ -416,6 +421,10 @@ Identification identify(Readings& readings, const Settings& settings) {
         found.evidence - less.evidence,
         {},
         found.evidence - less.evidence < settings.tie_log_odds};
+    // The others alone may have to be of absurd size.
+    if (finding.evidence > kNever / 2) {
+      finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
+    }
     for (auto& rival : search.with_one_more(less, search.scored(less), 15.0, 6)) {
       const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
       if (other == finding.hypothesis) continue;
