@@ -113,34 +113,6 @@ Site drawn_site(std::uint64_t seed) {
   return {};
 }
 
-std::vector<simulation::Trial> trials_of(
-    const geometry::Rig& rig, const mock_devices::GeneratedSession& session, bool noise_free,
-    bool xy_only) {
-  std::vector<simulation::Trial> trials;
-  const session::TimePoint start{};
-  for (std::size_t i = 0; i < session.rows.size(); ++i) {
-    const auto& row = session.rows[i];
-    session::Sample sample;
-    sample.set = row.planned.set;
-    sample.point = row.planned.point;
-    sample.q_rad = row.planned.q_rad;
-    sample.target_mm = row.planned.target_mm;
-    sample.approach = {row.approach[0], row.approach[1]};
-    sample.temperature_c = row.temperature_c;
-    sample.time_utc =
-        start + std::chrono::milliseconds(static_cast<std::int64_t>(row.planned.time_s * 1000));
-    for (const auto& value : noise_free ? row.noise_free_mm : row.dial_mm) {
-      session::DialValue dial;
-      dial.value_mm = value;
-      sample.dials.push_back(dial);
-    }
-    auto trial = session::trial_of(rig, sample, static_cast<int>(i), start);
-    if (xy_only) trial.dial_mm.assign(trial.dial_mm.size(), std::nullopt);
-    trials.push_back(std::move(trial));
-  }
-  return trials;
-}
-
 /// What is left of the noise-free readings after refitting robot and clamp, rms over noise.
 double visible_ratio(
     const simulation::ForwardModel& model, const mock_devices::GeneratedSession& session,
@@ -168,6 +140,34 @@ std::string covariate_of(const HiddenEffect& effect) {
 }
 
 }  // namespace
+
+std::vector<simulation::Trial> trials_of(
+    const geometry::Rig& rig, const mock_devices::GeneratedSession& session, bool noise_free,
+    bool xy_only) {
+  std::vector<simulation::Trial> trials;
+  const session::TimePoint start{};
+  for (std::size_t i = 0; i < session.rows.size(); ++i) {
+    const auto& row = session.rows[i];
+    session::Sample sample;
+    sample.set = row.planned.set;
+    sample.point = row.planned.point;
+    sample.q_rad = row.planned.q_rad;
+    sample.target_mm = row.planned.target_mm;
+    sample.approach = {row.approach[0], row.approach[1]};
+    sample.temperature_c = row.temperature_c;
+    sample.time_utc =
+        start + std::chrono::milliseconds(static_cast<std::int64_t>(row.planned.time_s * 1000));
+    for (const auto& value : noise_free ? row.noise_free_mm : row.dial_mm) {
+      session::DialValue dial;
+      dial.value_mm = value;
+      sample.dials.push_back(dial);
+    }
+    auto trial = session::trial_of(rig, sample, static_cast<int>(i), start);
+    if (xy_only) trial.dial_mm.assign(trial.dial_mm.size(), std::nullopt);
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
 
 std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
   std::mt19937_64 engine(seed * 7919 + 17);

@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "mock_devices/session_generator.h"
+#include "simulation/trial.h"
+
 namespace sixdial::blind {
 
 /// What to draw from. Strength R of an effect: RMS of what it leaves in the noise-free readings
@@ -35,6 +38,12 @@ struct Outcome {
   std::vector<std::string> named_causes;  // certain ones
   std::string said;                       // for people
 };
+
+/// A generated session as the methods see it; `noise_free`: without noise, gross and stale
+/// readings.
+[[nodiscard]] std::vector<simulation::Trial> trials_of(
+    const geometry::Rig& rig, const mock_devices::GeneratedSession& session,
+    bool noise_free = false, bool xy_only = false);
 
 /// Empty where this seed's draw makes no session of that strength.
 [[nodiscard]] std::optional<Outcome> try_blind(const Challenge& challenge, std::uint64_t seed);
