@@ -1,5 +1,7 @@
 #include "diagnosis/readings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -48,6 +50,14 @@ Readings::Readings(
   rig_noise_mm_ =
       values.empty() ? 0.0 : std::sqrt(variance / static_cast<double>(values.size()));
   place_tool(model.nominal());
+  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
+    rows_of_dial_.emplace_back();
+    for (std::size_t row = 0; row < rows_.size(); ++row) {
+      if (rows_[row].dial == static_cast<int>(d)) {
+        rows_of_dial_[d].push_back(static_cast<Eigen::Index>(row));
+      }
+    }
+  }
 }
 
 Readings Readings::with_swapped_dials(int dial, int other) const {
@@ -96,7 +106,8 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const auto seen = model_->predict(
-        at, trials_[t].q_rad, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt);
+        at, trials_[t].q_rad, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
+        false);
     if (!seen) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
@@ -110,6 +121,36 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   return J;
 }
 
+const Eigen::MatrixXd& Readings::reading_columns(
+    const simulation::ActiveEffect& candidate, int count) const {
+  const auto dial = static_cast<std::size_t>(candidate.place.dial);
+  const std::string key = fmt::format(
+      "{}@{}:{}", candidate.effect->cause, candidate.place.name,
+      candidate.effect->searched ? candidate.x.back() : 0.0);
+  if (const auto known = reading_columns_->find(key); known != reading_columns_->end()) {
+    return known->second;
+  }
+  const auto& rows = rows_of_dial_[dial];
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), count);
+  simulation::Scene scene;
+  scene.reading_mm.assign(model_->rig().dials.size(), 0.0);
+  for (int i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    simulation::ActiveEffect moved = candidate;
+    const double step = 1e-3 * candidate.effect->parameters[k].sigma;
+    moved.x[k] += step;
+    for (std::size_t at = 0; at < rows.size(); ++at) {
+      const Row& row = rows_[static_cast<std::size_t>(rows[at])];
+      const double before = measured_mm_[rows[at]];
+      scene.reading_mm[dial] = before;
+      candidate.effect->after_reading(
+          moved.x, moved.place, circumstances_[static_cast<std::size_t>(row.trial)], scene);
+      columns(static_cast<Eigen::Index>(at), i) = (scene.reading_mm[dial] - before) / step;
+    }
+  }
+  return reading_columns_->emplace(key, std::move(columns)).first->second;
+}
+
 Eigen::MatrixXd Readings::nuisance() const {
   if (model_->rig().cuboid.mount != geometry::Mount::kFree || !has_dials_) {
     return Eigen::MatrixXd(count(), 0);
@@ -120,7 +161,7 @@ Eigen::MatrixXd Readings::nuisance() const {
       Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const auto seen = model_->predict(
-        model_->nominal(), trials_[t].q_rad, trials_[t].assembly, trials_[t].gamma_rad);
+        model_->nominal(), trials_[t].q_rad, trials_[t].assembly, trials_[t].gamma_rad, false);
     if (!seen) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       result(row, static_cast<Eigen::Index>(t)) =

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "simulation/extended_model.h"
@@ -57,6 +60,15 @@ class Readings {
   /// Random columns that every fit has: with a free mount, the angle of each sample around the
   /// one that its active three gave, count x samples, scaled to 10 mrad. Else none.
   [[nodiscard]] Eigen::MatrixXd nuisance() const;
+  /// Rows of one dial.
+  [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
+    return rows_of_dial_[dial];
+  }
+  /// d(reading)/d(first `count` parameters) of an effect that changes one dial's reading only,
+  /// at the measured readings, on rows_of_dial: the same for every fit, so kept. Not for two
+  /// threads on one object.
+  [[nodiscard]] const Eigen::MatrixXd& reading_columns(
+      const simulation::ActiveEffect& candidate, int count) const;
   /// Takes this session's numbers out of a scene.
   void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
 
@@ -67,6 +79,9 @@ class Readings {
   std::vector<bool> counts_;
   std::vector<Row> rows_;
   std::vector<Eigen::Index> first_row_;
+  std::vector<std::vector<Eigen::Index>> rows_of_dial_;
+  std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
+      std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
   Eigen::VectorXd measured_mm_;
   bool has_dials_ = false;
   double rig_noise_mm_ = 0.0;

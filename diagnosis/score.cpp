@@ -52,22 +52,9 @@ class Scorer {
         root_(projector_.root_weight()),
         Q_(projector_.Q()),
         simulated_(readings.simulate(fit.model, extended_)),
-        scenes_(readings.trials().size()),
         dial_rows_(readings.has_dials() ? readings.model().rig().dials.size() : 0) {
-    for (std::size_t t = 0; t < scenes_.size(); ++t) {
-      if (!extended_.run(
-              fit.model, readings.trials()[t], readings.circumstances()[t], scenes_[t])) {
-        scenes_[t].reading_mm.clear();
-      }
-    }
     for (std::size_t d = 0; d < dial_rows_.size(); ++d) {
-      for (Eigen::Index row = 0; row < readings.count(); ++row) {
-        const Row& each = readings.rows()[static_cast<std::size_t>(row)];
-        if (each.dial == static_cast<int>(d) &&
-            !scenes_[static_cast<std::size_t>(each.trial)].reading_mm.empty()) {
-          dial_rows_[d].push_back(row);
-        }
-      }
+      dial_rows_[d] = readings.rows_of_dial(d);
     }
     for (const auto& rows : dial_rows_) {
       Eigen::MatrixXd part(static_cast<Eigen::Index>(rows.size()), Q_.cols());
@@ -160,28 +147,12 @@ class Scorer {
       result.values = effect_columns(readings_, fit_.model, extended_, candidate, simulated_);
     } else {
       const int count = linear_count(effect);
-      const bool one_dial = candidate.place.dial >= 0 && candidate.place.other_dial < 0;
-      if (one_dial) result.rows = &dial_rows_[static_cast<std::size_t>(candidate.place.dial)];
-      const Eigen::Index n =
-          one_dial ? static_cast<Eigen::Index>(result.rows->size()) : readings_.count();
-      result.values = Eigen::MatrixXd::Zero(n, count);
-      simulation::Scene scene;
-      for (int i = 0; i < count; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        ActiveEffect moved = candidate;
-        const double step = 1e-3 * effect.parameters[k].sigma;
-        moved.x[k] += step;
-        for (Eigen::Index at = 0; at < n; ++at) {
-          const Eigen::Index row = one_dial ? (*result.rows)[static_cast<std::size_t>(at)] : at;
-          const Row& each = readings_.rows()[static_cast<std::size_t>(row)];
-          const auto t = static_cast<std::size_t>(each.trial);
-          if (scenes_[t].reading_mm.empty()) continue;
-          scene.reading_mm = scenes_[t].reading_mm;
-          const auto dial = static_cast<std::size_t>(each.dial);
-          const double before = scene.reading_mm[dial];
-          effect.after_reading(moved.x, moved.place, readings_.circumstances()[t], scene);
-          result.values(at, i) = (scene.reading_mm[dial] - before) / step;
-        }
+      if (candidate.place.dial >= 0 && candidate.place.other_dial < 0) {
+        const auto dial = static_cast<std::size_t>(candidate.place.dial);
+        result.rows = &dial_rows_[dial];
+        result.values = readings_.reading_columns(candidate, count);
+      } else {
+        result.values = effect_columns(readings_, fit_.model, extended_, candidate, simulated_);
       }
     }
     // Parameters that do nothing here (the second one of a step in a joint).
@@ -286,7 +257,6 @@ class Scorer {
   const Eigen::VectorXd& root_;
   const Eigen::MatrixXd& Q_;
   Eigen::VectorXd simulated_;
-  std::vector<simulation::Scene> scenes_;
   std::vector<std::vector<Eigen::Index>> dial_rows_;
   std::vector<Eigen::MatrixXd> Q_of_dial_;
 };

@@ -26,7 +26,7 @@ ModelVector ForwardModel::nominal() const {
 
 tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
     const ModelVector& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
-    std::optional<double> free_gamma_rad) const {
+    std::optional<double> free_gamma_rad, bool with_contact) const {
   const auto derivative =
       geometry::forward_derivative(model.head<geometry::kParameterCount>(), q_rad, assembly);
   if (!derivative) return tl::unexpected(derivative.error());
@@ -48,7 +48,7 @@ tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
   result.dial_mm.resize(count);
   result.dial_J.resize(count, kModelParameterCount);
   result.dial_J_gamma.resize(count);
-  result.in_contact.resize(rig_.dials.size());
+  if (with_contact) result.in_contact.resize(rig_.dials.size());
   const geometry::CuboidPose cuboid{result.pose.p_WE, result.gamma_rad};
   const double side_mm = rig_.cuboid.side_mm;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -58,8 +58,10 @@ tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
     result.dial_mm[i] = contact.displacement_mm;
     result.dial_J.row(i) = contact.J.head<2>() * result.position_J + contact.J[2] * gamma_J;
     result.dial_J_gamma[i] = contact.J[2];
-    result.in_contact[static_cast<std::size_t>(i)] =
-        geometry::touch(dial, cuboid, side_mm).has_value();
+    if (with_contact) {
+      result.in_contact[static_cast<std::size_t>(i)] =
+          geometry::touch(dial, cuboid, side_mm).has_value();
+    }
   }
   return result;
 }

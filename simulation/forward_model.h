@@ -50,9 +50,10 @@ class ForwardModel {
   [[nodiscard]] double reference_angle_rad() const { return reference_angle_rad_; }
 
   /// `free_gamma_rad` replaces gamma where the mount is free (dial_J then leaves gamma out).
+  /// Without `with_contact`, `in_contact` stays empty.
   [[nodiscard]] tl::expected<Prediction, geometry::KinematicTrouble> predict(
       const ModelVector& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
-      std::optional<double> free_gamma_rad = std::nullopt) const;
+      std::optional<double> free_gamma_rad = std::nullopt, bool with_contact = true) const;
 
  private:
   geometry::Rig rig_;
