@@ -7,12 +7,12 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calibration/lanes.h"
 #include "calibration/observations.h"
 #include "geometry/five_bar.h"
 
 namespace sixdial::calibration {
 
-inline constexpr int kLanes = 8;
 /// A block of values for eight particles: row i holds value i of particles 0..7.
 template <int Rows>
 using Lanes = Eigen::Matrix<double, Rows, kLanes, Eigen::RowMajor>;

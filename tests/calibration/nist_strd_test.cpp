@@ -27,9 +27,9 @@ using Eigen::VectorXd;
 using Real = long double;
 using Jet = ceres::Jet<Real, 9>;
 
-// Issue 3: certified parameters to 6 digits, standard deviations to 4.
-constexpr double kParameterDigits = 6.0;
-constexpr double kDeviationDigits = 4.0;
+// Of the 11 that are certified; 10.2 is the worst seen.
+constexpr double kParameterDigits = 9.0;
+constexpr double kDeviationDigits = 9.0;
 
 using Model = Jet (*)(const Jet* b, const Real* x);
 
