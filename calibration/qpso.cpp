@@ -6,12 +6,13 @@
 #include <stdexcept>
 
 #include "calibration/random.h"
+#include "calibration/swarm_kernels.h"
 #include "calibration/workers.h"
 
 namespace sixdial::calibration {
 namespace {
 
-constexpr Eigen::Index kGroup = 8;  // particles are shared out in whole vector loads
+constexpr Eigen::Index kGroup = kLanes;  // particles of one task: whole vector loads
 
 class Swarm {
  public:
@@ -22,20 +23,31 @@ class Swarm {
         settings_(settings),
         x_(start),
         value_(start.rows()),
-        bad_(static_cast<std::size_t>(std::max(settings.threads, 1)), 0) {
+        groups_(static_cast<int>((start.rows() + kGroup - 1) / kGroup)),
+        bad_(static_cast<std::size_t>(groups_), 0) {
+    for (Draws& each : draws_) {
+      each.phi.setOnes(kGroup, groups_ * start.cols());
+      each.jump.setOnes(kGroup, groups_ * start.cols());
+    }
     if (settings_.lower.size() > 0) clip(0, x_.rows());
   }
 
   void evaluate_start(Workers& workers) {
-    workers.run([&](int share) {
-      const auto [first, count] = rows_of(share, workers.count());
-      evaluate(first, count, share);
+    workers.run(2 * groups_, [&](int task) {
+      const auto [first, count] = rows_of(task);
+      if (task < groups_) {
+        evaluate(first, count, task);
+      } else {
+        draw(first, count, 1);
+      }
     });
     best_x_ = x_;
     best_value_ = value_;
     find_leader();
   }
 
+  /// Random numbers depend on nothing, so those of the next iteration fill the time of threads
+  /// that have no particles left to try.
   void iterate(Workers& workers, int iteration) {
     const double part = static_cast<double>(settings_.iterations - iteration) /
                         static_cast<double>(settings_.iterations);
@@ -43,10 +55,15 @@ class Swarm {
         settings_.alpha_end + (settings_.alpha_start - settings_.alpha_end) * part;
     mean_best_ = best_x_.colwise().mean();  // (28)
     leader_x_ = best_x_.row(leader_);
-    workers.run([&](int share) {
-      const auto [first, count] = rows_of(share, workers.count());
+    const int tasks = iteration < settings_.iterations ? 2 * groups_ : groups_;
+    workers.run(tasks, [&](int task) {
+      const auto [first, count] = rows_of(task);
+      if (task >= groups_) {
+        draw(first, count, iteration + 1);
+        return;
+      }
       move(first, count, iteration, alpha);
-      evaluate(first, count, share);
+      evaluate(first, count, task);
       for (Eigen::Index i = first; i < first + count; ++i) {
         if (value_[i] <= best_value_[i]) {  // (26)
           best_value_[i] = value_[i];
@@ -68,14 +85,17 @@ class Swarm {
   }
 
  private:
-  struct Share {
+  /// phi of (25), with the sign of (24), and -ln(u) of (24), group after group: row = particle
+  /// of the group, columns = coordinates.
+  struct Draws {
+    Eigen::ArrayXXd phi, jump;
+  };
+  struct Rows {
     Eigen::Index first, count;
   };
-  [[nodiscard]] Share rows_of(int share, int shares) const {
-    const Eigen::Index groups = (x_.rows() + kGroup - 1) / kGroup;
-    const Eigen::Index from = groups * share / shares * kGroup;
-    const Eigen::Index to = std::min(x_.rows(), groups * (share + 1) / shares * kGroup);
-    return {std::min(from, to), std::max<Eigen::Index>(to - from, 0)};
+  [[nodiscard]] Rows rows_of(int task) const {
+    const Eigen::Index first = (task % groups_) * kGroup;
+    return {first, std::min(kGroup, x_.rows() - first)};
   }
 
   void clip(Eigen::Index first, Eigen::Index count) {
@@ -85,30 +105,44 @@ class Swarm {
     }
   }
 
-  void move(Eigen::Index first, Eigen::Index count, int iteration, double alpha) {
+  void draw(Eigen::Index first, Eigen::Index count, int iteration) {
+    Draws& draws = draws_[iteration % 2];
+    const Eigen::Index at = first / kGroup * x_.cols();
     for (Eigen::Index j = 0; j < x_.cols(); ++j) {
-      for (Eigen::Index i = first; i < first + count; ++i) {
+      for (Eigen::Index i = 0; i < count; ++i) {
         const auto w = random_words(
-            settings_.seed, static_cast<std::uint32_t>(i),
+            settings_.seed, static_cast<std::uint32_t>(first + i),
             static_cast<std::uint32_t>(iteration), static_cast<std::uint32_t>(j),
             settings_.stream);
+        draws.jump(i, at + j) = open_unit(w[0], w[1]);
         const double phi = open_unit(w[2]);
+        draws.phi(i, at + j) = (w[3] & 1U) != 0U ? phi : -phi;
+      }
+    }
+    minus_logarithms(draws.jump.col(at).data(), kGroup * x_.cols());
+  }
+
+  void move(Eigen::Index first, Eigen::Index count, int iteration, double alpha) {
+    const Draws& draws = draws_[iteration % 2];
+    const Eigen::Index at = first / kGroup * x_.cols();
+    for (Eigen::Index j = 0; j < x_.cols(); ++j) {
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::Index i = first + k;
+        const double phi = std::abs(draws.phi(k, at + j));
         const double attractor = phi * best_x_(i, j) + (1.0 - phi) * leader_x_[j];  // (25)
-        const double jump =
-            alpha * std::abs(mean_best_[j] - x_(i, j)) * -std::log(open_unit(w[0], w[1]));
-        x_(i, j) = attractor + ((w[3] & 1U) != 0U ? jump : -jump);  // (24)
+        const double jump = std::copysign(draws.jump(k, at + j), draws.phi(k, at + j));
+        x_(i, j) = attractor + alpha * std::abs(mean_best_[j] - x_(i, j)) * jump;  // (24)
       }
     }
     if (settings_.lower.size() > 0) clip(first, count);
   }
 
-  void evaluate(Eigen::Index first, Eigen::Index count, int share) {
-    if (count == 0) return;
+  void evaluate(Eigen::Index first, Eigen::Index count, int group) {
     objective_(x_.middleRows(first, count), value_.segment(first, count));
     for (Eigen::Index i = first; i < first + count; ++i) {
       if (std::isfinite(value_[i])) continue;
       value_[i] = std::numeric_limits<double>::infinity();
-      ++bad_[static_cast<std::size_t>(share)];
+      ++bad_[static_cast<std::size_t>(group)];
     }
   }
 
@@ -118,12 +152,14 @@ class Swarm {
   const QpsoSettings& settings_;
   Eigen::ArrayXXd x_;
   Eigen::ArrayXd value_;
+  int groups_;
+  std::vector<std::int64_t> bad_;  // by group
+  Draws draws_[2];                 // of this iteration and the next
   Eigen::ArrayXXd best_x_;
   Eigen::ArrayXd best_value_;
   Eigen::Array<double, 1, Eigen::Dynamic> mean_best_;
   Eigen::Array<double, 1, Eigen::Dynamic> leader_x_;
   Eigen::Index leader_ = 0;
-  std::vector<std::int64_t> bad_;  // by thread
 };
 
 void check(const Eigen::ArrayXXd& start, const QpsoSettings& settings) {

@@ -180,6 +180,13 @@ HWY_ATTR void filter_estimate(
   }
 }
 
+HWY_ATTR void logarithms(double* u, std::size_t count) {
+  const D d;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    hn::StoreU(hn::Neg(hn::CallLog(d, hn::LoadU(d, u + i))), d, u + i);
+  }
+}
+
 }  // namespace sixdial::calibration::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -189,6 +196,7 @@ namespace sixdial::calibration {
 HWY_EXPORT(rmse);
 HWY_EXPORT(filter_nominal);
 HWY_EXPORT(filter_estimate);
+HWY_EXPORT(logarithms);
 
 SwarmTable::SwarmTable(
     const PositionObservations& observations, const geometry::ParameterVector& v)
@@ -230,6 +238,10 @@ void swarm_filter_estimate(
     const SwarmTable& table, const geometry::ParameterVector& p0, const NoiseLanes& noise,
     ParameterLanes& state) {
   HWY_DYNAMIC_DISPATCH(filter_estimate)(table, p0.data(), noise.data(), state.data());
+}
+
+void minus_logarithms(double* u, Eigen::Index count) {
+  HWY_DYNAMIC_DISPATCH(logarithms)(u, static_cast<std::size_t>(count));
 }
 
 }  // namespace sixdial::calibration

@@ -58,4 +58,7 @@ void swarm_filter_estimate(
     const SwarmTable& table, const geometry::ParameterVector& p0, const NoiseLanes& noise,
     ParameterLanes& state);
 
+/// u becomes -ln(u), for count values in (0, 1]; count is a multiple of kLanes.
+void minus_logarithms(double* u, Eigen::Index count);
+
 }  // namespace sixdial::calibration

@@ -27,9 +27,10 @@ using Eigen::VectorXd;
 using Real = long double;
 using Jet = ceres::Jet<Real, 9>;
 
-// Of the 11 that are certified; 10.2 is the worst seen.
+// Of the 11 that are certified. Worst seen: 10.2; 6.5 (Lanczos1, of a residual near rounding).
+// Issue 3 asks for 6 and 4.
 constexpr double kParameterDigits = 9.0;
-constexpr double kDeviationDigits = 9.0;
+constexpr double kDeviationDigits = 6.0;
 
 using Model = Jet (*)(const Jet* b, const Real* x);
 
