@@ -72,7 +72,7 @@ HWY_INLINE HWY_ATTR Robot robot_of(D d, const Get& get) {
       hn::And(
           hn::And(hn::Gt(r.l11, zero), hn::Gt(r.l12, zero)),
           hn::And(hn::Gt(r.l21, zero), hn::Gt(r.l22, zero))),
-      hn::And(hn::Ge(base, zero), angles));
+      angles);
   return r;
 }
 

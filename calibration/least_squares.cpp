@@ -20,6 +20,8 @@ constexpr double kSmallDecrease = 1e-26;  // predicted, relative to the cost
 constexpr double kSmallPull = 1e-11;      // of held directions, in units of scale
 constexpr int kMostPulls = 60;
 constexpr double kFlat = 1e-12;  // decrease that the cost itself cannot show, relative
+constexpr int kMostFlat =
+    20;  // such steps in all: with an approximate Jacobian they go on and on
 // Of the normal equations. They square the condition number: 1e5 leaves six digits in a step,
 // and steps correct each other.
 constexpr int kMostNormal = 16;           // parameters
@@ -293,6 +295,7 @@ class Solver {
     double damping = -1.0;
     double grow = 2.0;
     double last_decrease = HUGE_VAL;
+    int flat_steps = 0;
     if (!linearise()) return false;
     while (fit_.iterations < settings_.max_iterations) {
       const auto n = singular_.size() - held_;
@@ -315,7 +318,7 @@ class Solver {
         const VectorXd step = in_parameters(along);
         if (small(step)) return true;
         const bool flat = predicted < kFlat * fit_.cost;
-        if (flat && predicted >= last_decrease) return true;  // rounding
+        if (flat && (predicted >= last_decrease || ++flat_steps > kMostFlat)) return true;
         VectorXd r;
         double cost = 0.0;
         const VectorXd x = fit_.x + step;
