@@ -218,7 +218,9 @@ TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
     EXPECT_THAT(screen, ::testing::HasSubstr(kCommonTurn));
     for (const Json& method : compared["methods"]) {
       EXPECT_EQ(method["g2"]["unreachable"], 0) << method["id"];
-      if (method["id"] == "lm") EXPECT_LT(method["g2"]["mean_mm"], 0.006);
+      if (method["id"] == "lm") {
+        EXPECT_LT(method["g2"]["mean_mm"], 0.006);
+      }
     }
     CalibrationRequest calibration;
     calibration.particles = 30;
