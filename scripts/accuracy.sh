@@ -26,12 +26,21 @@ out=$(mktemp -d "${TMPDIR:-/tmp}/sixdial-accuracy.XXXXXX")
 trap 'rm -rf "$out"' EXIT
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
+# One thread against two, between the other steps: a machine that others use has its quiet moments.
+round=0
+two_threads() {
+  local threads
+  round=$((round + 1))
+  for threads in 1 2; do
+    "$bin/stage_run" --runs $((2 * runs)) --threads $threads \
+      --stages qpso1_at_nominal,qpso1_at_estimate,qpso2_raw,qpso2_whitened,whole_paper,whole_default \
+      >"$out/threads_${threads}_$round.json"
+  done
+}
+
 say 'Times of the stages, one and two threads'
-"$bin/stage_run" --runs "$runs" >"$out/stages_1.json"
-"$bin/stage_run" --runs $((3 * runs)) --threads 1 \
-  --stages qpso1_at_nominal,qpso1_at_estimate,qpso2_raw,qpso2_whitened,whole_paper,whole_default >"$out/one.json"
-"$bin/stage_run" --runs $((3 * runs)) --threads 2 \
-  --stages qpso1_at_nominal,qpso1_at_estimate,qpso2_raw,qpso2_whitened,whole_paper,whole_default >"$out/two.json"
+"$bin/stage_run" --runs "$runs" >"$out/stages.json"
+two_threads
 
 say 'Memory, and cost from 100 to 100 000 points'
 "$bin/stage_run" --runs 1 --stages whole_default >"$out/memory.json"
@@ -43,7 +52,8 @@ done
 if command -v valgrind >/dev/null; then
   say 'Instructions, by callgrind'
   for stage in ekf_once lm qpso1_at_nominal qpso1_at_estimate qpso2_raw qpso2_whitened anfis_paper \
-    anfis_chosen whole_paper whole_default; do
+    anfis_chosen whole_paper; do
+    two_threads
     for n in 1 2; do
       valgrind --tool=callgrind --callgrind-out-file="$out/callgrind.$stage.$n" \
         "$bin/stage_run" --runs $n --stages $stage >/dev/null 2>&1 || die "callgrind failed on $stage"
@@ -80,6 +90,7 @@ if [ -n "$peers" ]; then
   { cmake -S "$peers/ceres" -B "$out/peers" && cmake --build "$out/peers" --target fit_ceres; } \
     >"$out/peers.log" 2>&1 || { tail -5 "$out/peers.log" >&2; die 'the Ceres peer does not build'; }
   for k in 1 2 3; do
+    two_threads
     "$bin/stage_run" --data "$out/data.csv" --runs "$runs" >"$out/peer_ours_$k.json"
     "$out/peers/fit_ceres" "$out/data.csv" >"$out/peer_ceres_$k.json"
     for mode in vectorised relin loop; do

@@ -77,18 +77,26 @@ def instructions(folder, stage):
     return counts[1] - counts[0]
 
 
+def least_wall(folder, threads):
+    least = {}
+    for path in glob.glob(os.path.join(folder, f"threads_{threads}_*.json")):
+        with open(path) as file:
+            for name, stage in json.load(file)["stages"].items():
+                least[name] = min(least.get(name, float("inf")), stage["least_wall_s"])
+    return least
+
+
 def times(folder):
-    stages = load(folder, "stages_1.json")["stages"]
-    one = load(folder, "one.json")["stages"]
-    two = load(folder, "two.json")["stages"]
+    stages = load(folder, "stages.json")["stages"]
+    one, two = least_wall(folder, 1), least_wall(folder, 2)
     rows = []
     for name, words in STAGES.items():
         count = instructions(folder, name)
-        speedup = f"{one[name]['least_wall_s'] / two[name]['least_wall_s']:.2f}" if name in two else ""
+        speedup = f"{one[name] / two[name]:.2f}" if name in two else ""
         paper = f"{1e3 * PAPER_SECONDS[name]:,.0f}" if name in PAPER_SECONDS else ""
         million = f"{count / 1e6:,.2f}" if count else ""
         rows.append((words, ms(stages[name]["cpu_s"]), million, speedup, paper))
-    runs = load(folder, "stages_1.json")["runs"]
+    runs = load(folder, "stages.json")["runs"]
     return (
         f"100 points, median of {runs} runs, milliseconds of processor time on one core; instructions of one\n"
         "run by callgrind (which offers AVX2 at most); least wall time with one thread over that with two.\n\n"
