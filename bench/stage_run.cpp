@@ -203,6 +203,7 @@ void run_stages(const Data& data, const Options& options) {
 
 void print_table_6(const Data& data) {
   std::vector<MethodChoice> methods;
+  methods.reserve(kComparedMethods.size() + 1);
   for (const std::string_view id : kComparedMethods) methods.push_back(*method_choice(id));
   methods.push_back(*method_choice("ekf_dqpso+anfis_paper"));
   const auto compared = compare_methods(

@@ -121,8 +121,8 @@ HWY_INLINE HWY_ATTR void jacobian_of(D d, const Robot& r, const Tool& t, const P
   const V ay = hn::Mul(hn::NegMulAdd(r.ca, t.wx, hn::Mul(r.sa, t.wy)), inverse);
   const V bx = hn::Neg(hn::Mul(hn::MulAdd(r.ca, t.uy, hn::Mul(r.sa, t.ux)), inverse));
   const V by = hn::Mul(hn::NegMulAdd(r.sa, t.uy, hn::Mul(r.ca, t.ux)), inverse);
-  const V p0_ = hn::MulAdd(t.ux, t.a1c, hn::Mul(t.uy, t.a1s));
-  put(geometry::kL11, hn::Mul(ax, p0_), hn::Mul(ay, p0_));
+  const V turn1 = hn::MulAdd(t.ux, t.a1c, hn::Mul(t.uy, t.a1s));
+  put(geometry::kL11, hn::Mul(ax, turn1), hn::Mul(ay, turn1));
   put(geometry::kL12, hn::Mul(ax, r.l12), hn::Mul(ay, r.l12));
   const V q2 = hn::MulAdd(t.wx, t.a2c, hn::Mul(t.wy, t.a2s));
   put(geometry::kL21, hn::Mul(bx, q2), hn::Mul(by, q2));

@@ -44,8 +44,8 @@ HWY_ATTR bool normal(
       const V ex = hn::Mul(weight, hn::Sub(hn::Add(t.x, r.x0), load(p.x_mm)));
       const V ey = hn::Mul(weight, hn::Sub(hn::Add(t.y, r.y0), load(p.y_mm)));
       double* sum = total + lane;
-      const auto add = [&](V a, V b_, V c, V e) HWY_ATTR {
-        hn::Store(hn::MulAdd(a, b_, hn::MulAdd(c, e, hn::Load(d, sum))), d, sum);
+      const auto add = [&](V a, V h, V c, V e) HWY_ATTR {
+        hn::Store(hn::MulAdd(a, h, hn::MulAdd(c, e, hn::Load(d, sum))), d, sum);
         sum += kLanes;
       };
 #pragma GCC unroll 10

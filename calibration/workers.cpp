@@ -49,10 +49,11 @@ void Workers::run(int tasks, const std::function<void(int)>& job) {
   failures_.assign(static_cast<std::size_t>(tasks), nullptr);
   job_ = &job;
   left_.store(tasks, std::memory_order_relaxed);
-  ticket_.store(static_cast<std::uint64_t>(tasks) << kTaskBits, std::memory_order_release);
+  ticket_.store(
+      static_cast<std::uint64_t>(tasks) << (2 * kTaskBits), std::memory_order_release);
   round_.fetch_add(1, std::memory_order_acq_rel);
   round_.notify_all();
-  work();
+  work(false);
   for (int left = left_.load(std::memory_order_acquire); left > 0;) {
     left = wait_while(left_, left);
   }
@@ -61,22 +62,31 @@ void Workers::run(int tasks, const std::function<void(int)>& job) {
   }
 }
 
-void Workers::work() {
+void Workers::work(bool from_end) {
+  int done = 0;
   std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
-  while ((ticket & kTaskMask) < (ticket >> kTaskBits)) {
+  while (true) {
+    const std::uint64_t tasks = ticket >> (2 * kTaskBits);
+    const std::uint64_t front = ticket & kTaskMask;
+    const std::uint64_t back = (ticket >> kTaskBits) & kTaskMask;
+    if (front + back >= tasks) break;
+    const std::uint64_t taken = ticket + (from_end ? std::uint64_t{1} << kTaskBits : 1);
     if (!ticket_.compare_exchange_weak(
-            ticket, ticket + 1, std::memory_order_acq_rel, std::memory_order_acquire)) {
+            ticket, taken, std::memory_order_acq_rel, std::memory_order_acquire)) {
       continue;
     }
     // The caller waits for this task, so job_ stays what it is.
-    const auto task = static_cast<int>(ticket & kTaskMask);
+    const auto task = static_cast<int>(from_end ? tasks - 1 - back : front);
     try {
       (*job_)(task);
     } catch (...) {
       failures_[static_cast<std::size_t>(task)] = std::current_exception();
     }
-    if (left_.fetch_sub(1, std::memory_order_acq_rel) == 1) left_.notify_all();
+    ++done;
     ticket = ticket_.load(std::memory_order_acquire);
+  }
+  if (done > 0 && left_.fetch_sub(done, std::memory_order_acq_rel) == done) {
+    left_.notify_all();
   }
 }
 
@@ -85,7 +95,7 @@ void Workers::serve() {
   while (true) {
     seen = wait_while(round_, seen);
     if (stop_.load(std::memory_order_acquire)) return;
-    work();
+    work(true);
   }
 }
 

@@ -243,6 +243,12 @@ def main(folder, page):
     old = open(page).read() if os.path.exists(page) else ""
     kept = re.search(re.escape(PEERS_BEGIN) + r"\n(.*?)\n" + re.escape(PEERS_END), old, re.S)
     theirs = peers(folder) or (kept.group(1) if kept else "Not run yet: `scripts/accuracy.sh --peers FOLDER`.")
+    if not os.path.exists(os.path.join(folder, "stages.json")):
+        if not kept:
+            sys.exit(f"accuracy_page: {page} has no place for the peers' table: measure all once")
+        with open(page, "w") as file:
+            file.write(old[:kept.start(1)] + theirs + old[kept.end(1):])
+        return
     cpu = re.search(r"^model name\s*:\s*(.*)$", open("/proc/cpuinfo").read(), re.M)
     commit = subprocess.run(["git", "describe", "--always"], capture_output=True, text=True).stdout.strip()
     parts = [
