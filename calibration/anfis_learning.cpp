@@ -8,6 +8,7 @@ AnfisReport learn_anfis(
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets,
     const AnfisLearning& settings, const std::stop_token& stop) {
   AnfisReport report;
+  report.samples = static_cast<int>(inputs.rows());
   AnfisSettings anfis = settings.anfis;
   if (settings.cross_validate) {
     report.selection = select_anfis(inputs, targets, anfis.kind);
@@ -33,6 +34,8 @@ AnfisReport learn_anfis(
     report.model = scaled(
         refit_consequents(report.model, inputs, targets, anfis.ridge, anfis.output_margin),
         report.selection->gain);
+  } else {
+    report.samples = static_cast<int>(split.train.size());
   }
   return report;
 }

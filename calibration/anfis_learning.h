@@ -16,6 +16,7 @@ struct AnfisReport {
   std::vector<double> check_rmse_mm;
   int best_epoch = 0;
   int target_reached = 0;
+  int samples = 0;  // that the consequents rest on
 };
 
 struct AnfisLearning {

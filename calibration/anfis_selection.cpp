@@ -49,6 +49,7 @@ AnfisSelection select_anfis(
     const MatrixXd& inputs, const VectorXd& targets, MembershipKind kind,
     const AnfisSelectionSettings& settings) {
   AnfisSelection result;
+  result.as_printed = settings.as_printed;
   const auto n = static_cast<double>(targets.size());
   result.rmse_without = std::sqrt(targets.squaredNorm() / n);
   result.chosen.loo_rmse = result.rmse_without;
@@ -58,9 +59,16 @@ AnfisSelection select_anfis(
   VectorXd best_error = targets;
   for (const int functions : settings.functions) {
     const AnfisModel model = initial_anfis(inputs, kind, functions);
+    std::vector<double> ridges = settings.ridges;
+    const bool printed = functions == settings.as_printed.functions;
+    if (printed) ridges.push_back(settings.as_printed.ridge);
     std::vector<double> effective;
     const MatrixXd errors =
-        leave_one_out_errors(design_matrix(model, inputs), targets, settings.ridges, effective);
+        leave_one_out_errors(design_matrix(model, inputs), targets, ridges, effective);
+    if (printed) {
+      result.as_printed.loo_rmse = std::sqrt(errors.rightCols(1).squaredNorm() / n);
+      result.as_printed.effective_parameters = effective.back();
+    }
     for (std::size_t k = 0; k < settings.ridges.size(); ++k) {
       const auto error = errors.col(static_cast<Eigen::Index>(k));
       const double rmse = std::sqrt(error.squaredNorm() / n);

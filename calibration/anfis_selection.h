@@ -19,6 +19,7 @@ struct AnfisCandidate {
 struct AnfisSelectionSettings {
   std::vector<int> functions{1, 2, 3, 4, 6};
   std::vector<double> ridges{1e-4, 1e-3, 1e-2, 1e-1, 1.0};
+  AnfisCandidate as_printed{6, 1e-6, 0.0, 0.0};
   /// How many standard errors better than no network the best one must be.
   double required_standard_errors = 2.0;
 };
@@ -29,6 +30,7 @@ struct AnfisSelection {
   double standard_errors = 0.0;  // by which the best candidate beats no network
   double rmse_without = 0.0;     // of the targets themselves
   std::vector<AnfisCandidate> candidates;
+  AnfisCandidate as_printed;  // the paper's setting, for comparison; never chosen
 };
 
 /// Inputs: samples x inputs; targets: samples.

@@ -9,6 +9,7 @@ namespace {
 
 // Parts of a direction smaller than this (of its largest) are left out of its words.
 constexpr double kNamedPart = 0.2;
+constexpr double kSameDirection = 0.99;  // cosine
 // A parameter counts as partly held when this much of it lies along held directions.
 constexpr double kHeldPart = 0.1;
 
@@ -19,6 +20,19 @@ std::string list_of(const std::vector<std::string_view>& names) {
     text += names[i];
   }
   return text;
+}
+
+/// Coaxial motors: the whole robot turned in its frame is the frame turned.
+constexpr std::string_view kCommonTurn =
+    " (the frame's rotation against a common shift of both motors, exact where d = 0)";
+
+/// alpha against dtheta1 and dtheta2 by equal angles, and nothing else to speak of.
+bool is_common_turn(const Eigen::VectorXd& direction) {
+  if (direction.size() <= geometry::kOffset2) return false;
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(direction.size());
+  turn[geometry::kAlpha] = 1.0;
+  turn[geometry::kOffset1] = turn[geometry::kOffset2] = -1.0;
+  return std::abs(direction.dot(turn.normalized())) > kSameDirection;
 }
 
 std::string words_for(
@@ -42,7 +56,7 @@ std::string words_for(
   text += rises.size() > 1 ? " rise while " : " rises while ";
   text += list_of(falls);
   text += falls.size() > 1 ? " fall" : " falls";
-  return text;
+  return is_common_turn(direction) ? text + std::string(kCommonTurn) : text;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "calibration/least_squares.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -18,6 +19,16 @@ constexpr double kSmallStep = 1e-14;      // relative to the parameters
 constexpr double kSmallDecrease = 1e-26;  // predicted, relative to the cost
 constexpr double kSmallPull = 1e-11;      // of held directions, in units of scale
 constexpr int kMostPulls = 60;
+constexpr double kFlat = 1e-12;  // decrease that the cost itself cannot show, relative
+constexpr int kMostFlat =
+    20;  // such steps in all: with an approximate Jacobian they go on and on
+// Of the normal equations. They square the condition number: 1e5 leaves six digits in a step,
+// and steps correct each other.
+constexpr int kMostNormal = 16;           // parameters
+constexpr double kNormalCondition = 1e5;  // above it every step is by QR and singular values
+// Decrease still possible, relative to the cost: the answer is 1e-10 standard deviations away.
+constexpr double kNormalSettled = 1e-20;
+constexpr int kMostNormalRefusals = 10;  // steps in a row
 
 struct LossValue {
   double cost, weight;  // rho(s), rho'(s)
@@ -66,7 +77,11 @@ class Solver {
 
   LeastSquaresFit solve() {
     fit_.free = static_cast<int>(free_.size());
-    if (!value_at(fit_.x, fit_.residual, fit_.cost)) {
+    if (problem_.normal && settings_.max_iterations > 0 && settings_.loss == Loss::kSquare &&
+        settings_.scale.size() != 0 && !free_.empty() && problem_.parameters <= kMostNormal) {
+      approach();
+    }
+    if (!approached_ && !value_at(fit_.x, fit_.residual, fit_.cost)) {
       fit_.status = FitStatus::kBadStart;
       fit_.scale =
           settings_.scale.size() != 0 ? settings_.scale : VectorXd::Ones(problem_.parameters);
@@ -84,6 +99,112 @@ class Solver {
   }
 
  private:
+  using SmallMatrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostNormal, kMostNormal>;
+  using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostNormal, 1>;
+
+  /// Normal equations in free, scaled coordinates.
+  struct Normal {
+    VectorXd x;
+    MatrixXd JtJ;
+    VectorXd Jtr;
+    double rss = 0.0;
+    SmallMatrix A;
+    SmallVector b;
+  };
+
+  [[nodiscard]] bool normal_at(Normal& at) {
+    ++fit_.evaluations;
+    if (!problem_.normal(at.x, at.JtJ, at.Jtr, at.rss) || !std::isfinite(at.rss)) return false;
+    const auto n = static_cast<Eigen::Index>(free_.size());
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const int column = free_[static_cast<std::size_t>(j)];
+      const double scale = scale_[column];
+      at.b[j] = at.Jtr[column] * scale;
+      for (Eigen::Index i = j; i < n; ++i) {
+        const int row = free_[static_cast<std::size_t>(i)];
+        at.A(i, j) = at.JtJ(row, column) * scale * scale_[row];
+      }
+    }
+    return true;
+  }
+
+  /// All singular values of J diag(scale) are above what would be held, with room for rounding.
+  [[nodiscard]] bool well_determined(const Normal& at) const {
+    const double largest =
+        std::sqrt(at.A.diagonal().maxCoeff() * static_cast<double>(at.A.rows()));
+    const double limit = std::max(
+        {settings_.hold_below, settings_.hold_relative * largest, largest / kNormalCondition});
+    SmallMatrix shifted = at.A;
+    shifted.diagonal().array() -= limit * limit;
+    return Eigen::LLT<Eigen::Ref<SmallMatrix>>(shifted).info() == Eigen::Success;
+  }
+
+  /// Levenberg-Marquardt by normal equations to within rounding of the minimum. Leaves the
+  /// start alone if a direction is not well determined somewhere on the way.
+  void approach() {
+    const auto n = static_cast<Eigen::Index>(free_.size());
+    const int parameters = problem_.parameters;
+    Normal at;
+    at.x = fit_.x;
+    at.JtJ.resize(parameters, parameters);
+    at.Jtr.resize(parameters);
+    at.A.resize(n, n);
+    at.b.resize(n);
+    Normal next = at;
+    if (!normal_at(at)) return;
+    double damping = settings_.first_damping * at.A.diagonal().maxCoeff();
+    double grow = 2.0;
+    double last_decrease = HUGE_VAL;
+    SmallVector u(n);
+    int iterations = 0;
+    for (; iterations < settings_.max_iterations; ++iterations) {
+      if (!well_determined(at)) return;
+      int refused = 0;
+      while (true) {
+        SmallMatrix damped = at.A;
+        damped.diagonal().array() += damping;
+        const Eigen::LLT<Eigen::Ref<SmallMatrix>> llt(damped);
+        u = -at.b;
+        llt.solveInPlace(u);
+        const double decrease = u.dot(damping * u - at.b);
+        const bool flat = decrease < kFlat * at.rss;
+        if (decrease <= kNormalSettled * at.rss || (flat && decrease >= last_decrease)) {
+          return reach(at, iterations);
+        }
+        next.x = at.x;
+        for (Eigen::Index j = 0; j < n; ++j) {
+          const int column = free_[static_cast<std::size_t>(j)];
+          next.x[column] += u[j] * scale_[column];
+        }
+        const bool has_value = normal_at(next);
+        const double ratio = has_value ? (at.rss - next.rss) / decrease : -1.0;
+        if (ratio > 0.0 || (flat && has_value)) {
+          std::swap(at, next);
+          damping *= flat ? 1.0 : std::max(1.0 / 9.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3));
+          grow = 2.0;
+          last_decrease = flat ? decrease : HUGE_VAL;
+          break;
+        }
+        if (++refused > kMostNormalRefusals) return reach(at, iterations);
+        damping *= grow;
+        grow *= 2.0;
+      }
+    }
+    reach(at, iterations);
+  }
+
+  void reach(const Normal& at, int iterations) {
+    VectorXd r;
+    double cost = 0.0;
+    if (!value_at(at.x, r, cost)) return;
+    fit_.x = at.x;
+    fit_.residual = r;
+    fit_.cost = cost;
+    fit_.iterations = iterations;
+    approached_ = true;
+  }
+
   [[nodiscard]] bool value_at(const VectorXd& x, VectorXd& r, double& cost) {
     ++fit_.evaluations;
     r.resize(problem_.residuals);
@@ -173,13 +294,16 @@ class Solver {
   [[nodiscard]] bool descend() {
     double damping = -1.0;
     double grow = 2.0;
+    double last_decrease = HUGE_VAL;
+    int flat_steps = 0;
     if (!linearise()) return false;
     while (fit_.iterations < settings_.max_iterations) {
       const auto n = singular_.size() - held_;
       if (n <= 0) return true;
       if (damping < 0.0) damping = settings_.first_damping * singular_[0] * singular_[0];
       const double possible = projected_.head(n).squaredNorm();
-      if (possible <= kSmallDecrease * fit_.cost) return true;
+      const double settled = approached_ ? kNormalSettled : kSmallDecrease;
+      if (possible <= settled * fit_.cost) return true;
       ++fit_.iterations;
       bool accepted = false;
       while (!accepted) {
@@ -193,17 +317,20 @@ class Solver {
         }
         const VectorXd step = in_parameters(along);
         if (small(step)) return true;
+        const bool flat = predicted < kFlat * fit_.cost;
+        if (flat && (predicted >= last_decrease || ++flat_steps > kMostFlat)) return true;
         VectorXd r;
         double cost = 0.0;
         const VectorXd x = fit_.x + step;
         const bool has_value = value_at(x, r, cost);
         const double ratio = has_value && predicted > 0.0 ? (fit_.cost - cost) / predicted : -1;
-        if (ratio > 0.0) {
+        if (ratio > 0.0 || (flat && has_value)) {
           accepted = true;
           fit_.x = x;
           fit_.residual = r;
           fit_.cost = cost;
-          damping *= std::max(1.0 / 9.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3));
+          last_decrease = flat ? predicted : HUGE_VAL;
+          damping *= flat ? 1.0 : std::max(1.0 / 9.0, 1.0 - std::pow(2.0 * ratio - 1.0, 3));
           damping = std::max(damping, 1e-20 * singular_[0] * singular_[0]);
           grow = 2.0;
         } else {
@@ -278,6 +405,7 @@ class Solver {
   VectorXd projected_;  // U'r
   MatrixXd V_;
   int held_ = 0;
+  bool approached_ = false;  // by normal equations
   LeastSquaresFit fit_;
 };
 

@@ -21,6 +21,13 @@ struct LeastSquaresProblem {
   /// model has no value at x.
   std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& r, Eigen::MatrixXd* J)>
       evaluate;
+  /// For speed, or empty: J'J (lower triangle, parameters x parameters), J'r and r'r at x,
+  /// equal to those of `evaluate` up to rounding. All come in with the right size. False where
+  /// the model has no value at x. The core takes the first steps with it while every direction
+  /// is well determined, and lets `evaluate` and singular values say the last word.
+  std::function<bool(
+      const Eigen::VectorXd& x, Eigen::MatrixXd& JtJ, Eigen::VectorXd& Jtr, double& rss)>
+      normal = {};
 };
 
 /// What a residual block costs: s = its squared norm.

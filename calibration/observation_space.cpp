@@ -105,6 +105,7 @@ double reading_sigma(const geometry::Dial& dial) {
 }  // namespace
 
 LeastSquaresProblem ObservationSpace::problem(bool weighted) const {
+  if (positions && !weighted) return position_problem(*positions);
   LeastSquaresProblem result;
   result.parameters = parameters();
   result.residuals = rows();

@@ -258,11 +258,9 @@ tl::expected<Result, Trouble> run_dqpso_anfis(
       settings.anfis, settings.cross_validate, settings.holdout_fraction, settings.seed};
   Workers workers(std::min(settings.threads, 2));
   watch.lap();
-  workers.run([&](int share) {
-    for (int axis = share; axis < 2; axis += workers.count()) {
-      (axis == 0 ? result.anfis_x : result.anfis_y) =
-          learn_anfis(inputs, residual.row(axis).transpose(), learning, stop);
-    }
+  workers.run(2, [&](int axis) {
+    (axis == 0 ? result.anfis_x : result.anfis_y) =
+        learn_anfis(inputs, residual.row(axis).transpose(), learning, stop);
   });
   if (stop.stop_requested()) return tl::unexpected(cancelled());
   result.anfis_seconds = watch.lap();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 
+#include "calibration/position_kernel.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -67,6 +69,13 @@ LeastSquaresProblem position_problem(
     }
     return true;
   };
+  if (!weigh_by_covariance) {
+    auto blocks =
+        std::make_shared<const std::vector<PositionBlock>>(position_blocks(observations));
+    problem.normal = [blocks](
+                         const Eigen::VectorXd& x, Eigen::MatrixXd& JtJ, Eigen::VectorXd& Jtr,
+                         double& rss) { return position_normal(*blocks, x, JtJ, Jtr, rss); };
+  }
   return problem;
 }
 
@@ -92,7 +101,10 @@ PositionFit run(
       position_problem(observations, settings.weigh_by_covariance), start, core, settings.loss,
       2);
   result.v = result.fit.x;
-  result.rmse_mm = position_rmse(observations, result.v);
+  const bool known = result.fit.status != FitStatus::kBadStart &&
+                     !settings.weigh_by_covariance && !observations.empty();
+  result.rmse_mm = known ? std::sqrt(result.fit.rss / observations.size())
+                         : position_rmse(observations, result.v);
   if (result.fit.status == FitStatus::kBadStart) return result;
   result.sigma_mm = std::sqrt(result.fit.variance());
   const double variance =

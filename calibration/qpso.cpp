@@ -6,12 +6,14 @@
 #include <stdexcept>
 
 #include "calibration/random.h"
+#include "calibration/swarm_kernels.h"
 #include "calibration/workers.h"
 
 namespace sixdial::calibration {
 namespace {
 
-constexpr Eigen::Index kGroup = 8;  // particles are shared out in whole vector loads
+constexpr int kDrawGroups = 2;           // groups of one task that draws random numbers
+constexpr Eigen::Index kGroup = kLanes;  // particles of one task: whole vector loads
 
 class Swarm {
  public:
@@ -20,47 +22,60 @@ class Swarm {
       const QpsoSettings& settings)
       : objective_(objective),
         settings_(settings),
-        x_(start),
+        particles_(start.rows()),
+        dimensions_(start.cols()),
         value_(start.rows()),
-        bad_(static_cast<std::size_t>(std::max(settings.threads, 1)), 0) {
-    if (settings_.lower.size() > 0) clip(0, x_.rows());
+        groups_(static_cast<int>((particles_ + kGroup - 1) / kGroup)),
+        bad_(static_cast<std::size_t>(groups_), 0) {
+    x_.setZero(kGroup, groups_ * dimensions_);
+    for (Draws& each : draws_) {
+      each.phi.setOnes(kGroup, groups_ * dimensions_);
+      each.jump.setOnes(kGroup, groups_ * dimensions_);
+    }
+    for (int group = 0; group < groups_; ++group) {
+      const auto [first, count] = rows_of(group);
+      of(x_, group) = start.middleRows(first, count);
+      if (settings_.lower.size() > 0) clip(group);
+    }
   }
 
   void evaluate_start(Workers& workers) {
-    workers.run([&](int share) {
-      const auto [first, count] = rows_of(share, workers.count());
-      evaluate(first, count, share);
+    share_out(workers, 1, [&](int group) {
+      const auto [first, count] = rows_of(group);
+      evaluate(first, count, group);
     });
     best_x_ = x_;
     best_value_ = value_;
+    sums_.resize(dimensions_, groups_);
+    for (int group = 0; group < groups_; ++group) sum(group);
     find_leader();
   }
 
+  /// Random numbers depend on nothing, so those of the next iteration fill the time of threads
+  /// that have no particles left to try.
   void iterate(Workers& workers, int iteration) {
     const double part = static_cast<double>(settings_.iterations - iteration) /
                         static_cast<double>(settings_.iterations);
     const double alpha =
         settings_.alpha_end + (settings_.alpha_start - settings_.alpha_end) * part;
-    mean_best_ = best_x_.colwise().mean();  // (28)
-    leader_x_ = best_x_.row(leader_);
-    workers.run([&](int share) {
-      const auto [first, count] = rows_of(share, workers.count());
-      move(first, count, iteration, alpha);
-      evaluate(first, count, share);
+    mean_best_ = sums_.rowwise().sum() / static_cast<double>(particles_);  // (28)
+    share_out(workers, iteration + 1, [&](int group) {
+      const auto [first, count] = rows_of(group);
+      move(group, iteration, alpha);
+      evaluate(first, count, group);
       for (Eigen::Index i = first; i < first + count; ++i) {
         if (value_[i] <= best_value_[i]) {  // (26)
           best_value_[i] = value_[i];
-          best_x_.row(i) = x_.row(i);
+          of(best_x_, group).row(i - first) = of(x_, group).row(i - first);
         }
       }
+      sum(group);
     });
     find_leader();
   }
 
   [[nodiscard]] double value() const { return best_value_[leader_]; }
-  [[nodiscard]] Eigen::VectorXd position() const {
-    return best_x_.row(leader_).matrix().transpose();
-  }
+  [[nodiscard]] Eigen::VectorXd position() const { return leader_x_.matrix(); }
   [[nodiscard]] std::int64_t bad() const {
     std::int64_t sum = 0;
     for (const std::int64_t each : bad_) sum += each;
@@ -68,62 +83,124 @@ class Swarm {
   }
 
  private:
-  struct Share {
+  /// phi of (25), with the sign of (24), and -ln(u) of (24), group after group: row = particle
+  /// of the group, columns = coordinates.
+  struct Draws {
+    Eigen::ArrayXXd phi, jump;
+  };
+  struct Rows {
     Eigen::Index first, count;
   };
-  [[nodiscard]] Share rows_of(int share, int shares) const {
-    const Eigen::Index groups = (x_.rows() + kGroup - 1) / kGroup;
-    const Eigen::Index from = groups * share / shares * kGroup;
-    const Eigen::Index to = std::min(x_.rows(), groups * (share + 1) / shares * kGroup);
-    return {std::min(from, to), std::max<Eigen::Index>(to - from, 0)};
+  [[nodiscard]] Rows rows_of(int task) const {
+    const Eigen::Index first = task * kGroup;
+    return {first, std::min(kGroup, particles_ - first)};
+  }
+  /// The particles of a group, count x dimensions.
+  [[nodiscard]] Eigen::Block<Eigen::ArrayXXd> of(Eigen::ArrayXXd& matrix, int group) const {
+    return {matrix, 0, group * dimensions_, rows_of(group).count, dimensions_};
+  }
+  [[nodiscard]] Eigen::Block<const Eigen::ArrayXXd> of(
+      const Eigen::ArrayXXd& matrix, int group) const {
+    return {matrix, 0, group * dimensions_, rows_of(group).count, dimensions_};
   }
 
-  void clip(Eigen::Index first, Eigen::Index count) {
-    for (Eigen::Index j = 0; j < x_.cols(); ++j) {
-      auto column = x_.col(j).segment(first, count);
-      column = column.max(settings_.lower[j]).min(settings_.upper[j]);
+  void clip(int group) {
+    auto x = of(x_, group);
+    for (Eigen::Index j = 0; j < dimensions_; ++j) {
+      x.col(j) = x.col(j).max(settings_.lower[j]).min(settings_.upper[j]);
     }
   }
 
-  void move(Eigen::Index first, Eigen::Index count, int iteration, double alpha) {
-    for (Eigen::Index j = 0; j < x_.cols(); ++j) {
-      for (Eigen::Index i = first; i < first + count; ++i) {
+  /// Tasks in this order: half of the groups, the random numbers of iteration `next` (unless it
+  /// is past the last), the other groups.
+  void share_out(Workers& workers, int next, const std::function<void(int)>& try_group) {
+    const int draws =
+        next <= settings_.iterations ? (groups_ + kDrawGroups - 1) / kDrawGroups : 0;
+    const int half = (groups_ + 1) / 2;
+    workers.run(groups_ + draws, [&](int task) {
+      if (task >= half && task < half + draws) {
+        draw_task(task - half, next);
+      } else {
+        try_group(task < half ? task : task - draws);
+      }
+    });
+  }
+
+  void draw_task(int task, int iteration) {
+    const int end = std::min((task + 1) * kDrawGroups, groups_);
+    for (int group = task * kDrawGroups; group < end; ++group) draw(group, iteration);
+  }
+
+  void draw(int group, int iteration) {
+    Draws& draws = draws_[iteration % 2];
+    const auto [first, count] = rows_of(group);
+    const Eigen::Index at = group * dimensions_;
+    for (Eigen::Index j = 0; j < dimensions_; ++j) {
+      for (Eigen::Index i = 0; i < count; ++i) {
         const auto w = random_words(
-            settings_.seed, static_cast<std::uint32_t>(i),
+            settings_.seed, static_cast<std::uint32_t>(first + i),
             static_cast<std::uint32_t>(iteration), static_cast<std::uint32_t>(j),
             settings_.stream);
+        draws.jump(i, at + j) = open_unit(w[0], w[1]);
         const double phi = open_unit(w[2]);
-        const double attractor = phi * best_x_(i, j) + (1.0 - phi) * leader_x_[j];  // (25)
-        const double jump =
-            alpha * std::abs(mean_best_[j] - x_(i, j)) * -std::log(open_unit(w[0], w[1]));
-        x_(i, j) = attractor + ((w[3] & 1U) != 0U ? jump : -jump);  // (24)
+        draws.phi(i, at + j) = (w[3] & 1U) != 0U ? phi : -phi;
       }
     }
-    if (settings_.lower.size() > 0) clip(first, count);
+    minus_logarithms(draws.jump.col(at).data(), kGroup * dimensions_);
   }
 
-  void evaluate(Eigen::Index first, Eigen::Index count, int share) {
-    if (count == 0) return;
-    objective_(x_.middleRows(first, count), value_.segment(first, count));
+  void move(int group, int iteration, double alpha) {
+    const Draws& draws = draws_[iteration % 2];
+    const Eigen::Index count = rows_of(group).count;
+    const Eigen::Index at = group * dimensions_;
+    for (Eigen::Index j = 0; j < dimensions_; ++j) {
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const double phi = std::abs(draws.phi(i, at + j));
+        const double attractor = phi * best_x_(i, at + j) + (1.0 - phi) * leader_x_[j];  // (25)
+        const double jump = std::copysign(draws.jump(i, at + j), draws.phi(i, at + j));
+        double& x = x_(i, at + j);
+        x = attractor + alpha * std::abs(mean_best_[j] - x) * jump;  // (24)
+      }
+    }
+    if (settings_.lower.size() > 0) clip(group);
+  }
+
+  void evaluate(Eigen::Index first, Eigen::Index count, int group) {
+    objective_(of(x_, group), value_.segment(first, count));
     for (Eigen::Index i = first; i < first + count; ++i) {
       if (std::isfinite(value_[i])) continue;
       value_[i] = std::numeric_limits<double>::infinity();
-      ++bad_[static_cast<std::size_t>(share)];
+      ++bad_[static_cast<std::size_t>(group)];
     }
   }
 
-  void find_leader() { best_value_.minCoeff(&leader_); }  // (27)
+  /// Of the best positions, by the thread that has them at hand.
+  void sum(int group) { sums_.col(group) = of(best_x_, group).colwise().sum().transpose(); }
+
+  void find_leader() {  // (27)
+    const Eigen::Index old = leader_;
+    const double before = leader_value_;
+    leader_value_ = best_value_.minCoeff(&leader_);
+    if (leader_x_.size() > 0 && leader_ == old && leader_value_ == before) return;
+    const auto group = static_cast<int>(leader_ / kGroup);
+    leader_x_ = of(best_x_, group).row(leader_ % kGroup).transpose();
+  }
 
   const SwarmObjective& objective_;
   const QpsoSettings& settings_;
-  Eigen::ArrayXXd x_;
+  Eigen::Index particles_, dimensions_;
   Eigen::ArrayXd value_;
+  int groups_;
+  Eigen::ArrayXXd x_;              // group beside group: eight particles x dimensions each
+  std::vector<std::int64_t> bad_;  // by group
+  Draws draws_[2];                 // of this iteration and the next
   Eigen::ArrayXXd best_x_;
   Eigen::ArrayXd best_value_;
-  Eigen::Array<double, 1, Eigen::Dynamic> mean_best_;
-  Eigen::Array<double, 1, Eigen::Dynamic> leader_x_;
+  Eigen::ArrayXXd sums_;  // dimensions x groups
+  Eigen::ArrayXd mean_best_;
+  Eigen::ArrayXd leader_x_;
+  double leader_value_ = 0.0;
   Eigen::Index leader_ = 0;
-  std::vector<std::int64_t> bad_;  // by thread
 };
 
 void check(const Eigen::ArrayXXd& start, const QpsoSettings& settings) {

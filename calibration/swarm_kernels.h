@@ -7,12 +7,12 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calibration/lanes.h"
 #include "calibration/observations.h"
 #include "geometry/five_bar.h"
 
 namespace sixdial::calibration {
 
-inline constexpr int kLanes = 8;
 /// A block of values for eight particles: row i holds value i of particles 0..7.
 template <int Rows>
 using Lanes = Eigen::Matrix<double, Rows, kLanes, Eigen::RowMajor>;
@@ -57,5 +57,8 @@ void swarm_filter_nominal(
 void swarm_filter_estimate(
     const SwarmTable& table, const geometry::ParameterVector& p0, const NoiseLanes& noise,
     ParameterLanes& state);
+
+/// u becomes -ln(u), for count values in (0, 1]; count is a multiple of kLanes.
+void minus_logarithms(double* u, Eigen::Index count);
 
 }  // namespace sixdial::calibration

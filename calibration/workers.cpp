@@ -1,12 +1,14 @@
 #include "calibration/workers.h"
 
-#include <exception>
+#include <stdexcept>
 
 namespace sixdial::calibration {
 namespace {
 
 // Looking this often before going to sleep bridges the gap between two iterations.
 constexpr int kLooks = 4000;
+constexpr int kTaskBits = 20;
+constexpr std::uint64_t kTaskMask = (std::uint64_t{1} << kTaskBits) - 1;
 
 /// Waits until `value` is no longer `old`; returns what it is then.
 int wait_while(const std::atomic<int>& value, int old) {
@@ -23,9 +25,9 @@ int wait_while(const std::atomic<int>& value, int old) {
 
 }  // namespace
 
-Workers::Workers(int threads) : failures_(static_cast<std::size_t>(threads < 1 ? 1 : threads)) {
-  for (int share = 1; share < threads; ++share) {
-    threads_.emplace_back([this, share] { serve(share); });
+Workers::Workers(int threads) {
+  for (int k = 1; k < threads; ++k) {
+    threads_.emplace_back([this] { serve(); });
   }
 }
 
@@ -36,40 +38,64 @@ Workers::~Workers() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Workers::run(const std::function<void(int)>& job) {
+void Workers::run(int tasks, const std::function<void(int)>& job) {
+  if (tasks < 0 || static_cast<std::uint64_t>(tasks) > kTaskMask) {
+    throw std::invalid_argument("Workers: between 0 and 2^20 - 1 tasks can be shared out");
+  }
   if (threads_.empty()) {
-    job(0);
+    for (int task = 0; task < tasks; ++task) job(task);
     return;
   }
-  for (std::exception_ptr& failure : failures_) failure = nullptr;
+  failures_.assign(static_cast<std::size_t>(tasks), nullptr);
   job_ = &job;
-  busy_.store(static_cast<int>(threads_.size()), std::memory_order_release);
+  left_.store(tasks, std::memory_order_relaxed);
+  ticket_.store(
+      static_cast<std::uint64_t>(tasks) << (2 * kTaskBits), std::memory_order_release);
   round_.fetch_add(1, std::memory_order_acq_rel);
   round_.notify_all();
-  try {
-    job(0);
-  } catch (...) {
-    failures_[0] = std::current_exception();
-  }
-  for (int left = busy_.load(std::memory_order_acquire); left > 0;) {
-    left = wait_while(busy_, left);
+  work(false);
+  for (int left = left_.load(std::memory_order_acquire); left > 0;) {
+    left = wait_while(left_, left);
   }
   for (const std::exception_ptr& failure : failures_) {
     if (failure) std::rethrow_exception(failure);
   }
 }
 
-void Workers::serve(int share) {
+void Workers::work(bool from_end) {
+  int done = 0;
+  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  while (true) {
+    const std::uint64_t tasks = ticket >> (2 * kTaskBits);
+    const std::uint64_t front = ticket & kTaskMask;
+    const std::uint64_t back = (ticket >> kTaskBits) & kTaskMask;
+    if (front + back >= tasks) break;
+    const std::uint64_t taken = ticket + (from_end ? std::uint64_t{1} << kTaskBits : 1);
+    if (!ticket_.compare_exchange_weak(
+            ticket, taken, std::memory_order_acq_rel, std::memory_order_acquire)) {
+      continue;
+    }
+    // The caller waits for this task, so job_ stays what it is.
+    const auto task = static_cast<int>(from_end ? tasks - 1 - back : front);
+    try {
+      (*job_)(task);
+    } catch (...) {
+      failures_[static_cast<std::size_t>(task)] = std::current_exception();
+    }
+    ++done;
+    ticket = ticket_.load(std::memory_order_acquire);
+  }
+  if (done > 0 && left_.fetch_sub(done, std::memory_order_acq_rel) == done) {
+    left_.notify_all();
+  }
+}
+
+void Workers::serve() {
   int seen = 0;
   while (true) {
     seen = wait_while(round_, seen);
     if (stop_.load(std::memory_order_acquire)) return;
-    try {
-      (*job_)(share);
-    } catch (...) {
-      failures_[static_cast<std::size_t>(share)] = std::current_exception();
-    }
-    if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_all();
+    work(true);
   }
 }
 

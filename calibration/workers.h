@@ -1,10 +1,13 @@
-// A few threads that do the same job on different shares, over and over, with a short wait
-// between: one iteration of a swarm is some ten microseconds.
+// A few threads that share out the tasks of one short job after another: one iteration of a
+// swarm is some ten microseconds. Whoever is free takes the next task, the caller included, so
+// a thread that the system has set aside holds nobody up unless it is in the middle of a task.
 #pragma once
 
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
 #include <functional>
-#include <memory>
 #include <thread>
 #include <vector>
 
@@ -19,18 +22,26 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   [[nodiscard]] int count() const { return static_cast<int>(threads_.size()) + 1; }
-  /// Calls job(share) once for each share 0 .. count()-1 and returns when all are done. An
-  /// exception of a job is thrown here (the one of the lowest share).
-  void run(const std::function<void(int)>& job);
+  /// Calls job(task) once for each task 0 .. tasks-1 and returns when all are done. The caller
+  /// takes them from the first on, the others from the last: so that from job to job a task
+  /// tends to stay with the thread that has its data. An exception of a task is thrown here
+  /// (the one of the lowest task). Fewer than 2^20 tasks.
+  void run(int tasks, const std::function<void(int)>& job);
 
  private:
-  void serve(int share);
+  static constexpr std::size_t kCacheLine = 64;
+  void serve();
+  /// Takes tasks until there are none left.
+  void work(bool from_end);
 
   std::vector<std::thread> threads_;
   const std::function<void(int)>* job_ = nullptr;
-  std::vector<std::exception_ptr> failures_;
-  std::atomic<int> round_{0};
-  std::atomic<int> busy_{0};
+  std::vector<std::exception_ptr> failures_;  // by task
+  /// How many tasks the job has and how many are taken from either end, in one word: what is
+  /// taken belongs to the job that is read with it.
+  alignas(kCacheLine) std::atomic<std::uint64_t> ticket_{0};
+  alignas(kCacheLine) std::atomic<int> round_{0};  // counts jobs; what idle threads watch
+  alignas(kCacheLine) std::atomic<int> left_{0};   // tasks not done yet
   std::atomic<bool> stop_{false};
 };
 

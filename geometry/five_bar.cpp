@@ -16,9 +16,7 @@ constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 Vector2d turned_left(const Vector2d& a) { return {-a.y(), a.x()}; }
 
-bool usable(const ParameterVector& v) {
-  return v.allFinite() && v.head<4>().minCoeff() > 0.0 && v[kD] >= 0.0;
-}
+bool usable(const ParameterVector& v) { return v.allFinite() && v.head<4>().minCoeff() > 0.0; }
 
 struct Closure {  // all in frame B
   Vector2d p_O3, p_O4, p_E;

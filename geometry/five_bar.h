@@ -10,7 +10,8 @@
 //
 // Millimetres and radians; angles counter-clockwise and continuous (never wrapped at +-pi).
 // Degenerate: out of reach, stretched or folded legs, coincident elbows (D = 0). Coaxial motors
-// (d = 0) are a robot like any other. Each degenerate case is named, none returns NaN.
+// (d = 0) are a robot like any other, and d may be negative: O2 left of O1, so that an estimate
+// of d around 0 is free on both sides. Each degenerate case is named, none returns NaN.
 #pragma once
 
 #include <Eigen/Core>

@@ -10,6 +10,7 @@
 
 #include "service/assessment.h"
 #include "service/clock_text.h"
+#include "service/network_json.h"
 #include "session/bundle.h"
 #include "session/trials.h"
 
@@ -172,49 +173,6 @@ Json methods_json(const calibration::Result& result) {
          {"seconds", std::move(seconds)}});
   }
   return methods;
-}
-
-Json network_json(const calibration::AnfisReport& report) {
-  const calibration::AnfisModel& model = report.model;
-  Json json{
-      {"kind", model.kind == calibration::MembershipKind::kGaussian ? "gaussian" : "bell"},
-      {"functions", model.functions},
-      {"input_mean", numbers(model.input_mean)},
-      {"input_scale", numbers(model.input_scale)},
-      {"centre", matrix(model.centre)},
-      {"width", matrix(model.width)},
-      {"slope", matrix(model.slope)},
-      {"consequents", matrix(model.consequents)},
-      {"box_low", numbers(model.box_low)},
-      {"box_high", numbers(model.box_high)},
-      {"output_low_mm", model.output_low},
-      {"output_high_mm", model.output_high},
-      {"effective_parameters", model.effective_parameters},
-      {"ridge", model.ridge},
-      {"best_epoch", report.best_epoch},
-      {"target_reached", report.target_reached},
-      {"train_rmse_mm", report.train_rmse_mm},
-      {"check_rmse_mm", report.check_rmse_mm},
-      {"selection", nullptr}};
-  if (report.selection) {
-    Json candidates = Json::array();
-    for (const auto& each : report.selection->candidates) {
-      candidates.push_back(
-          {{"functions", each.functions},
-           {"ridge", each.ridge},
-           {"loo_rmse_mm", each.loo_rmse},
-           {"effective_parameters", each.effective_parameters}});
-    }
-    json["selection"] = {
-        {"functions", report.selection->chosen.functions},
-        {"ridge", report.selection->chosen.ridge},
-        {"loo_rmse_mm", report.selection->chosen.loo_rmse},
-        {"gain", report.selection->gain},
-        {"standard_errors", report.selection->standard_errors},
-        {"rmse_without_mm", report.selection->rmse_without},
-        {"candidates", std::move(candidates)}};
-  }
-  return json;
 }
 
 Json parameters_json(const calibration::Result& result) {

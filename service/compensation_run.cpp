@@ -7,6 +7,7 @@
 
 #include "calibration/pipeline.h"
 #include "service/calibration_run.h"
+#include "service/network_json.h"
 
 namespace sixdial::service {
 namespace {
@@ -16,41 +17,6 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
     std::pair{CompensateBy::kFull, std::string_view("full")}};
 constexpr std::size_t kMostNamed = 10;
-
-Eigen::VectorXd vector_from(const Json& numbers) {
-  const auto values = numbers.get<std::vector<double>>();
-  return Eigen::Map<const Eigen::VectorXd>(
-      values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-Eigen::MatrixXd matrix_from(const Json& rows) {
-  if (rows.empty()) return {};
-  Eigen::MatrixXd result(
-      static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows[0].size()));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    result.row(static_cast<Eigen::Index>(i)) = vector_from(rows[i]).transpose();
-  }
-  return result;
-}
-
-calibration::AnfisModel network_from(const Json& json) {
-  calibration::AnfisModel model;
-  model.kind = json.at("kind") == "bell" ? calibration::MembershipKind::kBell
-                                         : calibration::MembershipKind::kGaussian;
-  model.functions = json.at("functions").get<int>();
-  model.input_mean = vector_from(json.at("input_mean"));
-  model.input_scale = vector_from(json.at("input_scale"));
-  model.inputs = static_cast<int>(model.input_mean.size());
-  model.centre = matrix_from(json.at("centre"));
-  model.width = matrix_from(json.at("width"));
-  model.slope = matrix_from(json.at("slope"));
-  model.consequents = matrix_from(json.at("consequents"));
-  model.box_low = vector_from(json.at("box_low"));
-  model.box_high = vector_from(json.at("box_high"));
-  model.output_low = json.at("output_low_mm").get<double>();
-  model.output_high = json.at("output_high_mm").get<double>();
-  return model;
-}
 
 }  // namespace
 

@@ -14,6 +14,7 @@
 #include "service/calibration_run.h"
 #include "service/clock_text.h"
 #include "service/compare_run.h"
+#include "service/network_json.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "session/trials.h"
@@ -346,6 +347,10 @@ report::ReportData report_data(
     add_outliers(data);
   }
   if (comparison.is_object()) append(data.sections, comparison_sections(comparison));
+  // Results of earlier versions do not say how many samples a network rests on.
+  if (document.contains("anfis") && document["anfis"]["x"].contains("samples")) {
+    append(data.sections, anfis_sections(document["anfis"]));
+  }
   if (document.contains("assessment")) {
     append(
         data.sections,

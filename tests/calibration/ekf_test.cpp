@@ -118,7 +118,7 @@ TEST(SwarmKernels, UnreachableAndBrokenParticlesAreInfinitelyBad) {
   v.colwise() = session.nominal;
   v(geometry::kL12, 0) = v(geometry::kL22, 0) = 20.0;  // links too short to close
   v(geometry::kL11, 1) = -60.0;
-  v(geometry::kD, 2) = -1.0;
+  v(geometry::kD, 2) = 300.0;
   v(geometry::kX0, 3) = std::nan("");
   v(geometry::kAlpha, 4) = HUGE_VAL;
   v(geometry::kL21, 5) = std::nan("");

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calibration/identifiability.h"
+#include "calibration/identifier.h"
 #include "calibration/pipeline.h"
 #include "calibration/position_fit.h"
 #include "calibration/random.h"
@@ -164,7 +165,12 @@ TEST(Identifiability, FewPointsKeepTheArmsNearNominal) {
   }
 }
 
-TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
+constexpr const char* kCommonTurnWords =
+    "alpha rises while dtheta1 and dtheta2 fall (the frame's rotation against a common shift "
+    "of "
+    "both motors, exact where d = 0)";
+
+SessionPlan coaxial() {
   SessionPlan plan;
   plan.nominal << 60, 65, 58, 62, 0, 0, 0, 0, 0, 0;
   plan.robot = plan.nominal;
@@ -173,7 +179,11 @@ TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
   plan.robot[geometry::kOffset1] = 0.005;
   plan.workspace = {-20, 20, 60, 90};
   plan.mode = {+1, -1};
-  const auto session = simulate(plan, 4);
+  return plan;
+}
+
+TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
+  const auto session = simulate(coaxial(), 4);
   PositionFitSettings settings;
   settings.fixed[geometry::kD] = true;  // the motors are on one axis by construction
   const auto fit = fit_positions(session.g1, session.nominal, settings);
@@ -181,12 +191,54 @@ TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
   EXPECT_EQ(fit.fit.held, 1);
   const auto what = identifiability(fit.fit, parameter_names(), session.g1.size());
   ASSERT_EQ(what.held.size(), 1U);
-  EXPECT_EQ(what.held.front().words, "alpha rises while dtheta1 and dtheta2 fall");
+  EXPECT_EQ(what.held.front().words, kCommonTurnWords);
   // nothing moves along it: alpha - dtheta1 - dtheta2 stays nominal
   EXPECT_LT(
       std::abs(fit.v[geometry::kAlpha] - fit.v[geometry::kOffset1] - fit.v[geometry::kOffset2]),
       1e-9);
   EXPECT_LT(position_rmse(session.g1, fit.v), 0.0055);
+}
+
+TEST(Identifiability, CoaxialMotorsAreSeenToBeWithTheirDistanceFittedToo) {
+  // d free: noise puts its estimate on either side of 0, and the fit must be at the minimum on
+  // both, in both spaces, with the same direction held.
+  int below = 0;
+  int above = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto session = simulate(coaxial(), seed);
+    const auto space = position_space(session.g1, session.nominal);
+    const auto found = identify(*find_identifier("lm"), space);
+    EXPECT_EQ(found.status, FitStatus::kConverged);
+    ASSERT_EQ(found.fit.held, 1) << "seed " << seed;
+    const auto what = identifiability(found.fit, parameter_names(), session.g1.size());
+    ASSERT_EQ(what.held.size(), 1U);
+    EXPECT_EQ(what.held.front().words, kCommonTurnWords);
+    // 200 residuals of 0.003 mm, nine parameters: at the minimum
+    EXPECT_LT(found.rmse, 0.0051);
+    // d is told: as well as its deviation says
+    const double d_mm = found.x[geometry::kD];
+    const double sd_mm = std::sqrt(found.covariance(geometry::kD, geometry::kD));
+    EXPECT_LT(std::abs(d_mm), 4 * sd_mm);
+    EXPECT_LT(sd_mm, 0.1);
+    (d_mm < 0 ? below : above) += 1;
+  }
+  EXPECT_GT(below, 0);
+  EXPECT_GT(above, 0);
+}
+
+TEST(Identifiability, ExactDataOfACoaxialRobotGiveItsLinksFromAnyStartOfD) {
+  SessionPlan plan = coaxial();
+  plan.noise_mm = 0.0;
+  const auto session = simulate(plan, 4);
+  for (const double start_mm : {-2.0, 0.0, 3.0}) {
+    PositionFitSettings settings;
+    settings.start = session.nominal;
+    (*settings.start)[geometry::kD] = start_mm;
+    const auto fit = fit_positions(session.g1, session.nominal, settings);
+    EXPECT_LT(fit.rmse_mm, 1e-7) << start_mm;
+    EXPECT_LT((fit.v.head<5>() - session.robot.head<5>()).norm(), 1e-4) << start_mm;
+    EXPECT_EQ(fit.fit.held, 1);
+  }
 }
 
 TEST(Identifiability, NamesStrongCorrelationsOnly) {

@@ -27,9 +27,10 @@ using Eigen::VectorXd;
 using Real = long double;
 using Jet = ceres::Jet<Real, 9>;
 
-// Issue 3: certified parameters to 6 digits, standard deviations to 4.
-constexpr double kParameterDigits = 6.0;
-constexpr double kDeviationDigits = 4.0;
+// Of the 11 that are certified. Worst seen: 9.1; 6.5 (Lanczos1, of a residual near rounding).
+// Issue 3 asks for 6 and 4.
+constexpr double kParameterDigits = 8.0;
+constexpr double kDeviationDigits = 6.0;
 
 using Model = Jet (*)(const Jet* b, const Real* x);
 

@@ -152,6 +152,32 @@ TEST(FiveBar, CoaxialMotorsAreARobotLikeAnyOther) {
   EXPECT_TRUE(forward_derivative(v, *q, *assembly_at(v, *q, p_WE))->J_v.allFinite());
 }
 
+TEST(FiveBar, NegativeBaseIsTheRobotTurnedByHalfATurn) {
+  // O2 left of O1 by 12: the same links with the frame turned by pi and both motors turned
+  // back.
+  ParameterVector v;
+  v << 60, 70, 50, 65, -12, 1, -2, 0.1, 0.01, -0.02;
+  ParameterVector turned = v;
+  turned[kD] = 12;
+  turned[kAlpha] += std::numbers::pi;
+  turned[kOffset1] -= std::numbers::pi;
+  turned[kOffset2] -= std::numbers::pi;
+  int reached = 0;
+  for (double q1 = 0.2; q1 < 2.8; q1 += 0.3) {
+    for (double q2 = 0.2; q2 < 2.8; q2 += 0.3) {
+      const auto pose = forward_derivative(v, {q1, q2}, Assembly::kLeft);
+      const auto other = forward_derivative(turned, {q1, q2}, Assembly::kLeft);
+      ASSERT_EQ(pose.has_value(), other.has_value());
+      if (!pose) continue;
+      EXPECT_LT((pose->pose.p_WE - other->pose.p_WE).norm(), kClosure_mm);
+      EXPECT_LT((pose->J_q - other->J_q).norm(), 1e-9);
+      EXPECT_LT((pose->J_v.col(kD) + other->J_v.col(kD)).norm(), 1e-9);
+      ++reached;
+    }
+  }
+  EXPECT_GT(reached, 30);
+}
+
 TEST(FiveBar, DegeneratePosesAreSaidAndNeverNaN) {
   ParameterVector v;
   v << 60, 60, 60, 60, 0, 0, 0, 0, 0, 0;
