@@ -133,7 +133,11 @@ class Search {
     if ((1 - with.fit.weight.array()).sum() < kFewest) return {};
     Explanation all = with;
     all.fit.weight.setOnes();
-    return scored(all);
+    std::vector<Candidate> result = scored(all);
+    std::erase_if(result, [&](const Candidate& each) {
+      return each.evidence < settings_.unknown_log_odds;
+    });
+    return result;
   }
 
   /// The same names with what smooth functions add, if that is more than nothing.
@@ -259,6 +263,18 @@ class Refinement {
   }
 
  private:
+  /// What a name must show here. Something that wanders in time makes steps and drifts of its
+  /// own, at every scale.
+  [[nodiscard]] double needed(const Hypothesis& name) const {
+    if (found_.unknown.empty()) return settings_.least_log_odds;
+    const bool in_time = name.effect->cause == "step" || name.effect->needs & simulation::kTime;
+    for (const UnknownCandidate& each : found_.unknown) {
+      const bool wanders = each.length < 0 && each.covariates.front() == "time";
+      if (wanders && in_time) return settings_.beside_wandering_log_odds;
+    }
+    return settings_.beside_unknown_log_odds;
+  }
+
   /// Without a name the smooth part may do as well, fitted anew.
   bool drop_covered() {
     bool changed = false;
@@ -266,7 +282,7 @@ class Refinement {
       Explanation names = found_;
       names.unknown.clear();
       Explanation less = search_.with_unknown(search_.without(names, i));
-      if (less.evidence > found_.evidence - settings_.beside_unknown_log_odds) {
+      if (less.evidence > found_.evidence - needed(found_.chosen[i].candidate.hypothesis)) {
         found_ = std::move(less);
         changed = true;
         i = 0;
@@ -279,11 +295,9 @@ class Refinement {
 
   bool drop_needless() {
     bool changed = false;
-    const double least =
-        found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
     for (std::size_t i = 0; i < found_.chosen.size();) {
       Explanation less = search_.without(found_, i);
-      if (less.evidence > found_.evidence - least) {
+      if (less.evidence > found_.evidence - needed(found_.chosen[i].candidate.hypothesis)) {
         found_ = std::move(less);
         changed = true;
         i = 0;

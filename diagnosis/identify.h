@@ -22,6 +22,8 @@ struct Settings {
   double name_preference = 5.0;
   /// What a name must show beside something smooth that remains.
   double beside_unknown_log_odds = 8.0;
+  /// The same for a step or a drift beside something that wanders in time.
+  double beside_wandering_log_odds = 30.0;
   int most_causes = 6;
 };
 
