@@ -258,8 +258,9 @@ class Refinement {
       const bool needless = drop_needless();
       const bool named = name_unknown();
       const bool more = add_hidden();
-      if (!less && !needless && !named && !more) break;
+      if (!less && !needless && !named && !more) return;
     }
+    drop_needless();
   }
 
  private:

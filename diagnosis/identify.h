@@ -14,7 +14,7 @@ namespace sixdial::diagnosis {
 
 struct Settings {
   double false_alarm_level = 0.02;  // over the whole catalogue
-  double tie_log_odds = 2.5;        // rivals closer than this cannot be told apart
+  double tie_log_odds = 2.0;        // rivals closer than this cannot be told apart
   double least_log_odds = 1.2;      // what any further name must show
   double unknown_log_odds = 5.0;    // what a smooth remainder must show
   /// What a smooth function must explain better by, to be preferred to a name: a drift is also

@@ -1,0 +1,267 @@
+// The verdict as a whole: laws on sessions that the project's own simulation makes. Whether
+// somebody else's effects are found: tests/blind and measured_sessions_test.cpp.
+#include "diagnosis/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/random.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+constexpr double kNoise_mm = 0.002;
+
+/// A session as the extended simulation shows it, with normal noise.
+struct Session {
+  simulation::ForwardModel model;
+  std::vector<simulation::Trial> trials;
+  std::vector<bool> held_out;
+};
+
+struct Recipe {
+  std::vector<simulation::ActiveEffect> effects{};
+  double noise_mm = kNoise_mm;
+  int points = 150;
+  int repeats = 1;
+  std::uint64_t seed = 1;
+  geometry::Mount mount = geometry::Mount::kDistal2;
+};
+
+Session session_of(const Recipe& recipe) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.cuboid.mount = recipe.mount;
+  Session session{simulation::ForwardModel(rig), {}, {}};
+  calibration::RandomSequence random(recipe.seed, 9);
+  simulation::ModelVector truth = session.model.nominal();
+  for (int i = 0; i < 5; ++i) truth[i] += random.uniform(-0.5, 0.5);
+  for (int i = 5; i < 7; ++i) truth[i] += random.uniform(-0.8, 0.8);
+  for (int i = 7; i < 10; ++i) truth[i] += random.uniform(-0.01, 0.01);
+  truth[simulation::kClamp] = random.uniform(-0.01, 0.01);
+  const auto reference = geometry::inverse(
+      rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
+  Eigen::Vector2d before = *reference;
+  for (int point = 0; point < recipe.points; ++point) {
+    const Eigen::Vector2d target(random.uniform(17, 39), random.uniform(31, 65));
+    const auto q =
+        geometry::inverse(rig.robot.nominal, target, rig.robot.working_mode, *reference);
+    for (int repeat = 0; repeat < recipe.repeats; ++repeat) {
+      simulation::Trial trial;
+      trial.sample = static_cast<int>(session.trials.size());
+      trial.point = point;
+      trial.repeat = repeat;
+      trial.q_rad = *q;
+      trial.assembly = *geometry::assembly_at(rig.robot.nominal, *q, target);
+      trial.time_s = 8.0 * trial.sample;
+      trial.temperature_c = 20.0 + 4.0 * (1 - std::exp(-trial.time_s.value() / 600.0)) +
+                            0.5 * std::sin(trial.time_s.value() / 150.0);
+      for (int j = 0; j < 2; ++j) {
+        trial.approach[static_cast<std::size_t>(j)] = (*q)[j] > before[j] ? 1 : -1;
+      }
+      trial.dial_mm.assign(rig.dials.size(), 0.0);
+      before = *q;
+      session.trials.push_back(std::move(trial));
+    }
+  }
+  // Twice: forces and plunger directions come from the readings.
+  for (int pass = 0; pass < 2; ++pass) {
+    const simulation::ExtendedModel extended(
+        session.model, pass == 0 ? std::vector<simulation::ActiveEffect>{} : recipe.effects);
+    const auto samples = simulation::circumstances_of(session.model, truth, session.trials);
+    simulation::Scene scene;
+    for (std::size_t t = 0; t < session.trials.size(); ++t) {
+      auto& trial = session.trials[t];
+      if (recipe.mount == geometry::Mount::kFree)
+        trial.gamma_rad = 0.1 * std::sin(0.3 * static_cast<double>(t));
+      EXPECT_TRUE(extended.run(truth, trial, samples[t], scene).has_value());
+      for (std::size_t d = 0; d < trial.dial_mm.size(); ++d) {
+        trial.dial_mm[d] = scene.reading_mm[d];
+        if (pass == 1) *trial.dial_mm[d] += recipe.noise_mm * random.normal();
+      }
+    }
+  }
+  for (std::size_t t = 0; t < session.trials.size(); ++t) {
+    session.held_out.push_back(t >= session.trials.size() * 2 / 3);
+  }
+  return session;
+}
+
+DiagnosisSettings quick() {
+  DiagnosisSettings settings;
+  settings.with_gain = false;
+  settings.with_limits = false;
+  settings.null_draws = 0;
+  return settings;
+}
+
+simulation::ActiveEffect effect_of(
+    const geometry::Rig& rig, const char* cause, const char* where, std::vector<double> x) {
+  const simulation::Effect* effect = simulation::find_effect(cause);
+  for (const simulation::Place& place : effect->places(rig)) {
+    if (place.name == where) return {effect, place, std::move(x)};
+  }
+  throw std::invalid_argument(where);
+}
+
+TEST(Diagnosis, OfNoiseAloneFindsNothing) {
+  int found = 0;
+  constexpr int kSessions = 20;
+  for (int seed = 1; seed <= kSessions; ++seed) {
+    const Session session = session_of({.seed = static_cast<std::uint64_t>(seed)});
+    const Diagnosis verdict =
+        diagnose(session.model, session.trials, session.held_out, quick());
+    found += !verdict.causes.empty() || verdict.unexplained.significant;
+  }
+  EXPECT_LE(found, 2) << "2 % false alarms are allowed: two of twenty are one in fifteen";
+}
+
+// 80 % power by definition. Half as large again must nearly always do.
+TEST(Diagnosis, NamesAnEffectHalfAsLargeAgainAsItsLimit) {
+  const Session empty = session_of({.seed = 5});
+  DiagnosisSettings settings = quick();
+  settings.with_limits = true;
+  const Diagnosis blank = diagnose(empty.model, empty.trials, empty.held_out, settings);
+  ASSERT_GT(blank.limits.size(), 40U);
+  int tried = 0;
+  int named = 0;
+  std::string missed;
+  for (const Limit& limit : blank.limits) {
+    EXPECT_GE(limit.name, limit.detect) << limit.hypothesis.name();
+    if (!std::isfinite(limit.name) || limit.hypothesis.effect->searched) continue;
+    // One place of each effect.
+    if (limit.hypothesis.place.dial > 0 || limit.hypothesis.place.joint > 0) continue;
+    simulation::ActiveEffect active = at_rest(limit.hypothesis);
+    active.x[0] = 1.5 * limit.name;
+    const Session session = session_of({.effects = {active}, .seed = 5});
+    const Diagnosis verdict =
+        diagnose(session.model, session.trials, session.held_out, quick());
+    ++tried;
+    bool right = false;
+    for (const Cause& cause : verdict.causes) {
+      right = right || cause.finding.hypothesis == limit.hypothesis;
+      for (const Rival& rival : cause.finding.tied_with) {
+        right = right || rival.hypothesis == limit.hypothesis;
+      }
+    }
+    named += right;
+    if (!right) missed += limit.hypothesis.name() + " ";
+  }
+  EXPECT_GE(tried, 12);
+  EXPECT_GE(named, tried - 2) << missed;
+}
+
+TEST(Diagnosis, MeasuresWhatNamingGainsAndConfirmsIt) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Session session =
+      session_of({.effects = {effect_of(rig, "joint_backlash", "joint2", {4e-4})}, .seed = 3});
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out);
+  ASSERT_EQ(verdict.causes.size(), 1U);
+  const Cause& cause = verdict.causes[0];
+  EXPECT_EQ(cause.finding.hypothesis.name(), "joint_backlash@joint2");
+  EXPECT_TRUE(cause.confirmed);
+  EXPECT_GT(cause.gain_mm, 0.002);
+  ASSERT_EQ(cause.estimate.size(), 1U);
+  EXPECT_LT(std::abs(cause.estimate[0].value - 4e-4), 4 * cause.estimate[0].sd);
+  const auto row = [&](std::string_view name) -> const GainRow& {
+    for (const GainRow& each : verdict.gain) {
+      if (each.name == name) return each;
+    }
+    throw std::out_of_range(std::string(name));
+  };
+  EXPECT_LT(row("extended").high_mm, 0.0) << "better than calibrated beyond doubt";
+  EXPECT_LT(row("extended").mean_mm, row("calibrated + ANFIS").mean_mm);
+  EXPECT_LT(
+      std::abs(row("without joint_backlash@joint2").mean_mm - row("calibrated").mean_mm), 1e-4);
+  EXPECT_GT(row("extended").removed_share, 0.9);
+}
+
+TEST(Diagnosis, SaysScatterWhereTheNoiseIsLargerThanItsRepeats) {
+  Session session = session_of({.points = 120, .repeats = 2, .seed = 11});
+  // Each point sits somewhere else than the robot says, the same for its repeats.
+  calibration::RandomSequence random(4, 2);
+  for (std::size_t t = 0; t + 1 < session.trials.size(); t += 2) {
+    for (std::size_t d = 0; d < 6; ++d) {
+      const double off = 0.004 * random.normal();
+      *session.trials[t].dial_mm[d] += off;
+      *session.trials[t + 1].dial_mm[d] += off;
+    }
+  }
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  EXPECT_EQ(verdict.noise.source, NoiseSource::kRepeats);
+  EXPECT_LT(std::abs(verdict.noise.sigma_mm - kNoise_mm), 0.2 * kNoise_mm);
+  EXPECT_TRUE(verdict.unexplained.scatter);
+  EXPECT_TRUE(verdict.unexplained.depends_on.empty());
+}
+
+TEST(Diagnosis, OfAFreeMountKnowsEachSamplesAngleOnlyFromItsDials) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Session clean = session_of({.seed = 21, .mount = geometry::Mount::kFree});
+  EXPECT_TRUE(diagnose(clean.model, clean.trials, clean.held_out, quick()).causes.empty());
+  const Session hidden = session_of(
+      {.effects = {effect_of(rig, "dial_gain", "E", {2e-3})},
+       .seed = 21,
+       .mount = geometry::Mount::kFree});
+  const Diagnosis verdict = diagnose(hidden.model, hidden.trials, hidden.held_out, quick());
+  ASSERT_FALSE(verdict.causes.empty());
+  EXPECT_EQ(verdict.causes[0].finding.hypothesis.name(), "dial_gain@E");
+}
+
+TEST(Diagnosis, WithoutG2HoldsOutEveryThirdPointItself) {
+  Session session = session_of({.seed = 2});
+  session.held_out.assign(session.trials.size(), false);
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  EXPECT_TRUE(verdict.held_out_by_program);
+  EXPECT_EQ(verdict.g2_samples, 50);
+}
+
+TEST(Diagnosis, OfTooFewReadingsIsRefusedInWords) {
+  const Session session = session_of({.points = 3});
+  EXPECT_THROW(
+      (void)diagnose(session.model, session.trials, session.held_out, quick()),
+      std::invalid_argument);
+}
+
+TEST(Diagnosis, GivesTheSameAnswerTwiceAndUnderShuffledDialNames) {
+  const geometry::Rig rig = geometry::default_rig();
+  const Session session =
+      session_of({.effects = {effect_of(rig, "dial_lean", "C", {4e-3})}, .seed = 8});
+  DiagnosisSettings settings = quick();
+  const Diagnosis once = diagnose(session.model, session.trials, session.held_out, settings);
+  const Diagnosis twice = diagnose(session.model, session.trials, session.held_out, settings);
+  ASSERT_EQ(once.causes.size(), 1U);
+  EXPECT_EQ(once.causes[0].finding.evidence, twice.causes[0].finding.evidence);
+  // The same rig, its dials listed backwards.
+  geometry::Rig backwards = session.model.rig();
+  std::reverse(backwards.dials.begin(), backwards.dials.end());
+  const simulation::ForwardModel other(backwards);
+  std::vector<simulation::Trial> trials = session.trials;
+  for (auto& trial : trials) std::reverse(trial.dial_mm.begin(), trial.dial_mm.end());
+  const Diagnosis reversed = diagnose(other, trials, session.held_out, settings);
+  ASSERT_EQ(reversed.causes.size(), 1U);
+  EXPECT_EQ(reversed.causes[0].finding.hypothesis.place.name, "C");
+  // Sums in another order.
+  EXPECT_LT(
+      std::abs(once.causes[0].finding.evidence - reversed.causes[0].finding.evidence), 1e-3);
+}
+
+TEST(SimulatedFalseAlarm, IsAboutUniformUnderNoise) {
+  constexpr int kSessions = 12;
+  int below_half = 0;
+  for (int seed = 1; seed <= kSessions; ++seed) {
+    const Session session = session_of({.seed = 300 + static_cast<std::uint64_t>(seed)});
+    DiagnosisSettings settings = quick();
+    settings.null_draws = 60;
+    below_half += diagnose(session.model, session.trials, session.held_out, settings)
+                      .false_alarm_probability < 0.5;
+  }
+  // Binomial of 12: outside 1..11 once in two thousand.
+  EXPECT_GE(below_half, 1);
+  EXPECT_LE(below_half, 11);
+}
+
+}  // namespace
+}  // namespace sixdial::diagnosis
