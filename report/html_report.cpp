@@ -147,7 +147,9 @@ class Page {
           escape_html(box.basis));
     }
     put("<p class=\"headline\">{}</p>\n", escape_html(box.headline));
-    put("<div class=\"words\">\n");
+    const auto filled = std::ranges::count_if(
+        box.lists, [](const OpeningList& each) { return !each.lines.empty(); });
+    put("<div class=\"words{}\">\n", filled == 4 ? " four" : "");
     for (const OpeningList& each : box.lists) list(each.heading, each.kind, each.lines);
     put("</div>\n</section>\n");
     if (!with_charts_) {

@@ -352,13 +352,15 @@ Json dial_signature(
 
 /// Sums of squares of the good readings that fall in a class.
 struct Class {
-  double at = 0.0, before = 0.0, after = 0.0, weight_before = 0.0, weight_after = 0.0;
+  double at = 0.0, before = 0.0, after = 0.0, smooth = 0.0;
+  double weight_before = 0.0, weight_after = 0.0;
   int readings = 0;
   void add(const DiagnosedReadings& data, Eigen::Index row) {
     const double w0 = data.before.weight[row];
     const double w1 = data.after.weight[row];
     before += w0 * data.before.residual_mm[row] * data.before.residual_mm[row];
     after += w1 * data.left_mm[row] * data.left_mm[row];
+    smooth += w1 * data.after.residual_mm[row] * data.after.residual_mm[row];
     weight_before += w0;
     weight_after += w1;
     ++readings;
@@ -374,10 +376,14 @@ void put(Json& json, const Class& each, const std::string& label) {
   json["readings"].push_back(each.readings);
   json["before_mm"].push_back(rms(each.before, each.weight_before));
   json["after_mm"].push_back(rms(each.after, each.weight_after));
+  if (json.contains("smooth_mm")) {
+    json["smooth_mm"].push_back(rms(each.smooth, each.weight_after));
+  }
 }
 
-Json empty_covariate(const char* name, const char* unit, const char* kind) {
-  return {
+Json empty_covariate(
+    const DiagnosedReadings& data, const char* name, const char* unit, const char* kind) {
+  Json json{
       {"covariate", name},
       {"unit", unit},
       {"kind", kind},
@@ -386,6 +392,8 @@ Json empty_covariate(const char* name, const char* unit, const char* kind) {
       {"readings", Json::array()},
       {"before_mm", Json::array()},
       {"after_mm", Json::array()}};
+  if (data.has_unknown) json["smooth_mm"] = Json::array();
+  return json;
 }
 
 /// Ten classes of equally many readings; null where the covariate does not vary.
@@ -400,7 +408,7 @@ Json by_number(
   std::ranges::stable_sort(
       order, [&](Eigen::Index a, Eigen::Index b) { return value[a] < value[b]; });
   if (order.size() < kClasses || !(value[order.back()] > value[order.front()])) return nullptr;
-  Json json = empty_covariate(name, unit, "number");
+  Json json = empty_covariate(data, name, unit, "number");
   for (std::size_t k = 0; k < kClasses; ++k) {
     const std::size_t begin = k * order.size() / kClasses;
     const std::size_t end = (k + 1) * order.size() / kClasses;
@@ -499,7 +507,7 @@ Json left_by_covariate(const DiagnosedReadings& data) {
       if (!label.empty()) classes[label].add(data, row);
     }
     if (classes.empty()) return;
-    Json json = empty_covariate(name, "", "class");
+    Json json = empty_covariate(data, name, "", "class");
     double at = 0.0;
     for (auto& [label, each] : classes) {
       each.at = at * each.readings;

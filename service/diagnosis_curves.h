@@ -13,7 +13,8 @@ struct DiagnosedReadings {
   const diagnosis::Readings& readings;  // exchanged dials set right
   const diagnosis::JointFit& before;    // robot alone
   const diagnosis::JointFit& after;     // with the causes
-  Eigen::VectorXd left_mm;              // after, the unexplained smooth part included
+  Eigen::VectorXd left_mm;              // robot and named causes alone
+  bool has_unknown = false;             // after.residual_mm is less something smooth
 };
 
 /// {quantity, unit, covariate, covariate_unit, is_function, panels [{title, groups [{name, x,
@@ -26,7 +27,8 @@ struct DiagnosedReadings {
     const DiagnosedReadings& data, const diagnosis::Hypothesis& swap);
 
 /// [{covariate, unit, kind: "number" | "class", at [], label [], readings [], before_mm [],
-/// after_mm []}]: RMS of the good readings.
+/// after_mm [], smooth_mm []}]: RMS of the good readings; smooth_mm: less the smooth part that
+/// nobody named, where there is one.
 [[nodiscard]] Json left_by_covariate(const DiagnosedReadings& data);
 /// By sample: {sample, x_mm, y_mm, before_mm [dx, dy], after_mm [dx, dy]} in columns.
 [[nodiscard]] Json tool_shifts(const DiagnosedReadings& data);

@@ -22,6 +22,7 @@ constexpr int kModelStyle = 2;
 constexpr int kOtherMeasuredStyle = 6;
 constexpr int kOtherModelStyle = 1;
 constexpr int kAfterStyle = 3;
+constexpr int kSmoothStyle = 4;
 constexpr int kNoiseStyle = 7;
 constexpr std::size_t kRowsOnPage = 24;
 
@@ -69,9 +70,12 @@ std::optional<report::Figure> signature_figure(const Json& cause) {
       swap ? "Each reading as it was handed over, and as it is with the two dials exchanged, "
              "against what the simulation says of that dial."
            : fmt::format(
-                 "Points: what each sample's readings say of the {} if the model leaves this "
-                 "cause out, all else as fitted. {}: the cause as fitted.",
-                 quantity, plot["is_function"].get<bool>() ? "Line" : "Triangles");
+                 "Points: {} if the model leaves this cause out, all else as fitted. {}: the "
+                 "cause as fitted.",
+                 quantity == "residual"
+                     ? std::string("what is left of each reading, measured minus simulated,")
+                     : fmt::format("what each sample's readings say of the {}", quantity),
+                 plot["is_function"].get<bool>() ? "Line" : "Triangles");
   figure.good = swap ? "Only the exchanged readings lie on the diagonal."
                      : "The points follow the fitted cause over the whole range and scatter "
                        "about it evenly.";
@@ -160,9 +164,21 @@ std::optional<report::Figure> left_figure(const Json& document) {
       column("after_mm", "with the causes", "mm")};
   figure.table.rows_on_page = kRowsOnPage;
   const Json& noise = document["noise"]["sigma_mm"];
-  const bool causes = !document["extended_model"]["effects"].empty() ||
-                      !document["causes"].empty() ||
-                      document["unexplained"]["significant"].get<bool>();
+  const bool causes = !document["extended_model"]["effects"].empty();
+  const bool unknown = !document["unexplained"]["depends_on"].empty();
+  if (unknown) {
+    figure.shows = fmt::format(
+        "Root mean square of measured minus simulated readings, in ten classes of equally many "
+        "readings along each quantity: with the robot alone{}, and less the smooth part that "
+        "nobody named.",
+        causes ? ", with the named causes" : "");
+    figure.good = "The last line is flat and lies on the noise everywhere.";
+  } else if (!causes) {
+    figure.shows =
+        "Root mean square of measured minus simulated readings, in ten classes of equally many "
+        "readings along each quantity.";
+    figure.good = "The line is flat and lies on the noise everywhere.";
+  }
   double worst = 0.0;
   std::string worst_at;
   for (const Json& each : document["by_covariate"]) {
@@ -174,6 +190,8 @@ std::optional<report::Figure> left_figure(const Json& document) {
     panel.y = {.label = "left, rms", .unit = "mm", .low = 0.0};
     Series before{.name = "robot alone", .mark = Mark::kLineAndDots, .style = kMeasuredStyle};
     Series after{.name = "with the causes", .mark = Mark::kLineAndDots, .style = kAfterStyle};
+    Series smooth{
+        .name = "less the smooth unknown", .mark = Mark::kLineAndDots, .style = kSmoothStyle};
     for (std::size_t i = 0; i < each["at"].size(); ++i) {
       const double at = each["at"][i].get<double>();
       if (each["before_mm"][i].is_number()) {
@@ -189,6 +207,10 @@ std::optional<report::Figure> left_figure(const Json& document) {
               fmt::format("{} {} {}", name, text_of(each["label"][i]), text_of(each["unit"]));
         }
       }
+      if (each.contains("smooth_mm") && each["smooth_mm"][i].is_number()) {
+        smooth.x.push_back(at);
+        smooth.y.push_back(each["smooth_mm"][i].get<double>());
+      }
       const auto cell = [&](const char* key) {
         return each[key][i].is_number() ? number(each[key][i].get<double>(), 5)
                                         : report::Cell{};
@@ -199,6 +221,7 @@ std::optional<report::Figure> left_figure(const Json& document) {
     }
     panel.series.push_back(std::move(before));
     if (causes) panel.series.push_back(std::move(after));
+    if (!smooth.x.empty()) panel.series.push_back(std::move(smooth));
     if (noise.is_number()) {
       Series rule{.name = "noise", .mark = Mark::kRuleAcross, .style = kNoiseStyle};
       rule.y = {noise.get<double>()};
@@ -211,8 +234,8 @@ std::optional<report::Figure> left_figure(const Json& document) {
   constexpr int kLow = 210;
   figure.chart.panel_height = kLow;
   figure.here = fmt::format(
-      "After the causes at most {:.4f} mm ({}); noise {}.", worst, worst_at,
-      millimetres(noise));
+      "{}t most {:.4f} mm ({}); noise {}.", causes ? "After the causes a" : "A", worst,
+      worst_at, millimetres(noise));
   return figure;
 }
 
@@ -236,6 +259,13 @@ std::optional<report::Figure> shift_figure(const Json& document) {
       column("before_y_mm", "in y", "mm"), column("after_x_mm", "after, in x", "mm"),
       column("after_y_mm", "in y", "mm")};
   figure.table.rows_on_page = kRowsOnPage;
+  const bool causes = !document["extended_model"]["effects"].empty();
+  if (!causes) {
+    figure.title = "Where in the workspace the simulation is off";
+    figure.shows =
+        "Each arrow: the shift of the tool that explains the residuals of one sample best.";
+    figure.good = "Short arrows without order.";
+  }
   double largest = 0.0;
   std::vector<double> means;
   std::vector<Panel> panels;
@@ -266,6 +296,7 @@ std::optional<report::Figure> shift_figure(const Json& document) {
   }
   if (!(largest > 0.0)) return std::nullopt;
   constexpr double kLongest_mm = 6.0;  // on the table of the chart
+  if (!causes) panels.pop_back();
   for (Panel& panel : panels) {
     panel.arrow_scale = report::round_down(kLongest_mm / largest);
     panel.arrow_key = report::round_down(largest);
@@ -281,8 +312,9 @@ std::optional<report::Figure> shift_figure(const Json& document) {
          number(a[0].get<double>(), 5), number(a[1].get<double>(), 5)});
   }
   figure.here = fmt::format(
-      "Mean length {:.4f} mm before and {:.4f} mm after; noise of one reading {}.", means[0],
-      means[1], millimetres(document["noise"]["sigma_mm"]));
+      "Mean length {:.4f} mm{}; noise of one reading {}.", means[0],
+      causes ? fmt::format(" before and {:.4f} mm after", means[1]) : std::string(),
+      millimetres(document["noise"]["sigma_mm"]));
   return figure;
 }
 

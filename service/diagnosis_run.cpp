@@ -171,6 +171,20 @@ void add_gross_readings(
   document["gross_readings"] = std::move(list);
 }
 
+/// How far the two dials' readings are from each other [mm].
+double exchanged_rms(const diagnosis::Readings& readings, const Hypothesis& swap) {
+  double squares = 0.0;
+  int count = 0;
+  for (const simulation::Trial& trial : readings.trials()) {
+    const auto& one = trial.dial_mm[static_cast<std::size_t>(swap.place.dial)];
+    const auto& other = trial.dial_mm[static_cast<std::size_t>(swap.place.other_dial)];
+    if (!one || !other) continue;
+    squares += (*one - *other) * (*one - *other);
+    ++count;
+  }
+  return std::sqrt(squares / std::max(1, count));
+}
+
 Json gain_row_json(const diagnosis::GainRow& row, const diagnosis::Readings& readings) {
   Json by_dial = Json::object();
   const auto& dials = readings.model().rig().dials;
@@ -328,6 +342,20 @@ Json inputs_json(
         {"most_causes", settings.search.most_causes}}}};
 }
 
+/// What robot and named causes leave if nothing smooth and nameless is fitted with them.
+Eigen::VectorXd left_without_the_unknown(
+    const diagnosis::Readings& readings, const diagnosis::Identification& identified) {
+  const diagnosis::JointFit& after = identified.extended;
+  if (identified.unknown.empty()) return after.residual_mm;
+  if (after.effects.empty()) return identified.baseline.residual_mm;
+  return diagnosis::fit_jointly(readings, after.model, after.effects, &after).residual_mm;
+}
+
+double rms_of_good(const DiagnosedReadings& data) {
+  const Eigen::VectorXd& weight = data.after.weight;
+  return std::sqrt(weight.dot(data.left_mm.cwiseAbs2()) / std::max(1e-12, weight.sum()));
+}
+
 /// Which samples judge only; none where that would leave nothing to fit.
 std::vector<bool> held_out_of(
     const session::Session& session, const std::vector<simulation::Trial>& trials) {
@@ -347,6 +375,10 @@ void add_findings(
     Json json = cause_json(cause);
     json["signature_plot"] = nullptr;
     if (found.identified.swap && cause.finding.hypothesis == *found.identified.swap) {
+      const double rms_mm = exchanged_rms(data.readings, *found.identified.swap);
+      json["estimate"] = {estimate_json("difference_rms", rms_mm, "mm", nullptr)};
+      json["visible_ratio"] = finite(rms_mm / found.noise.sigma_mm);
+      json["size_in_words"] = size_in_words(json);
       json["signature_plot"] = signature_of_swap(data, *found.identified.swap);
     }
     for (std::size_t i = 0; i < data.after.effects.size(); ++i) {
@@ -406,9 +438,7 @@ Json diagnose(
   const diagnosis::JointFit& after = found.identified.extended;
   const DiagnosedReadings data{
       readings, found.identified.baseline, after,
-      found.identified.unknown.empty()
-          ? after.residual_mm
-          : Eigen::VectorXd(after.residual_mm + after.random * after.u)};
+      left_without_the_unknown(readings, found.identified), !found.identified.unknown.empty()};
 
   Json document{
       {"schema", "sixdial.diagnosis"},
@@ -420,7 +450,7 @@ Json diagnose(
   document["unexplained"] = {
       {"significant", found.unexplained.significant},
       {"depends_on", found.unexplained.depends_on},
-      {"rms_mm", finite(found.unexplained.rms_mm)},
+      {"rms_mm", finite(rms_of_good(data))},
       {"noise_mm", finite(found.noise.sigma_mm)},
       {"scatter", found.unexplained.scatter}};
   document["dependence"] = Json::array();

@@ -85,7 +85,9 @@ std::string certainty_of(const Json& cause) {
 Section summary(const Json& document) {
   const Json& verdict = document["verdict"];
   Section section{.id = "diagnosis", .heading = "What the simulation gets wrong"};
-  section.blocks.emplace_back(verdict["headline"].get<std::string>());
+  for (const Json& line : verdict["found"]) {
+    section.blocks.emplace_back(line.get<std::string>());
+  }
   if (!document["causes"].empty()) {
     Table table{.id = "causes", .caption = "Causes found"};
     table.columns = {
@@ -131,9 +133,8 @@ Section cause_section(const Json& cause, int index) {
   section.blocks.emplace_back(first);
   if (cause["delta_bic"].is_number()) {
     section.blocks.emplace_back(fmt::format(
-        "Without it the data would be less probable by a factor of 10^{:.0f} (BIC difference "
-        "{:.0f}).",
-        number_of(cause["delta_bic"]) / (2.0 * std::numbers::ln10),
+        "Evidence for it: BIC difference {:.0f} against a model without it; 6 to 10 is strong, "
+        "more is very strong.",
         number_of(cause["delta_bic"])));
   }
   section.blocks.emplace_back("How it shows: " + text_of(cause["signature"]));
@@ -167,8 +168,10 @@ Section gross_section(const Json& document) {
 Section left_section(const Json& document) {
   Section section{.id = "left", .heading = "What is left, and whether that is noise"};
   section.blocks.emplace_back(fmt::format(
-      "Noise of a reading: {}. The good readings leave {} rms after the causes.",
-      text_of(document["noise"]["in_words"]), millimetres(document["unexplained"]["rms_mm"])));
+      "Noise of a reading: {}. What the good readings leave{}: {} rms.",
+      text_of(document["noise"]["in_words"]),
+      document["extended_model"]["effects"].empty() ? "" : " after the causes",
+      millimetres(document["unexplained"]["rms_mm"])));
   if (auto figure = left_figure(document)) section.blocks.emplace_back(std::move(*figure));
   if (auto figure = shift_figure(document)) section.blocks.emplace_back(std::move(*figure));
   Table classes{.id = "left_by_class", .caption = "What is left by dial and direction (rms)"};
@@ -222,7 +225,7 @@ Section left_section(const Json& document) {
 
 std::string row_name(const Json& row) {
   const std::string without = text_of(row["without"]);
-  return without.empty() ? text_of(row["name"]) : "extended without " + name_in_words(without);
+  return without.empty() ? text_of(row["name"]) : "without " + name_in_words(without);
 }
 
 Section gain_section(const Json& document) {
@@ -246,11 +249,11 @@ Section gain_section(const Json& document) {
       column("mean_mm", "mean", "mm", "position error"),
       column("std_mm", "std", "mm", "position error"),
       column("max_mm", "max", "mm", "position error"),
-      column("rms_mm", "of the readings, rms", "mm"),
+      column("rms_mm", "readings, rms", "mm"),
       column("difference_mm", "change", "mm", "mean against calibrated"),
-      column("low_mm", "95 % from", "mm", "mean against calibrated"),
+      column("low_mm", "from", "mm", "mean against calibrated"),
       column("high_mm", "to", "mm", "mean against calibrated"),
-      column("removed_percent", "explainable error removed", "%")};
+      column("removed_percent", "removed", "%")};
   Table dials{.id = "gain_by_dial", .caption = "Held-out residual by dial (rms)"};
   dials.columns = {column("model", "model")};
   for (const auto& [dial, value] : document["gain"][0]["rms_by_dial_mm"].items()) {
@@ -270,10 +273,12 @@ Section gain_section(const Json& document) {
     dials.rows.push_back(std::move(by_dial));
   }
   table.notes.emplace_back(
-      "Position error: the shift of the tool that explains a sample's residuals best. Interval "
-      "of the change by drawing poses anew (bootstrap). A row \"extended without\" a cause "
-      "shows what that one alone is worth. Explainable: above the noise; a dash where there is "
-      "next to nothing.");
+      "Position error: the shift of the tool that explains a sample's residuals best. From, "
+      "to: "
+      "95 % interval of the change, by drawing poses anew (bootstrap). A row \"without\" a "
+      "cause shows what that one alone is worth. Removed: share of the calibrated robot's "
+      "error "
+      "above the noise; a dash where there is next to none.");
   section.blocks.emplace_back(std::move(table));
   section.blocks.emplace_back(std::move(dials));
   for (const Json& cause : document["causes"]) {
@@ -388,8 +393,13 @@ report::Opening opening_of(const Json& document) {
   box.mood = kind == "nothing"                        ? "good"
              : kind == "unknown" || kind == "scatter" ? "bad"
                                                       : "open";
-  box.headline = kind == "nothing" ? text_of(verdict["headline"]) : text_of(verdict["gain"]);
-  const bool extended = !document["extended_model"]["effects"].empty();
+  box.headline = text_of(verdict["gain"]);
+  if (kind == "nothing") {
+    box.headline = "Nothing was found that the simulation gets wrong. " + box.headline;
+  }
+  const bool extended = std::any_of(
+      document["causes"].begin(), document["causes"].end(),
+      [](const Json& cause) { return !is_data_fault(cause); });
   for (const Json& row : document["gain"]) {
     if (row["name"] == "calibrated" && extended) box.before_mm = number_of(row["mean_mm"]);
     if (row["name"] == "extended" && extended) box.after_mm = number_of(row["mean_mm"]);
@@ -404,6 +414,9 @@ report::Opening opening_of(const Json& document) {
   box.lists.push_back({"How sure", "cautions", lines_of(verdict["trust"])});
   box.lists.push_back(
       {"What could not be judged", "not_judged", lines_of(verdict["not_judged"])});
+  if (verdict["not_judged"].empty()) {
+    box.lists.back().lines = {"Nothing: every cause could be tested at every place."};
+  }
   return box;
 }
 

@@ -109,8 +109,18 @@ bool is_data_fault(const Json& cause) {
   return cause["cause"] == "outliers" || cause["cause"] == "stale_reading";
 }
 
+/// Tied with "nothing at all" only.
+bool is_doubtful(const Json& cause) {
+  return cause["tied_with"].size() == 1 && cause["tied_with"][0]["cause"] == "none";
+}
+
 std::string found_line(const Json& cause) {
   const std::string size = size_in_words(cause);
+  if (is_doubtful(cause)) {
+    return fmt::format(
+        "Perhaps {}: {}; too weak to be sure that there is anything (odds {} to 1).",
+        named(cause), size, odds_text(number_of(cause["tied_with"][0]["log_odds"])));
+  }
   std::string line = capital(named(cause));
   if (!size.empty()) line += ": " + size;
   if (cause["certainty"] == "tied") {
@@ -128,6 +138,13 @@ std::string found_line(const Json& cause) {
   return line + fmt::format("; {}.", text_of(cause["standing"]));
 }
 
+/// Something was named that a model of the session has and the calibrated robot has not.
+bool explains_readings(const Json& document) {
+  return std::any_of(
+      document["causes"].begin(), document["causes"].end(),
+      [](const Json& cause) { return !is_data_fault(cause); });
+}
+
 std::string gain_sentence(const Json& document) {
   const Json* calibrated = row_of(document, "calibrated");
   const Json* extended = row_of(document, "extended");
@@ -143,7 +160,7 @@ std::string gain_sentence(const Json& document) {
                                      : fmt::format(
                                            "; a network on joint angles instead (ANFIS): {}",
                                            millimetres((*network)["mean_mm"]));
-  if (extended == nullptr || document["extended_model"]["effects"].empty()) {
+  if (extended == nullptr || !explains_readings(document)) {
     return fmt::format(
         "The mean position error {} is {} after calibration{}.", where,
         millimetres((*calibrated)["mean_mm"]), by_network);
@@ -168,6 +185,10 @@ std::string kind_of(const Json& document) {
 std::string title_of(const Json& document, const std::string& kind) {
   std::vector<std::string> names;
   for (const Json& cause : document["causes"]) {
+    if (is_doubtful(cause)) {
+      names.push_back("perhaps " + named(cause));
+      continue;
+    }
     std::vector<std::string> either{named(cause)};
     for (const Json& rival : cause["tied_with"]) {
       either.push_back(rival["cause"] == "none" ? "nothing" : named(rival));
@@ -178,7 +199,7 @@ std::string title_of(const Json& document, const std::string& kind) {
       either.resize(kMost);
       either.push_back(fmt::format("one of {} more", more));
     }
-    names.push_back(list_of(either, "or"));
+    names.push_back((either.size() > 1 ? "either " : "") + list_of(either, "or"));
   }
   if (kind == "unknown" || kind == "scatter") {
     names.push_back(
@@ -239,6 +260,12 @@ std::vector<std::string> to_do(const Json& document) {
   for (const Json& cause : document["causes"]) {
     const std::string advice = text_of(cause["advice"]);
     if (advice.empty()) continue;
+    if (is_doubtful(cause)) {
+      lines.push_back(capital(fmt::format(
+          "{}: nothing yet; measure again, with more points, and see whether it comes back.",
+          named(cause))));
+      continue;
+    }
     lines.push_back(fmt::format("{}: {}", capital(named(cause)), advice));
   }
   const std::string kind = kind_of(document);
@@ -254,7 +281,10 @@ std::vector<std::string> to_do(const Json& document) {
         "Repeat some poses with full re-approach: whether the dials or the robot scatter shows "
         "there.");
   }
-  if (kind == "tied") {
+  const bool rivals = std::any_of(
+      document["causes"].begin(), document["causes"].end(),
+      [](const Json& cause) { return !cause["tied_with"].empty() && !is_doubtful(cause); });
+  if (rivals) {
     lines.emplace_back(
         "Before repairing what is tied, measure poses that separate the candidates: other "
         "working modes, a wider range of joint angles, both approach directions.");
@@ -269,9 +299,8 @@ std::vector<std::string> trust(const Json& document) {
   std::vector<std::string> lines;
   const double chance = number_of(document["false_alarm_probability"]);
   const auto draws = document["inputs"]["settings"]["null_draws"].get<int>();
-  const bool physical = std::any_of(
-      document["causes"].begin(), document["causes"].end(),
-      [](const Json& cause) { return !is_data_fault(cause); });
+  // The chance is of the effects' search: readings that are set right are left to it.
+  const bool physical = !document["extended_model"]["effects"].empty();
   if (physical || document["unexplained"]["significant"].get<bool>()) {
     lines.push_back(
         draws > 0 && chance * (draws + 1) < 1.5
@@ -298,9 +327,11 @@ std::vector<std::string> trust(const Json& document) {
   }
   if (const auto names = standing("suspected"); !names.empty()) {
     lines.push_back(capital(fmt::format(
-        "{}: suspected only, as one half of the points alone does not show it clearly; measure "
-        "more before spending money on it.",
-        list_of(names))));
+        "{}: suspected only, {}", list_of(names),
+        document["gain"].empty()
+            ? "as the held-out points were not asked (no gain was computed)."
+            : "as the fitted points or the held-out ones alone do not show it clearly; measure "
+              "more before spending money on it.")));
   }
   if (!document["unexplained"]["significant"].get<bool>()) {
     lines.push_back(remainder_sentence(document));
@@ -363,6 +394,9 @@ std::string size_in_words(const Json& cause) {
         "{} {}, {:.3f} mm rms", estimate[0]["value"].get<int>(),
         estimate[0]["value"].get<int>() == 1 ? "reading" : "readings",
         number_of(estimate[1]["value"]));
+  }
+  if (id == "dial_swap") {
+    return fmt::format("they differ by {:.2f} mm rms", number_of(estimate[0]["value"]));
   }
   if (id == "step") {
     const Json x = estimate_of(cause, "shift");
