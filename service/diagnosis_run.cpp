@@ -301,6 +301,15 @@ Json residuals_json(const DiagnosedReadings& data) {
 
 Json noise_json(const diagnosis::Noise& noise, bool dials) {
   const bool repeats = noise.source == diagnosis::NoiseSource::kRepeats;
+  if (!(noise.sigma_mm > 0.0)) {
+    return {
+        {"source", "rig_file"},
+        {"sigma_mm", nullptr},
+        {"degrees_of_freedom", 0},
+        {"in_words",
+         "not known: the positions came without an uncertainty, and there are too few "
+         "repeats"}};
+  }
   return {
       {"source", repeats ? "repeats" : "rig_file"},
       {"sigma_mm", finite(noise.sigma_mm)},
@@ -451,7 +460,7 @@ Json diagnose(
       {"significant", found.unexplained.significant},
       {"depends_on", found.unexplained.depends_on},
       {"rms_mm", finite(rms_of_good(data))},
-      {"noise_mm", finite(found.noise.sigma_mm)},
+      {"noise_mm", found.noise.sigma_mm > 0.0 ? Json(found.noise.sigma_mm) : Json(nullptr)},
       {"scatter", found.unexplained.scatter}};
   document["dependence"] = Json::array();
   for (const diagnosis::Dependence& each : found.dependence) {

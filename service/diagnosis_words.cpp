@@ -105,6 +105,27 @@ const Json* row_of(const Json& document, std::string_view name) {
   return nullptr;
 }
 
+/// "dial E reading" -> "the reading of dial E".
+std::string covariate_in_words(const std::string& name) {
+  constexpr std::string_view kReading = " reading";
+  if (name.starts_with("dial ") && name.ends_with(kReading)) {
+    return "the reading of " + name.substr(0, name.size() - kReading.size());
+  }
+  if (name == "gamma") return "the cuboid's angle";
+  if (name == "approach1" || name == "approach2") {
+    return fmt::format("the side that joint {} arrives from", name.back());
+  }
+  return name;
+}
+
+std::string covariates_in_words(const Json& document, std::string_view last = "and") {
+  std::vector<std::string> names;
+  for (const Json& each : document.at("unexplained").at("depends_on")) {
+    names.push_back(covariate_in_words(each.get<std::string>()));
+  }
+  return list_of(names, last);
+}
+
 bool is_data_fault(const Json& cause) {
   return cause["cause"] == "outliers" || cause["cause"] == "stale_reading";
 }
@@ -185,6 +206,7 @@ std::string kind_of(const Json& document) {
 std::string title_of(const Json& document, const std::string& kind) {
   std::vector<std::string> names;
   for (const Json& cause : document["causes"]) {
+    if (is_data_fault(cause)) continue;
     if (is_doubtful(cause)) {
       names.push_back("perhaps " + named(cause));
       continue;
@@ -201,22 +223,25 @@ std::string title_of(const Json& document, const std::string& kind) {
     }
     names.push_back((either.size() > 1 ? "either " : "") + list_of(either, "or"));
   }
-  if (kind == "unknown" || kind == "scatter") {
-    names.push_back(
-        kind == "scatter"
-            ? "scatter above the noise"
-            : fmt::format(
-                  "something unknown that depends on {}",
-                  list_of(
-                      document["unexplained"]["depends_on"].get<std::vector<std::string>>())));
+  if (kind == "scatter") names.emplace_back("scatter above the noise");
+  if (kind == "unknown") {
+    names.push_back("something unknown that depends on " + covariates_in_words(document));
   }
-  return names.empty() ? "Nothing found" : capital(list_of(names));
+  // What readings went wrong comes last: it says nothing of the robot.
+  std::string title = list_of(names);
+  for (const Json& cause : document["causes"]) {
+    if (is_data_fault(cause)) title += (title.empty() ? "" : "; ") + named(cause);
+  }
+  return title.empty() ? "Nothing found" : capital(title);
 }
 
 std::string remainder_sentence(const Json& document) {
   const Json& left = document["unexplained"];
   const std::string rms = millimetres(left["rms_mm"]);
   const std::string noise = text_of(document["noise"]["in_words"]);
+  if (!(number_of(left["noise_mm"]) > 0.0)) {
+    return fmt::format("What is left: {} rms. The noise is {}.", rms, noise);
+  }
   if (!left["significant"].get<bool>()) {
     return fmt::format("What is left ({} rms) is the dials' noise ({}).", rms, noise);
   }
@@ -228,7 +253,7 @@ std::string remainder_sentence(const Json& document) {
   return fmt::format(
       "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
       "explains it, so none is named for it.",
-      rms, noise, list_of(left["depends_on"].get<std::vector<std::string>>()));
+      rms, noise, covariates_in_words(document));
 }
 
 /// not_testable by reason: "4 places: ...".
@@ -274,7 +299,7 @@ std::vector<std::string> to_do(const Json& document) {
         "Look for something that changes with {}; the charts of what is left show its course. "
         "Until it is found, a residual model (ANFIS) can be tried where it depends on the "
         "pose.",
-        list_of(document["unexplained"]["depends_on"].get<std::vector<std::string>>(), "or")));
+        covariates_in_words(document, "or")));
   }
   if (kind == "scatter") {
     lines.emplace_back(
@@ -302,15 +327,22 @@ std::vector<std::string> trust(const Json& document) {
   // The chance is of the effects' search: readings that are set right are left to it.
   const bool physical = !document["extended_model"]["effects"].empty();
   if (physical || document["unexplained"]["significant"].get<bool>()) {
-    lines.push_back(
-        draws > 0 && chance * (draws + 1) < 1.5
-            ? fmt::format(
-                  "None of {} simulated sessions of pure noise looked as much like a cause as "
-                  "this one.",
-                  draws)
-            : fmt::format(
-                  "Of sessions of pure noise a share of {:.2g} looks as much like some cause.",
-                  chance));
+    constexpr double kAboutOneDraw = 1.5;
+    constexpr double kMillionth = 1e-6;
+    if (draws > 0 && chance * (draws + 1) < kAboutOneDraw) {
+      lines.push_back(fmt::format(
+          "None of {} simulated sessions of pure noise looked as much like a cause as this "
+          "one.",
+          draws));
+    } else if (chance < kMillionth) {
+      lines.emplace_back(
+          "Of sessions of pure noise fewer than one in a million looks as much like a cause "
+          "(by formula, none were simulated).");
+    } else {
+      lines.push_back(fmt::format(
+          "Of sessions of pure noise a share of {:.2g} looks as much like some cause.",
+          chance));
+    }
   }
   const auto standing = [&](const char* word) {
     std::vector<std::string> names;
@@ -427,9 +459,13 @@ std::string millimetres(const Json& value) {
 Json verdict_in_words(const Json& document) {
   const std::string kind = kind_of(document);
   std::vector<std::string> found;
-  for (const Json& cause : document["causes"]) found.push_back(found_line(cause));
-  if (document["unexplained"]["significant"].get<bool>()) {
-    found.push_back(remainder_sentence(document));
+  for (const bool faults : {false, true}) {
+    for (const Json& cause : document["causes"]) {
+      if (is_data_fault(cause) == faults) found.push_back(found_line(cause));
+    }
+    if (!faults && document["unexplained"]["significant"].get<bool>()) {
+      found.push_back(remainder_sentence(document));
+    }
   }
   if (found.empty()) found.push_back("No cause of the catalogue shows itself in this session.");
   std::string headline;
