@@ -25,6 +25,7 @@ constexpr int kAfterStyle = 3;
 constexpr int kSmoothStyle = 4;
 constexpr int kNoiseStyle = 7;
 constexpr std::size_t kRowsOnPage = 24;
+constexpr std::size_t kMostMarks = 1500;
 
 std::string text_of(const Json& json) {
   return json.is_string() ? json.get<std::string>() : std::string();
@@ -44,6 +45,35 @@ double rms_between(const Json& a, const Json& b, double sum, std::size_t& count)
     ++count;
   }
   return sum;
+}
+
+/// An even choice of the marks of each series, at most so many on the whole chart: a page stays
+/// small for any session. Says so in `figure.shows`; the table keeps all.
+void thin(report::Figure& figure, std::size_t most) {
+  std::size_t marks = 0;
+  std::size_t series_count = 0;
+  for (const Panel& panel : figure.chart.panels) {
+    for (const Series& series : panel.series) {
+      marks += series.x.size();
+      ++series_count;
+    }
+  }
+  if (marks <= most || series_count == 0) return;
+  const std::size_t share = std::max<std::size_t>(2, most / series_count);
+  for (Panel& panel : figure.chart.panels) {
+    for (Series& series : panel.series) {
+      const std::size_t n = series.x.size();
+      if (n <= share) continue;
+      for (std::vector<double>* values : {&series.x, &series.y, &series.dx, &series.dy}) {
+        if (values->size() != n) continue;
+        for (std::size_t k = 0; k < share; ++k) {
+          (*values)[k] = (*values)[k * (n - 1) / (share - 1)];
+        }
+        values->resize(share);
+      }
+    }
+  }
+  figure.shows += " An even choice of them is drawn; the CSV and JSON forms have all.";
 }
 
 std::string capital(std::string text) {
@@ -303,6 +333,7 @@ std::optional<report::Figure> shift_figure(const Json& document) {
     figure.chart.panels.push_back(std::move(panel));
   }
   figure.chart.panels_in_a_row = 2;
+  thin(figure, kMostMarks);
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Json& b = shifts["before_mm"][i];
     const Json& a = shifts["after_mm"][i];

@@ -118,7 +118,14 @@ Json whole_result(LineClient& client, const Json& result) {
   }
 }
 
-TEST(ExtendedCommand, OnARobotWithBacklashItReachesWhatThePapersMethodCannot) {
+struct Hidden {
+  const char* effect;  // of the mock rig
+  const char* named;   // as the diagnosis must say
+  double least_gain;   // error by the paper's method over that by the extended model
+};
+struct CommandedRobot : ::testing::TestWithParam<Hidden> {};
+
+TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
   mock_devices::MockRigOptions mock_options;
   mock_options.world.rig = geometry::default_rig();
   mock_options.world.robot.parameters = geometry::table_2_robot();
@@ -126,7 +133,7 @@ TEST(ExtendedCommand, OnARobotWithBacklashItReachesWhatThePapersMethodCannot) {
   mock_options.world.dials.hysteresis_mm = 0.0;
   mock_options.world.seed = 2021;
   mock_options.world.effects = {
-      mock_devices::parse_effect(mock_options.world.rig, "joint_backlash:joint2:0.001", 1)};
+      mock_devices::parse_effect(mock_options.world.rig, GetParam().effect, 1)};
   mock_options.clock_speed = kSpeed;
   mock_devices::MockRig mock(mock_options);
   mock.start();
@@ -175,7 +182,7 @@ TEST(ExtendedCommand, OnARobotWithBacklashItReachesWhatThePapersMethodCannot) {
           cause["cause"].get<std::string>() + "@" + cause["where"].get<std::string>());
     }
   }
-  ASSERT_EQ(named, std::vector<std::string>{"joint_backlash@joint2"});
+  ASSERT_EQ(named, std::vector<std::string>{GetParam().named});
 
   const Json target = client.call(
       "compensate.target", {{"session", "demo"},
@@ -195,15 +202,21 @@ TEST(ExtendedCommand, OnARobotWithBacklashItReachesWhatThePapersMethodCannot) {
     EXPECT_EQ(method["errors"]["points"], 15);
     mean_mm[method["id"]] = method["errors"]["mean_mm"];
   }
-  // Half of 0.001 rad at some 40 mm of lever is 0.02 mm, which no function of the angles has.
-  EXPECT_GT(mean_mm["full"], 0.01);
-  EXPECT_LT(mean_mm["extended"], 0.4 * mean_mm["full"]);
+  EXPECT_GT(mean_mm["full"], GetParam().least_gain * mean_mm["extended"]);
   // A position from three dials of 0.002 mm noise.
   EXPECT_LT(mean_mm["extended"], 0.005);
   RecordProperty("kinematics_mm", std::to_string(mean_mm["kinematics"]));
   RecordProperty("full_mm", std::to_string(mean_mm["full"]));
   RecordProperty("extended_mm", std::to_string(mean_mm["extended"]));
 }
+
+// The side that a joint arrives from is no function of the angles: no network has it. An
+// eccentricity is one, and ANFIS learns most of it; naming it must do about as well.
+INSTANTIATE_TEST_SUITE_P(
+    , CommandedRobot,
+    ::testing::Values(
+        Hidden{"joint_backlash:joint2:0.001", "joint_backlash@joint2", 2.5},
+        Hidden{"joint_eccentricity:joint2:0.01", "joint_eccentricity@joint2", 0.7}));
 
 }  // namespace
 }  // namespace sixdial::service
