@@ -447,7 +447,8 @@ TEST(DiagnosisJob, GivesThroughTheSocketWhatTheBundleGivesHere) {
       "invalid_params");
   EXPECT_EQ(
       error_code_of(client.call(
-          "diagnose.report", {{"session", "demo"}, {"path", "/tmp/never-written.html"}})),
+          "diagnose.report",
+          {{"session", "demo"}, {"path", (running.directory() / "none.html").string()}})),
       "not_found");
 
   const Json done = finished(
