@@ -83,7 +83,9 @@ class Page {
     fact("Report made", readable_time(h.reported));
     const auto result = result_index(data_);
     const std::string method = result ? data_.methods[*result].name : "";
-    fact("Method", h.profile.empty() || !result ? method : method + ", profile " + h.profile);
+    if (!data_.opening) {
+      fact("Method", h.profile.empty() || !result ? method : method + ", profile " + h.profile);
+    }
     fact(
         "Temperature", h.temperature_min_c && h.temperature_max_c
                            ? fmt::format(
@@ -111,28 +113,44 @@ class Page {
     put("</ul>\n</div>\n");
   }
 
-  void state() {
+  [[nodiscard]] Opening opening() const {
+    if (data_.opening) return *data_.opening;
     const Verdict v = verdict(data_);
-    const std::string_view kind = v.state == RobotState::kCalibrated    ? "good"
-                                  : v.state == RobotState::kNotImproved ? "bad"
-                                                                        : "open";
-    put("<section class=\"state {}\" id=\"state\">\n<h2>State of the robot: <span "
-        "class=\"verdict\">{}</span></h2>\n",
-        kind, escape_html(v.title));
+    Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
+    out.mood = v.state == RobotState::kCalibrated    ? "good"
+               : v.state == RobotState::kNotImproved ? "bad"
+                                                     : "open";
     if (v.state != RobotState::kUnknown) {
-      const int decimals = v.after_mm < 0.02 ? 4 : 3;
+      out.before_mm = v.before_mm;
+      out.after_mm = v.after_mm;
+      out.basis = "mean position error before and after, " + v.basis;
+    }
+    out.lists = {
+        {"What to do", "to_do", v.to_do},
+        {"How far to trust it", "cautions", v.cautions},
+        {"What could not be judged", "not_judged", v.not_judged}};
+    out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());
+    return out;
+  }
+
+  void state() {
+    const Opening box = opening();
+    put("<section class=\"state {}\" id=\"state\">\n<h2>{}: <span "
+        "class=\"verdict\">{}</span></h2>\n",
+        box.mood, escape_html(box.subject), escape_html(box.title));
+    if (box.before_mm && box.after_mm) {
+      const int decimals = *box.after_mm < 0.02 ? 4 : 3;
       put("<div class=\"big\">\n<p class=\"numbers\"><span class=\"before\">{}</span><span "
           "class=\"to\" aria-label=\"became\">\u2192</span><span class=\"after\">{}</span> "
-          "<span class=\"unit\">mm</span></p>\n<p class=\"basis\">mean position error before "
-          "and "
-          "after, {}</p>\n</div>\n",
-          fixed(v.before_mm, decimals), fixed(v.after_mm, decimals), escape_html(v.basis));
+          "<span class=\"unit\">mm</span></p>\n<p class=\"basis\">{}</p>\n</div>\n",
+          fixed(*box.before_mm, decimals), fixed(*box.after_mm, decimals),
+          escape_html(box.basis));
     }
-    put("<p class=\"headline\">{}</p>\n", escape_html(v.headline));
-    put("<div class=\"words\">\n");
-    list("What to do", "to_do", v.to_do);
-    list("How far to trust it", "cautions", v.cautions);
-    list("What could not be judged", "not_judged", v.not_judged);
+    put("<p class=\"headline\">{}</p>\n", escape_html(box.headline));
+    const auto filled = std::ranges::count_if(
+        box.lists, [](const OpeningList& each) { return !each.lines.empty(); });
+    put("<div class=\"words{}\">\n", filled == 4 ? " four" : "");
+    for (const OpeningList& each : box.lists) list(each.heading, each.kind, each.lines);
     put("</div>\n</section>\n");
     if (!with_charts_) {
       put("<p class=\"note\" id=\"no_charts\">{} Figures are given as tables only; all numbers "

@@ -123,8 +123,30 @@ struct Outlier {
   double times_usual = 0.0;  // residual over the robust standard deviation
 };
 
+/// A heading with lines under it in the box that is read first.
+struct OpeningList {
+  std::string heading{};
+  std::string kind{};  // "to_do", "cautions", "not_judged": how it looks
+  std::vector<std::string> lines{};
+};
+
+/// The box that is read first, where the page is not about a calibration.
+struct Opening {
+  std::string subject{};   // "Diagnosis"
+  std::string title{};     // "Backlash of joint 2"
+  std::string mood{};      // "good", "open" or "bad"
+  std::string headline{};  // a few sentences
+  std::optional<double> before_mm{}, after_mm{};
+  std::string basis{};  // what these two are
+  std::vector<OpeningList> lists{};
+};
+
 struct ReportData {
   Head head{};
+  /// Instead of the state of the robot; the sections on a calibration are then left out.
+  std::optional<Opening> opening{};
+  /// In the same box below the state of the robot.
+  std::vector<OpeningList> also{};
 
   std::vector<ParameterRow> parameters{};
   std::vector<Correlation> correlations{};  // those above 0.9 in absolute value

@@ -210,6 +210,11 @@ Section conditions(const ReportData& data) {
 }  // namespace
 
 std::vector<Section> sections_of(const ReportData& data) {
+  if (data.opening) {
+    std::vector<Section> out = data.sections;
+    out.push_back(conditions(data));
+    return out;
+  }
   std::vector<Section> out{accuracy(data), parameters(data)};
   if (Section found = identification(data); !found.blocks.empty())
     out.push_back(std::move(found));

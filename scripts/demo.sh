@@ -67,6 +67,10 @@ printf '   collected in %d s\n' $((SECONDS - collecting))
 say "Calibrating: EKF, two quantum-behaved particle swarms, ANFIS"
 sixdial calibrate demo --seed 1 -o "$out/result.json"
 
+say "Diagnosis: what the simulation gets wrong, and why"
+sixdial --quiet diagnose demo --report "$out/diagnosis.html" -o "$out/diagnosis.json" >"$out/diagnosis.txt" 2>/dev/null
+awk 'NF == 0 { exit } { print "   " $0 }' "$out/diagnosis.txt"
+
 say "Compensation, tried: the G2 targets commanded and measured again (Fig. 7)"
 sixdial compensate demo --target 28,48
 validating=$SECONDS
@@ -77,5 +81,6 @@ say "Report, bundle, numbers"
 sixdial report demo -o "$out/report"
 sixdial session export demo "$out/bundle"
 
+say "Diagnosis: $(head -1 "$out/diagnosis.txt")"
 say "Done. Look at:"
 find "$out" -type f ! -name '*.log' ! -name 'sixdial.db-*' | sort | sed "s|^$PWD/|   |"

@@ -361,7 +361,14 @@ Json calibrate(
 
 Json result_summary(const Json& document) {
   Json summary = document;
-  for (const char* key : {"points", "convergence", "traces", "anfis"}) summary.erase(key);
+  for (const char* key :
+       {"points", "convergence", "traces", "anfis", "residuals", "tool_shift", "by_covariate",
+        "dependence", "gross_readings"}) {
+    summary.erase(key);
+  }
+  if (summary.contains("causes")) {
+    for (Json& cause : summary["causes"]) cause.erase("signature_plot");
+  }
   return summary;
 }
 

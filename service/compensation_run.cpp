@@ -15,7 +15,8 @@ namespace {
 constexpr std::array kNames{
     std::pair{CompensateBy::kBefore, std::string_view("before")},
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
-    std::pair{CompensateBy::kFull, std::string_view("full")}};
+    std::pair{CompensateBy::kFull, std::string_view("full")},
+    std::pair{CompensateBy::kExtended, std::string_view("extended")}};
 constexpr std::size_t kMostNamed = 10;
 
 }  // namespace
@@ -65,7 +66,13 @@ calibration::CompensationModel compensation_model(const Json& document, Compensa
 Json compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
-  const auto found = calibration::compensate(model, target_mm, mode);
+  return compensation_answer(
+      calibration::compensate(model, target_mm, mode), by, target_mm, mode);
+}
+
+Json compensation_answer(
+    const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
+    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
   if (!found) {
     throw Error(
         ErrorCode::kBadData, found.error().message,

@@ -13,16 +13,22 @@
 
 namespace sixdial::service {
 
-/// What commands the robot: the nominal parameters, the identified ones, or these with the
-/// learned residual.
-enum class CompensateBy { kBefore, kKinematics, kFull };
-/// "before", "kinematics", "full".
+/// What commands the robot: the nominal parameters, the identified ones, these with the
+/// learned residual, or the extended model of a diagnosis (extended_command.h).
+enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
+/// "before", "kinematics", "full", "extended".
 [[nodiscard]] std::string_view to_string(CompensateBy by);
 [[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
 
-/// From a sixdial.calibration document. Throws Error bad_data for another document.
+/// From a sixdial.calibration document, not kExtended. Throws Error bad_data for another
+/// document.
 [[nodiscard]] calibration::CompensationModel compensation_model(
     const Json& document, CompensateBy by);
+
+/// {target_mm, mode, by, ...} of a solution; throws Error bad_data for a trouble.
+[[nodiscard]] Json compensation_answer(
+    const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
+    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
 
 /// {target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations}. Throws Error
 /// bad_data that says why the target cannot be had.

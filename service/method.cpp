@@ -14,7 +14,7 @@ std::vector<const Method*> collect_rows() {
   std::vector<const Method*> rows;
   for (const auto group :
        {service_methods(), session_methods(), collect_methods(), job_methods(),
-        result_methods(), compare_methods(), compensation_methods()}) {
+        result_methods(), compare_methods(), diagnosis_methods(), compensation_methods()}) {
     for (const Method& method : group) rows.push_back(&method);
   }
   std::ranges::sort(rows, {}, &Method::name);

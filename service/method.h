@@ -94,6 +94,7 @@ void check_params(const Method& method, const Json& params);
 [[nodiscard]] std::span<const Method> job_methods();
 [[nodiscard]] std::span<const Method> result_methods();
 [[nodiscard]] std::span<const Method> compare_methods();
+[[nodiscard]] std::span<const Method> diagnosis_methods();
 [[nodiscard]] std::span<const Method> compensation_methods();
 
 /// params[name] or a default, for a row that declares it.

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "service/extended_command.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
@@ -20,25 +21,62 @@ CompensateBy by_of(const Json& params) {
   return *compensate_by_from(param_or<std::string>(params, "by", "full"));
 }
 
+/// The diagnosis that `diagnosis` names, else the newest of the session.
+db::ResultRecord extending_record(const Call& call) {
+  Json params = Json::object();
+  if (call.params.contains("diagnosis")) params["result"] = call.params["diagnosis"];
+  if (call.params.contains("session")) params["session"] = call.params["session"];
+  const db::ResultRecord record =
+      diagnosis_record({call.service, params, call.caller, call.sink});
+  if (record.kind == "diagnosis") return record;
+  throw Error(
+      ErrorCode::kBadData,
+      fmt::format("result {} is a {}, not a diagnosis", record.id.value, record.kind),
+      {{"param", "diagnosis"}});
+}
+
 Json target(const Call& call) {
-  const db::ResultRecord record = calibration_record(call);
+  const CompensateBy by = by_of(call.params);
+  const bool extended = by == CompensateBy::kExtended;
+  const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const geometry::Rig rig = call.service.reader().load_rig(record.session);
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
-  Json answer = compensated_target(
-      compensation_model(Json::parse(record.json), by_of(call.params)), by_of(call.params),
-      {call.params.at("x_mm").get<double>(), call.params.at("y_mm").get<double>()}, *mode);
+  const Eigen::Vector2d target_mm(
+      call.params.at("x_mm").get<double>(), call.params.at("y_mm").get<double>());
+  Json answer;
+  if (extended) {
+    CommandMoment moment;
+    moment.approach = {
+        param_or(call.params, "approach1", 0), param_or(call.params, "approach2", 0)};
+    if (call.params.contains("temperature_c")) {
+      moment.temperature_c = call.params["temperature_c"].get<double>();
+    }
+    const ExtendedCommand command(Json::parse(record.json), rig);
+    answer = compensation_answer(command.solve(target_mm, *mode, moment), by, target_mm, *mode);
+  } else {
+    answer = compensated_target(
+        compensation_model(Json::parse(record.json), by), by, target_mm, *mode);
+  }
   answer["result"] = record.id.value;
   return answer;
 }
 
 Json plan(const Call& call) {
-  const db::ResultRecord record = calibration_record(call);
+  const CompensateBy by = by_of(call.params);
+  const bool extended = by == CompensateBy::kExtended;
+  const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const geometry::Rig rig = call.service.reader().load_rig(record.session);
-  const auto text = call.params.at("plan_csv").get<std::string>();
-  const session::Plan compensated = compensated_plan(
-      session::parse_plan(text, "plan", rig),
-      compensation_model(Json::parse(record.json), by_of(call.params)), rig);
+  const Json document = Json::parse(record.json);
+  const session::Plan asked =
+      session::parse_plan(call.params.at("plan_csv").get<std::string>(), "plan", rig);
+  std::optional<double> temperature_c;
+  if (call.params.contains("temperature_c")) {
+    temperature_c = call.params["temperature_c"].get<double>();
+  }
+  const session::Plan compensated =
+      extended ? extended_plan(asked, ExtendedCommand(document, rig), rig, "", temperature_c)
+               : compensated_plan(asked, compensation_model(document, by), rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated);
@@ -77,14 +115,14 @@ ValidationRequest validation_request(const Json& params) {
       throw Error(
           ErrorCode::kInvalidParams,
           fmt::format("parameter 'by' cannot hold '{}'", word.get<std::string>().substr(0, 64)),
-          {{"param", "by"}}, "Any of: before, kinematics, full.");
+          {{"param", "by"}}, "Any of: before, kinematics, full, extended.");
     }
     if (std::ranges::find(request.by, *by) == request.by.end()) request.by.push_back(*by);
   }
   if (request.by.empty()) {
     throw Error(
         ErrorCode::kInvalidParams, "parameter 'by' is empty", {{"param", "by"}},
-        "Any of: before, kinematics, full.");
+        "Any of: before, kinematics, full, extended.");
   }
   return request;
 }
@@ -117,9 +155,14 @@ Json start_validation(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   const Json calibration = Json::parse(record.json);
   const ValidationRequest request = validation_request(call.params);
+  const bool extended =
+      std::ranges::find(request.by, CompensateBy::kExtended) != request.by.end();
+  std::optional<db::ResultRecord> extending;
+  if (extended) extending = extending_record(call);
+  const Json diagnosis = extending ? Json::parse(extending->json) : Json(nullptr);
   const session::Session calibrated = service.reader().load_session(record.session);
   const auto rig_text = param_or<std::string>(call.params, "rig_toml", calibrated.rig_text);
-  session::Plan plan = validation_plan(calibrated, calibration, request);
+  session::Plan plan = validation_plan(calibrated, calibration, request, diagnosis);
   const auto wanted = param_or<std::string>(call.params, "name", "");
   if (!wanted.empty()) check_session_name(wanted);
   if (service.collection().active()) {
@@ -144,9 +187,11 @@ Json start_validation(const Call& call) {
   job.params = call.params;
   job.params.erase("rig_toml");
   const Job started = service.jobs().start(
-      std::move(job), [&service, calibrated, calibration, request, plan = std::move(plan),
-                       rig_text, name, calibration_id = record.id, caller = call.caller,
-                       id = record.session](const JobControl& control, const Job& self) {
+      std::move(job),
+      [&service, calibrated, calibration, request, diagnosis,
+       diagnosis_id = extending ? Json(extending->id.value) : Json(nullptr),
+       plan = std::move(plan), rig_text, name, calibration_id = record.id, caller = call.caller,
+       id = record.session](const JobControl& control, const Job& self) {
         const db::SessionId measured = service.store().create_session(
             name, rig_text, to_operator(caller),
             fmt::format(
@@ -166,8 +211,10 @@ Json start_validation(const Call& call) {
               {{"session", name}}, "What was measured stays in that session; start again.");
         }
         Json document = validation_document(
-            calibrated, calibration, service.reader().load_session(measured), request);
+            calibrated, calibration, service.reader().load_session(measured), request,
+            diagnosis);
         document["inputs"]["calibration_result"] = calibration_id.value;
+        document["inputs"]["diagnosis_result"] = diagnosis_id;
         document["troubles"] = status["troubles"];
         db::NewResult result;
         result.session = id;
@@ -186,13 +233,27 @@ constexpr Param kSession{
     .name = "session", .doc = "its newest calibration is used, unless `result` says which"};
 constexpr Param kResult{
     .name = "result", .type = ParamType::kInteger, .doc = "number of a calibration", .min = 1};
-constexpr std::array<std::string_view, 3> kWays{"before", "kinematics", "full"};
+constexpr std::array<std::string_view, 4> kWays{"before", "kinematics", "full", "extended"};
 constexpr Param kBy{
     .name = "by",
     .doc =
         "before: nominal parameters; kinematics: identified ones; full: with the learned "
-        "residual; default full",
+        "residual; extended: robot and named causes of a diagnosis; default full",
     .one_of = kWays};
+constexpr Param kDiagnosis{
+    .name = "diagnosis",
+    .type = ParamType::kInteger,
+    .doc = "number of a diagnosis, of by extended; default: the newest of the session",
+    .min = 1};
+constexpr Param kTemperature{
+    .name = "temperature_c",
+    .type = ParamType::kNumber,
+    .doc = "of by extended: when it is commanded; default: at the end of the session",
+    .min = -50,
+    .max = 100};
+constexpr Param side(std::string_view name, std::string_view doc) {
+  return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = -1, .max = 1};
+}
 constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr Param coordinate(std::string_view name) {
   return {
@@ -209,11 +270,19 @@ constexpr std::array kTargetParams{
     coordinate("x_mm"),
     coordinate("y_mm"),
     kBy,
-    Param{.name = "mode", .doc = "working mode; default: the rig's", .one_of = kModes}};
+    Param{.name = "mode", .doc = "working mode; default: the rig's", .one_of = kModes},
+    kDiagnosis,
+    kTemperature,
+    side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
+    side("approach2", "the same of joint 2")};
 constexpr std::array kPlanParams{
-    kSession, kResult,
-    Param{.name = "plan_csv", .required = true, .doc = "text of a plan file"}, kBy,
-    Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"}};
+    kSession,
+    kResult,
+    Param{.name = "plan_csv", .required = true, .doc = "text of a plan file"},
+    kBy,
+    Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"},
+    kDiagnosis,
+    kTemperature};
 constexpr std::array kValidateParams{
     kSession,
     kResult,
@@ -221,7 +290,9 @@ constexpr std::array kValidateParams{
     Param{
         .name = "by",
         .type = ParamType::kStringList,
-        .doc = "any of before, kinematics, full; default all, each target in all ways in turn"},
+        .doc = "any of before, kinematics, full, extended; default the first three; each "
+               "target in all ways in turn"},
+    kDiagnosis,
     Param{.name = "name", .doc = "of the new session; default: <session>.validation"},
     Param{
         .name = "rig_toml",
@@ -246,8 +317,9 @@ constexpr std::array kMethods{
         .run = plan},
     Method{
         .name = "validate.start",
-        .summary = "Commands the targets of a set on the robot before, after kinematics and "
-                   "after ANFIS, measures them into a session of its own, and stores the error "
+        .summary = "Commands the targets of a set on the robot before, after kinematics, after "
+                   "ANFIS and by the extended model of a diagnosis, measures them into a "
+                   "session of its own, and stores the error "
                    "reached. A job; answers at once.",
         .params = kValidateParams,
         .result = "as job.status; the job's result is a sixdial.validation document",

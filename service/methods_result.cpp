@@ -126,11 +126,11 @@ Json list(const Call& call) {
   return {{"results", std::move(rows)}};
 }
 
-/// The newest comparison of the same samples; empty if there is none.
-std::optional<db::ResultRecord> comparison_of(
-    const Call& call, const db::ResultRecord& calibration) {
+/// The newest result of a kind from the same samples; empty if there is none.
+std::optional<db::ResultRecord> companion_of(
+    const Call& call, const db::ResultRecord& calibration, const char* kind) {
   std::vector<db::ResultRecord> all =
-      call.service.reader().load_results(calibration.session, "comparison");
+      call.service.reader().load_results(calibration.session, kind);
   std::erase_if(all, [&](const db::ResultRecord& each) {
     return each.data_sha256 != calibration.data_sha256;
   });
@@ -143,15 +143,20 @@ Json write(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   db::Store& reader = call.service.reader();
   const session::Session session = reader.load_session(record.session);
-  const auto comparison = comparison_of(call, record);
+  const auto comparison = companion_of(call, record, "comparison");
+  const auto diagnosis = companion_of(call, record, "diagnosis");
+  const auto document_of = [](const std::optional<db::ResultRecord>& result) {
+    return result ? Json::parse(result->json) : Json(nullptr);
+  };
   const auto files = write_report(
       Json::parse(record.json), session, reader.session_info(record.session).who.name, path,
-      comparison ? Json::parse(comparison->json) : Json(nullptr));
+      document_of(comparison), document_of(diagnosis));
   return {
       {"path", path.string()},
       {"files", files},
       {"result", record.id.value},
-      {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)}};
+      {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
+      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)}};
 }
 
 constexpr Param kResult{
@@ -243,10 +248,13 @@ constexpr std::array kMethods{
         .run = list},
     Method{
         .name = "report.write",
-        .summary = "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
-                   "Shows the newest comparison of the same samples, if there is one.",
+        .summary =
+            "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
+            "Shows the newest comparison and diagnosis of the same samples, if there are any.",
         .params = kWriteParams,
-        .result = "path, files, result, comparison (number of the one it shows, or null)",
+        .result =
+            "path, files, result, comparison and diagnosis (numbers of those it shows, or "
+            "null)",
         .example = R"({"session": "demo", "path": "/srv/rig/report"})",
         .run = write},
 };

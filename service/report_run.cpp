@@ -14,6 +14,7 @@
 #include "service/calibration_run.h"
 #include "service/clock_text.h"
 #include "service/compare_run.h"
+#include "service/diagnosis_run.h"
 #include "service/network_json.h"
 #include "session/bundle.h"
 #include "session/csv.h"
@@ -84,38 +85,6 @@ void flatten(
       rows.emplace_back(name, value.is_string() ? value.get<std::string>() : value.dump());
     }
   }
-}
-
-report::Head head_of(
-    const Json& document, const session::Session& session, const std::string& operator_name) {
-  const Json& inputs = document["inputs"];
-  report::Head head;
-  head.session_name = session.name;
-  head.rig_name = session.rig.name;
-  head.robot = fmt::format(
-      "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
-  head.operator_name = operator_name;
-  head.reported = now_utc_text();
-  head.software_version = inputs["version"].get<std::string>();
-  head.data_hash = inputs["data_hash"].get<std::string>();
-  head.rig_hash = inputs["rig_hash"].get<std::string>();
-  head.seed = inputs["seed"].get<std::uint64_t>();
-  head.profile = inputs["settings"]["profile"].get<std::string>();
-  flatten(inputs["settings"], "", head.settings);
-  add_times_and_temperatures(head, session);
-  for (const geometry::Dial& dial : session.rig.dials) {
-    report::Instrument instrument;
-    instrument.id = dial.id;
-    instrument.description = "digital dial indicator";
-    instrument.connection = dial.connection;
-    instrument.resolution_mm = dial.resolution_mm;
-    instrument.accuracy_mm = dial.accuracy_mm;
-    instrument.repeatability_mm = dial.repeatability_mm;
-    instrument.travel_mm = dial.geometry.travel_mm;
-    instrument.tip_radius_mm = dial.geometry.tip_radius_mm;
-    head.instruments.push_back(std::move(instrument));
-  }
-  return head;
 }
 
 std::vector<report::ParameterRow> parameters_of(const Json& document) {
@@ -315,12 +284,44 @@ void write_text(
 
 }  // namespace
 
+report::Head report_head(
+    const Json& document, const session::Session& session, const std::string& operator_name) {
+  const Json& inputs = document["inputs"];
+  report::Head head;
+  head.session_name = session.name;
+  head.rig_name = session.rig.name;
+  head.robot = fmt::format(
+      "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
+  head.operator_name = operator_name;
+  head.reported = now_utc_text();
+  head.software_version = inputs["version"].get<std::string>();
+  head.data_hash = inputs["data_hash"].get<std::string>();
+  head.rig_hash = inputs["rig_hash"].get<std::string>();
+  head.seed = inputs["seed"].get<std::uint64_t>();
+  head.profile = inputs["settings"].value("profile", "");
+  flatten(inputs["settings"], "", head.settings);
+  add_times_and_temperatures(head, session);
+  for (const geometry::Dial& dial : session.rig.dials) {
+    report::Instrument instrument;
+    instrument.id = dial.id;
+    instrument.description = "digital dial indicator";
+    instrument.connection = dial.connection;
+    instrument.resolution_mm = dial.resolution_mm;
+    instrument.accuracy_mm = dial.accuracy_mm;
+    instrument.repeatability_mm = dial.repeatability_mm;
+    instrument.travel_mm = dial.geometry.travel_mm;
+    instrument.tip_radius_mm = dial.geometry.tip_radius_mm;
+    head.instruments.push_back(std::move(instrument));
+  }
+  return head;
+}
+
 report::ReportData report_data(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const Json& comparison) {
+    const Json& comparison, const Json& diagnosis) {
   check_belongs_together(document, session);
   report::ReportData data;
-  data.head = head_of(document, session, operator_name);
+  data.head = report_head(document, session, operator_name);
   data.parameters = parameters_of(document);
   const Json& identification = document["identification"];
   for (const Json& each : identification["correlations"]) {
@@ -357,13 +358,20 @@ report::ReportData report_data(
         assessment_sections(
             document["assessment"], document["precision"], document["gross_errors"]));
   }
+  if (diagnosis.is_object()) {
+    append(data.sections, diagnosis_sections(diagnosis));
+    data.also.push_back(
+        {"What the simulation gets wrong", "cautions",
+         diagnosis["verdict"]["found"].get<std::vector<std::string>>()});
+  }
   return data;
 }
 
 std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder, const Json& comparison) {
-  const report::ReportData data = report_data(document, session, operator_name, comparison);
+    const std::filesystem::path& folder, const Json& comparison, const Json& diagnosis) {
+  const report::ReportData data =
+      report_data(document, session, operator_name, comparison, diagnosis);
   std::error_code trouble;
   std::filesystem::create_directories(folder, trouble);
   if (trouble) {
@@ -381,6 +389,9 @@ std::vector<std::string> write_report(
   write_text(folder, "calibration.json", document.dump(1) + "\n", files);
   if (comparison.is_object()) {
     write_text(folder, "comparison.json", comparison.dump(1) + "\n", files);
+  }
+  if (diagnosis.is_object()) {
+    write_text(folder, "diagnosis.json", diagnosis.dump(1) + "\n", files);
   }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});

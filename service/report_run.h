@@ -12,19 +12,24 @@
 
 namespace sixdial::service {
 
-/// `document`: "sixdial.calibration"; `comparison`: "sixdial.comparison" or null. Throws Error
-/// bad_data where the document is of another schema or was made from other data than the
-/// session holds.
+/// The head of any document's report: session, instruments, conditions, provenance.
+[[nodiscard]] report::Head report_head(
+    const Json& document, const session::Session& session, const std::string& operator_name);
+
+/// `document`: "sixdial.calibration"; `comparison`: "sixdial.comparison" or null; `diagnosis`:
+/// "sixdial.diagnosis" or null. Throws Error bad_data where the document is of another schema
+/// or was made from other data than the session holds.
 [[nodiscard]] report::ReportData report_data(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const Json& comparison = nullptr);
+    const Json& comparison = nullptr, const Json& diagnosis = nullptr);
 
 /// report.html, report.json, the CSV tables, calibration.json (the document), comparison.json
-/// (where there is one) and, in bundle/, session.csv and rig.toml. The folder is made if
-/// absent; files of these names are replaced. Returns the files, relative to the folder. Throws
-/// Error file.
+/// and diagnosis.json (where there are such) and, in bundle/, session.csv and rig.toml. The
+/// folder is made if absent; files of these names are replaced. Returns the files, relative to
+/// the folder. Throws Error file.
 [[nodiscard]] std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder, const Json& comparison = nullptr);
+    const std::filesystem::path& folder, const Json& comparison = nullptr,
+    const Json& diagnosis = nullptr);
 
 }  // namespace sixdial::service

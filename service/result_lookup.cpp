@@ -7,7 +7,10 @@
 
 namespace sixdial::service {
 
-db::ResultRecord calibration_record(const Call& call) {
+namespace {
+
+db::ResultRecord record_of(
+    const Call& call, const char* kind, const char* none_yet, const char* hint) {
   db::Store& reader = call.service.reader();
   if (call.params.contains("result")) {
     return reader.load_result({call.params["result"].get<std::int64_t>()});
@@ -18,14 +21,25 @@ db::ResultRecord calibration_record(const Call& call) {
         {{"param", "result"}});
   }
   const auto name = call.params["session"].get<std::string>();
-  std::vector<db::ResultRecord> all =
-      reader.load_results(reader.find_session(name), "calibration");
+  std::vector<db::ResultRecord> all = reader.load_results(reader.find_session(name), kind);
   if (all.empty()) {
     throw Error(
-        ErrorCode::kNotFound, fmt::format("session {} has no result yet", name),
-        {{"session", name}}, "Start a calibration: calibrate.start.");
+        ErrorCode::kNotFound, fmt::format("session {} {}", name, none_yet), {{"session", name}},
+        hint);
   }
   return std::move(all.back());
+}
+
+}  // namespace
+
+db::ResultRecord calibration_record(const Call& call) {
+  return record_of(
+      call, "calibration", "has no result yet", "Start a calibration: calibrate.start.");
+}
+
+db::ResultRecord diagnosis_record(const Call& call) {
+  return record_of(
+      call, "diagnosis", "has not been diagnosed yet", "Start a diagnosis: diagnose.start.");
 }
 
 }  // namespace sixdial::service

@@ -9,5 +9,7 @@ namespace sixdial::service {
 /// The result numbered params["result"], else the newest calibration of params["session"].
 /// Throws Error: invalid_params (neither is given), not_found.
 [[nodiscard]] db::ResultRecord calibration_record(const Call& call);
+/// The same for a diagnosis.
+[[nodiscard]] db::ResultRecord diagnosis_record(const Call& call);
 
 }  // namespace sixdial::service

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "calibration/pipeline.h"
 #include "service/calibration_run.h"
 #include "service/clock_text.h"
+#include "service/extended_command.h"
 #include "session/bundle.h"
 #include "session/trials.h"
 
@@ -22,6 +24,8 @@ std::string shown_name(CompensateBy by) {
       return "after kinematics";
     case CompensateBy::kFull:
       return "after kinematics + ANFIS";
+    case CompensateBy::kExtended:
+      return "after diagnosis (extended)";
   }
   return "";
 }
@@ -52,7 +56,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 
 session::Plan validation_plan(
     const session::Session& calibrated, const Json& calibration,
-    const ValidationRequest& request) {
+    const ValidationRequest& request, const Json& diagnosis) {
   session::Plan targets;
   std::set<int> seen;
   for (const session::Sample& sample : calibrated.samples) {
@@ -74,8 +78,12 @@ session::Plan validation_plan(
   }
   std::vector<session::Plan> ways;
   for (const CompensateBy by : request.by) {
-    ways.push_back(
-        compensated_plan(targets, compensation_model(calibration, by), calibrated.rig));
+    // Where the extended model commands depends on what is commanded before: solved below.
+    ways.push_back(compensated_plan(
+        targets,
+        compensation_model(
+            calibration, by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
+        calibrated.rig));
     for (session::PlanPoint& point : ways.back().points) {
       point.set = validation_set(request.set, by);
     }
@@ -84,12 +92,16 @@ session::Plan validation_plan(
   for (std::size_t i = 0; i < targets.points.size(); ++i) {
     for (const session::Plan& way : ways) plan.points.push_back(way.points[i]);
   }
-  return plan;
+  if (std::ranges::find(request.by, CompensateBy::kExtended) == request.by.end()) return plan;
+  return extended_plan(
+      std::move(plan), ExtendedCommand(diagnosis, calibrated.rig), calibrated.rig,
+      validation_set(request.set, CompensateBy::kExtended));
 }
 
 Json validation_document(
     const session::Session& calibrated, const Json& calibration,
-    const session::Session& validation, const ValidationRequest& request) {
+    const session::Session& validation, const ValidationRequest& request,
+    const Json& diagnosis) {
   Json methods = Json::array();
   Json points = Json::array();
   for (const CompensateBy by : request.by) {
@@ -113,6 +125,12 @@ Json validation_document(
     Json predicted = nullptr;
     for (const Json& row : calibration.at("methods")) {
       if (row["id"] == predicting_method(calibration, by)) predicted = row["g2"];
+    }
+    if (by == CompensateBy::kExtended) {
+      predicted = nullptr;
+      for (const Json& row : diagnosis.at("gain")) {
+        if (row["name"] == "extended") predicted = row;
+      }
     }
     methods.push_back(
         {{"id", to_string(by)},

@@ -23,16 +23,18 @@ struct ValidationRequest {
 [[nodiscard]] std::string validation_set(const std::string& set, CompensateBy by);
 
 /// A target after the other, each commanded in all the ways asked for in turn, so that drift
-/// does not favour one. Throws Error bad_data: no targets in that set, no solution.
+/// does not favour one. `diagnosis`: needed where the request has kExtended. Throws Error
+/// bad_data: no targets in that set, no solution.
 [[nodiscard]] session::Plan validation_plan(
     const session::Session& calibrated, const Json& calibration,
-    const ValidationRequest& request);
+    const ValidationRequest& request, const Json& diagnosis = nullptr);
 
 /// "sixdial.validation": inputs, methods [{id, name, set, errors {mean_mm, std_mm, max_mm,
 /// rmse_mm, points}, predicted, without_position}], points. `validation`: what was measured.
 [[nodiscard]] Json validation_document(
     const session::Session& calibrated, const Json& calibration,
-    const session::Session& validation, const ValidationRequest& request);
+    const session::Session& validation, const ValidationRequest& request,
+    const Json& diagnosis = nullptr);
 
 /// The table for people: mean, std, max before, after kinematics, after ANFIS.
 [[nodiscard]] std::string validation_text(const Json& document);

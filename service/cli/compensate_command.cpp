@@ -5,6 +5,8 @@
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
 #include "service/compensation_run.h"
+#include "service/diagnosis_run.h"
+#include "service/extended_command.h"
 #include "service/validation_run.h"
 #include "session/csv.h"
 
@@ -12,9 +14,11 @@ namespace sixdial::service::cli {
 namespace {
 
 struct CompensateOptions {
-  std::string subject, plan_file, output, result_file, by = "full", mode;
+  std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
   std::vector<double> target_mm;
-  std::int64_t result = 0;
+  std::vector<int> approach{0, 0};
+  std::optional<double> temperature_c;
+  std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
 };
@@ -22,7 +26,7 @@ struct CompensateOptions {
 struct ValidateOptions {
   std::string session, set = "G2", rig_file, name, output;
   std::vector<std::string> by;
-  std::int64_t result = 0;
+  std::int64_t result = 0, diagnosis = 0;
 };
 
 void print_target(Cli& cli, const Json& answer) {
@@ -52,9 +56,47 @@ void print_plan(
   }
 }
 
+/// With the extended model of a diagnosis that is made now or read.
+ExitCode extend_bundle(
+    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+  Json document;
+  if (options.diagnosis_file.empty()) {
+    ProgressLine line(cli.console);
+    DiagnosisRequest request;
+    request.seed = options.seed;
+    request.bootstrap = 0;
+    request.with_gain = false;
+    document = diagnose(session, request, [&](const JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+  } else {
+    document = Json::parse(session::read_file(options.diagnosis_file));
+  }
+  const ExtendedCommand command(document, session.rig);
+  if (!options.plan_file.empty()) {
+    const session::Plan plan = extended_plan(
+        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
+        options.temperature_c);
+    print_plan(cli, options, plan.points.size(), session::plan_csv(plan));
+    return ExitCode::kOk;
+  }
+  const geometry::WorkingMode mode =
+      geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const CommandMoment moment{
+      .approach = {options.approach[0], options.approach[1]},
+      .temperature_c = options.temperature_c};
+  print_target(
+      cli,
+      compensation_answer(
+          command.solve(target_mm, mode, moment), CompensateBy::kExtended, target_mm, mode));
+  return ExitCode::kOk;
+}
+
 ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  if (options.by == "extended") return extend_bundle(cli, options, session);
   Json document;
   if (options.result_file.empty()) {
     ProgressLine line(cli.console);
@@ -84,7 +126,13 @@ ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
 ExitCode compensate_session(Cli& cli, const CompensateOptions& options) {
   Json params{{"session", options.subject}, {"by", options.by}};
   if (options.result > 0) params["result"] = options.result;
+  if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
+    if (options.by == "extended") {
+      params["approach1"] = options.approach[0];
+      params["approach2"] = options.approach[1];
+    }
     params["x_mm"] = options.target_mm[0];
     params["y_mm"] = options.target_mm[1];
     if (!options.mode.empty()) params["mode"] = options.mode;
@@ -112,6 +160,7 @@ ExitCode compensate_session(Cli& cli, const CompensateOptions& options) {
 ExitCode validate(Cli& cli, const ValidateOptions& options) {
   Json params{{"session", options.session}, {"set", options.set}};
   if (options.result > 0) params["result"] = options.result;
+  if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
   if (!options.by.empty()) params["by"] = options.by;
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
@@ -150,8 +199,11 @@ void add_compensate(CLI::App& app, Cli& cli) {
                           ->excludes(target);
   command->add_option("-o,--output", options->output, "the plan to write; default: stdout")
       ->needs(plan);
-  command->add_option("--method", options->by, "what commands the robot")
-      ->check(CLI::IsMember({"before", "kinematics", "full"}))
+  command
+      ->add_option(
+          "--method,--model", options->by,
+          "what commands the robot; extended: robot and named causes of a diagnosis")
+      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
       ->capture_default_str();
   command->add_option("--mode", options->mode, "working mode; default: the rig's")
       ->check(CLI::IsMember({"++", "+-", "-+", "--"}))
@@ -160,6 +212,25 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command->add_option(
+      "--diagnosis", options->diagnosis,
+      "of extended: a stored diagnosis by number; default: the newest");
+  command
+      ->add_option(
+          "--diagnosis-file", options->diagnosis_file,
+          "of a bundle and extended: result file of `diagnose -o` instead of diagnosing now")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option(
+          "--approach", options->approach,
+          "of extended: the side that each joint arrives from, as 1,-1; 0: unknown")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(-1, 1))
+      ->excludes(plan);
+  command->add_option(
+      "--temperature", options->temperature_c,
+      "of extended, in degC; default: as at the end of the session");
   command->add_option("--seed", options->seed, "of a bundle's calibration")
       ->capture_default_str();
   command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
@@ -181,9 +252,15 @@ void add_validate(CLI::App& app, Cli& cli) {
       ->required();
   command->add_option("--set", options->set, "whose targets are commanded")
       ->capture_default_str();
-  command->add_option("--method", options->by, "one or more; default: all three")
-      ->check(CLI::IsMember({"before", "kinematics", "full"}))
+  command
+      ->add_option(
+          "--method,--model", options->by,
+          "one or more of before, kinematics, full (default: these three) and extended, by the "
+          "session's diagnosis")
+      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
       ->delimiter(',');
+  command->add_option(
+      "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
   command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
       ->check(CLI::ExistingFile);
   command->add_option("--name", options->name, "of the new session");

@@ -209,6 +209,57 @@ TEST(Page, TellsTheStateBeforeAnySection) {
   EXPECT_LT(state, page.find("Identified parameters"));
 }
 
+/// A page that is not about a calibration, hostile in every text of its first box.
+ReportData opened_session() {
+  ReportData data = sample_session({.g1_points = 12, .g2_points = 6});
+  data.methods.clear();
+  data.opening = Opening{
+      .subject = "Diagnosis",
+      .title = "Backlash of joint 2",
+      .mood = "open",
+      .headline = "Found at once.",
+      .before_mm = 0.0123,
+      .after_mm = 0.0016,
+      .basis = "mean position error"};
+  data.opening->lists = {
+      {"Found", "to_do", {"one cause"}},
+      {"What to do", "to_do", {kHostile}},
+      {"How sure", "cautions", {"quite"}},
+      {"What could not be judged", "not_judged", {"nothing"}}};
+  data.sections = {{.id = "cause_1", .heading = "Backlash of joint 2", .blocks = {"words"}}};
+  return data;
+}
+
+TEST(Page, OpensWithAnotherSubjectWhereItIsNotAboutACalibration) {
+  const std::string page = html_report(opened_session());
+  EXPECT_FALSE(tables_of(page).is_discarded());
+  const std::string box = page.substr(page.find("id=\"state\""));
+  const std::string first = box.substr(0, box.find("</section>"));
+  for (const char* words :
+       {"Diagnosis: ", "Backlash of joint 2", "0.0123", "0.0016", "Found at once.", "one cause",
+        "How sure", "What could not be judged"}) {
+    EXPECT_THAT(first, HasSubstr(words));
+  }
+  EXPECT_THAT(without_scripts(page), Not(HasSubstr("<img src=x")));
+  EXPECT_THAT(page, HasSubstr("id=\"cause_1\""));
+  EXPECT_THAT(page, HasSubstr("id=\"conditions\""));
+  for (const char* left_out : {"State of the robot: ", "id=\"accuracy\"", "id=\"parameters\""}) {
+    EXPECT_THAT(page, Not(HasSubstr(left_out)));
+  }
+}
+
+TEST(Page, ShowsWhatElseIsSaidBelowTheStateOfTheRobot) {
+  ReportData data = sample_session({.g1_points = 12, .g2_points = 6});
+  data.also.push_back(
+      {"What the simulation gets wrong", "cautions", {"Backlash of joint 2: 0.02\u00B0"}});
+  const std::string page = html_report(data);
+  const std::string box = page.substr(page.find("id=\"state\""));
+  const std::string first = box.substr(0, box.find("</section>"));
+  EXPECT_THAT(first, HasSubstr("State of the robot"));
+  EXPECT_THAT(first, HasSubstr("What the simulation gets wrong"));
+  EXPECT_THAT(first, HasSubstr("Backlash of joint 2: 0.02"));
+}
+
 TEST(Page, HasEveryNumberOfEveryTable) {
   const ReportData data = sample_session();
   const json page = tables_of(html_report(data));

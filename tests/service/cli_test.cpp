@@ -62,6 +62,42 @@ TEST(CommandLine, WithoutAServiceItIsThree) {
   EXPECT_THAT(outcome.err, HasSubstr("no service answers"));
 }
 
+TEST(CommandLine, ABundleIsDiagnosedWithoutAService) {
+  TempDirectory directory;
+  const std::string bundle = std::string(SIXDIAL_TEST_DATA) + "/sessions/01";
+  const std::string page = (directory.path() / "page.html").string();
+  const std::string result = (directory.path() / "diagnosis.json").string();
+  const Outcome shown = sixdial(
+      {"diagnose", bundle, "-q", "--bootstrap", "0", "--no-gain", "--report", page, "-o",
+       result});
+  EXPECT_EQ(shown.code, 0) << shown.err;
+  for (const char* words : {"Backlash of joint 2", "0.0208", "What to do", "detected from"}) {
+    EXPECT_THAT(shown.out, HasSubstr(words));
+  }
+  EXPECT_GT(std::filesystem::file_size(page), 10'000U);
+
+  const Outcome json =
+      sixdial({"--json", "diagnose", bundle, "-q", "--bootstrap", "0", "--no-gain"});
+  EXPECT_EQ(json.code, 0);
+  EXPECT_EQ(json.json()["causes"][0]["cause"], "joint_backlash");
+  EXPECT_EQ(json.json()["schema"], "sixdial.diagnosis");
+  EXPECT_EQ(json.json()["schema_version"], 1);
+
+  // Commanding by what was found; arriving from above stops lower by the backlash.
+  const auto angle = [&](const char* approach) {
+    const Outcome answer = sixdial(
+        {"--json", "compensate", bundle, "-q", "--model", "extended", "--diagnosis-file",
+         result, "--target", "28,48", "--approach", approach});
+    EXPECT_EQ(answer.code, 0) << answer.err;
+    return answer.json()["theta_rad"][1].get<double>();
+  };
+  const double backlash_rad = json.json()["causes"][0]["estimate"][0]["value"];
+  EXPECT_LT(std::abs(angle("1,1") - angle("1,-1") - backlash_rad), 1e-8);
+
+  EXPECT_EQ(sixdial({"diagnose", "/no/such/bundle"}).code, 5);
+  EXPECT_EQ(sixdial({"diagnose", bundle, "--bootstrap", "-3"}).code, 2);
+}
+
 TEST(CommandLine, ABundleIsCalibratedAndReportedWithoutAService) {
   TempDirectory directory;
   const std::string result = (directory.path() / "result.json").string();

@@ -86,6 +86,11 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_LT(run_well("compensate.target")["closure_mm"], 1e-9);
   EXPECT_EQ(run_well("compensate.plan")["points"], 1);
   EXPECT_EQ(run_well("compare.start")["kind"], "comparison");
+  EXPECT_EQ(error_code_of(run("diagnose.report")), "not_found");
+  const Json diagnosis = run_well("diagnose.start");
+  EXPECT_EQ(diagnosis["kind"], "diagnosis");
+  client.call("job.wait", {{"job", diagnosis["job"]}, {"timeout_s", 60}});
+  EXPECT_TRUE(run_well("diagnose.report")["path"].is_string());
   EXPECT_EQ(run_well("session.undo")["samples"], 149);
 
   // Without a plan and without a rig these answer with the error that says so.
