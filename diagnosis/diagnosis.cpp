@@ -202,16 +202,13 @@ Diagnosis diagnose(
   add_parameters(result, readings);
   result.not_testable = found.not_testable;
 
-  // The smooth part counts as left over: the fit took it out of the residual.
-  Eigen::VectorXd left = extended.residual_mm;
-  if (!found.unknown.empty()) left += extended.random * extended.u;
-  double squares = 0.0;
-  double good = 0.0;
-  for (Eigen::Index row = 0; row < left.size(); ++row) {
-    squares += extended.weight[row] * left[row] * left[row];
-    good += extended.weight[row];
-  }
-  result.unexplained.rms_mm = std::sqrt(squares / std::max(1.0, good));
+  // The smooth part counts as left over.
+  const JointFit names = found.unknown.empty()
+                             ? extended
+                             : fit_jointly(readings, extended.model, extended.effects);
+  const double good = names.weight.sum();
+  result.unexplained.rms_mm =
+      std::sqrt(names.weight.dot(names.residual_mm.cwiseAbs2()) / std::max(1.0, good));
   result.unexplained.depends_on = found.depends_on();
   const double freedom = std::max(1.0, good - extended.fitted);
   const double s_mm =
@@ -247,7 +244,9 @@ Diagnosis diagnose(
     const JointFit as_it_was = fit_jointly(measured, model.nominal(), {});
     cause.finding.evidence = found.baseline.log_likelihood - as_it_was.log_likelihood;
     cause.delta_bic = 2 * cause.finding.evidence;
-    cause.visible_ratio = as_it_was.s_mm / std::max(1e-12, result.noise.sigma_mm);
+    cause.visible_ratio =
+        std::sqrt(as_it_was.residual_mm.squaredNorm() / static_cast<double>(measured.count())) /
+        std::max(1e-12, result.noise.sigma_mm);
     cause.on_g1 = alone.has_value();
     if (enough_g1) {
       const Readings raw_g2 = measured.counting(held_out);
@@ -293,10 +292,6 @@ Diagnosis diagnose(
           result.causes.begin(), result.causes.end(),
           [&](const Cause& cause) { return cause.finding.hypothesis == each; });
       if (!named) open.push_back(each);
-    }
-    JointFit names = extended;
-    if (!found.unknown.empty()) {
-      names = fit_jointly(readings, extended.model, extended.effects, &extended);
     }
     result.limits = limits_of(readings, names, open, settings.search);
     for (const Limit& limit : result.limits) {

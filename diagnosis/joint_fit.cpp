@@ -161,7 +161,8 @@ JointFit fit_from(
   fit.model = start;
   fit.effects = std::move(effects);
   fit.gross_share = near ? near->gross_share : kLeastGrossShare;
-  const double smallest_s_mm = 0.05 * readings.rig_noise_mm();
+  constexpr double kFinest_mm = 1e-6;
+  const double smallest_s_mm = std::max(kFinest_mm, 0.05 * readings.rig_noise_mm());
   int linear = 0;
   for (const ActiveEffect& active : fit.effects) linear += fitted_count(*active.effect);
   const int count = kModelParameterCount + linear;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "service/next_plan.h"
+#include "service/separation_plan.h"
 #include "service/service.h"
 #include "session/plan.h"
 
@@ -50,6 +51,22 @@ Json plan_next(const Call& call) {
     request.modes.push_back(*geometry::working_mode_from(mode));
   }
   NextPlan next = next_plan(session, request);
+  Json answer = std::move(next.words);
+  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
+  answer["notes"] = session::operator_notes(session.rig, next.plan);
+  return answer;
+}
+
+Json plan_separate(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const session::Session session =
+      reader.load_session(reader.find_session(call.params.at("session").get<std::string>()));
+  SeparationRequest request;
+  request.points = param_or(call.params, "points", request.points);
+  for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
+    request.modes.push_back(*geometry::working_mode_from(mode));
+  }
+  SeparationPlan next = separation_plan(session, request);
   Json answer = std::move(next.words);
   answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
   answer["notes"] = session::operator_notes(session.rig, next.plan);
@@ -147,6 +164,19 @@ constexpr std::array kNextParams{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes to measure in; default: those of the session",
+        .one_of = kModes}};
+constexpr std::array kSeparateParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "points",
+        .type = ParamType::kInteger,
+        .doc = "so many; default 24",
+        .min = 1,
+        .max = 400},
+    Param{
+        .name = "modes",
+        .type = ParamType::kStringList,
+        .doc = "working modes to measure in; default: all that can be measured",
         .one_of = kModes}};
 constexpr std::array kWaitParams{Param{
     .name = "timeout_s",
@@ -252,6 +282,17 @@ constexpr std::array kMethods{
                   "(text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "points": 5, "criterion": "I"})",
         .run = plan_next},
+    Method{
+        .name = "plan.separate",
+        .summary = "The poses that would tell tied causes apart, or show the effect that the "
+                   "session is blindest to: a plan ready to be collected.",
+        .params = kSeparateParams,
+        .result =
+            "separates {cause, where}, rival {cause, where} or null, size_assumed, unit, "
+            "points, log_odds_now, log_odds_after, by_point [{target_mm, mode, log_odds}], "
+            "plan_csv (text of a plan file), notes [for the operator]",
+        .example = R"({"session": "demo", "points": 8})",
+        .run = plan_separate},
 };
 
 }  // namespace

@@ -115,16 +115,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
          {"max_mm", step.uncertainty.max_mm}});
     next.plan.points.push_back({"G1", 0, 0, pose.target_mm, pose.q_rad, {}});
   }
-  // One stretch for each branch, so that the legs change over as seldom as can be.
-  std::vector<session::Branch> branches;
-  for (const session::PlanPoint& point : next.plan.points) {
-    const session::Branch branch = session::branch_of(rig, point);
-    if (std::ranges::find(branches, branch) == branches.end()) branches.push_back(branch);
-  }
-  std::ranges::stable_sort(next.plan.points, {}, [&](const session::PlanPoint& point) {
-    return std::ranges::find(branches, session::branch_of(rig, point)) - branches.begin();
-  });
-  for (session::PlanPoint& point : next.plan.points) point.point = first++;
+  order_by_branch(rig, next.plan, first);
   next.words = {
       {"samples", estimate.filter().samples()},
       {"points", next.plan.points.size()},
@@ -133,6 +124,18 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
       {"after", steps.empty() ? Json(nullptr) : figures(steps.back().uncertainty)},
       {"steps", std::move(told)}};
   return next;
+}
+
+void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first) {
+  std::vector<session::Branch> branches;
+  for (const session::PlanPoint& point : plan.points) {
+    const session::Branch branch = session::branch_of(rig, point);
+    if (std::ranges::find(branches, branch) == branches.end()) branches.push_back(branch);
+  }
+  std::ranges::stable_sort(plan.points, {}, [&](const session::PlanPoint& point) {
+    return std::ranges::find(branches, session::branch_of(rig, point)) - branches.begin();
+  });
+  for (session::PlanPoint& point : plan.points) point.point = first++;
 }
 
 std::string next_plan_text(const Json& words) {

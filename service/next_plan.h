@@ -34,6 +34,10 @@ struct NextPlan {
 [[nodiscard]] NextPlan next_plan(
     const session::Session& session, const NextPlanRequest& request);
 
+/// One stretch for each branch, in the order of their first points, so that the legs change
+/// over as seldom as can be; points numbered from `first`.
+void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first);
+
 /// "12 samples of G1: ... after these 10: ...".
 [[nodiscard]] std::string next_plan_text(const Json& words);
 

@@ -4,6 +4,7 @@
 
 #include "service/cli/cli.h"
 #include "service/next_plan.h"
+#include "service/separation_plan.h"
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
@@ -139,6 +140,47 @@ ExitCode next(Cli& cli, const NextCommand& command) {
   return write(cli, command.output, plan_csv, points, notes, std::move(words));
 }
 
+ExitCode separate(Cli& cli, const NextCommand& command) {
+  Json words;
+  if (is_bundle(command.subject)) {
+    const session::Session session = read_bundle_with_warnings(cli, command.subject, false);
+    SeparationRequest request;
+    request.points = command.points;
+    request.modes = modes_of(command.modes);
+    SeparationPlan found = separation_plan(session, request);
+    words = std::move(found.words);
+    words["plan_csv"] = session::plan_csv(found.plan, session.rig);
+    words["notes"] = session::operator_notes(session.rig, found.plan);
+  } else {
+    words = cli.call(
+        "plan.separate",
+        {{"session", command.subject}, {"points", command.points}, {"modes", command.modes}});
+  }
+  if (!cli.console.json) cli.console.note(separation_text(words));
+  const auto plan_csv = words["plan_csv"].get<std::string>();
+  const auto notes = words["notes"].get<std::vector<std::string>>();
+  const auto points = words["points"].get<std::size_t>();
+  words.erase("plan_csv");
+  return write(cli, command.output, plan_csv, points, notes, std::move(words));
+}
+
+void add_separate_command(CLI::App& group, Cli& cli) {
+  CLI::App* command = group.add_subcommand("separate", summary_of("plan.separate"));
+  const auto options = std::make_shared<NextCommand>();
+  options->points = SeparationRequest{}.points;
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("--points", options->points, "so many")
+      ->check(CLI::Range(1, 400))
+      ->capture_default_str();
+  add_modes(
+      *command, options->modes,
+      "working modes to measure in, as in --mode=++,-+; default: all that can be measured");
+  command->add_option("-o,--output", options->output, "the plan file; default: stdout");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return separate(cli, *options); }; });
+}
+
 void add_next_command(CLI::App& group, Cli& cli) {
   CLI::App* command = group.add_subcommand("next", summary_of("plan.next"));
   const auto options = std::make_shared<NextCommand>();
@@ -168,6 +210,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
       app.add_subcommand("plan", "What to measure, as a CSV file people can edit.");
   group->require_subcommand(1);
   add_next_command(*group, cli);
+  add_separate_command(*group, cli);
   const auto plan = std::make_shared<PlanCommand>();
 
   CLI::App* grid = group->add_subcommand("grid", "A grid of targets that the rig can measure.");
