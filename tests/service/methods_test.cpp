@@ -72,6 +72,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_EQ(run_well("plan.grid")["points"], 100);
   EXPECT_EQ(run_well("plan.random")["points"], 50);
   EXPECT_EQ(run_well("plan.next")["points"], 5);
+  EXPECT_EQ(run_well("plan.separate")["points"], 8);
 
   EXPECT_EQ(run_well("calibrate.start")["job"], 1);
   EXPECT_EQ(run_well("job.wait")["state"], "done");
