@@ -86,13 +86,14 @@ Heard ask(
 
 // All dials of a rig whose connection strings are `text` with index 0, 1, ...
 std::vector<FoundDial> box_dials(
-    const std::string& text, Clock& clock, const std::stop_token& stop, std::string& trouble) {
+    const std::string& text, int attempts, Clock& clock, const std::stop_token& stop,
+    std::string& trouble) {
   geometry::Rig rig;
   for (int i = 0; i < kBoxDials; ++i) {
     geometry::Dial dial;
     dial.id = std::to_string(i);
     dial.geometry.travel_mm = 1000.0;
-    dial.connection = fmt::format("{}&index={}", text, i);
+    dial.connection = fmt::format("{}&index={}&quiet_ms=0", text, i);
     rig.dials.push_back(dial);
   }
   const auto bank = DialBank::open(rig, clock);
@@ -101,7 +102,7 @@ std::vector<FoundDial> box_dials(
     return {};
   }
   std::vector<Reading> readings;
-  for (int attempt = 0; attempt < 2; ++attempt) {
+  for (int attempt = 0; attempt < attempts; ++attempt) {
     readings = (*bank)->scan(stop);
     if (std::ranges::any_of(readings, [](const Reading& r) { return r.reason != "timeout"; })) {
       break;
@@ -114,7 +115,8 @@ std::vector<FoundDial> box_dials(
                        reading.reason == reason(FaultKind::kRange) ||
                        reading.reason == reason(FaultKind::kUnit);
     if (there) {
-      found.push_back({rig.dials[i].connection, fmt::format("register {}", 2 * i), reading});
+      found.push_back(
+          {fmt::format("{}&index={}", text, i), fmt::format("register {}", 2 * i), reading});
     } else {
       trouble = fmt::format("{}, {}", reading.reason, reading.detail);
     }
@@ -242,7 +244,7 @@ ScannedPlace scan_serial(const std::string& device, Clock& clock, const std::sto
   for (const int baud : {19200, 9600}) {
     if (stop.stop_requested()) return place;
     place.dials = box_dials(
-        fmt::format("modbus-rtu:{}?baud={}&parity=N&unit=1", device, baud), clock, stop,
+        fmt::format("modbus-rtu:{}?baud={}&parity=N&unit=1", device, baud), 1, clock, stop,
         trouble);
     if (!place.dials.empty()) return place;
   }
@@ -255,7 +257,7 @@ ScannedPlace scan_gauge_box(
     const std::string& host_and_port, Clock& clock, const std::stop_token& stop) {
   ScannedPlace place{.name = host_and_port, .dials = {}, .trouble = {}, .fix = {}};
   place.dials = box_dials(
-      fmt::format("modbus-tcp://{}?unit=1", host_and_port), clock, stop, place.trouble);
+      fmt::format("modbus-tcp://{}?unit=1", host_and_port), 2, clock, stop, place.trouble);
   if (!place.dials.empty()) {
     place.trouble.clear();
   } else {
