@@ -107,9 +107,9 @@ class Bench {
       point.set = "G1";
       point.point = i;
       point.target_mm = {18.0 + 3 * i, 44.0 + 4 * i};
-      point.q_rad = geometry::inverse(
-                        rig_.robot.nominal, point.target_mm, rig_.robot.working_mode, near)
-                        .value();
+      point.q_rad =
+          geometry::inverse(rig_.robot.nominal, point.target_mm, rig_.robot.working_mode, near)
+              .value();
       plan.points.push_back(point);
     }
     std::vector<CollectedSample> stored;
