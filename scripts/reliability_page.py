@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """doc/reliability.md from the logs of scripts/reliability.sh: LOGS COMMAND SECONDS FUZZED"""
-import glob, sys
+import glob, re, sys
 
 logs, command, seconds, fuzzed = sys.argv[1:5]
 figures, faults = {}, []
@@ -45,10 +45,13 @@ print("## Devices\n")
 print(f"All {f('faults.orderable')} faults of the mock rig, ordered for one dial after the first point of a collection. Noticed: from the\n"
       "order until the board shows it. Recovery: from the end of the fault until a good reading that was asked for after\n"
       "it. At the rig's own speed; a dash: only a moved robot, or nothing, shows it.\n")
+def told(text):  # of the faulty dial; the others of its box say the same
+    text = re.sub(r"/\S*/ptys/", "/dev/", text)
+    return text.split("; dial B")[0].removesuffix(", ")
 def ms(a, b):
     return "-" if float(a) == 0 and float(b) == 0 else f"{float(a):.0f} / {float(b):.0f}"
 table(["fault", "cable", "stored", "reason", "what the operator sees", "noticed [ms] median / 99 %", "recovery [ms] median / 99 %"],
-      [[x[0], x[1], x[2], x[3], x[4], ms(x[5], x[6]), ms(x[7], x[8])] for x in faults])
+      [[x[0], x[1], x[2], x[3], told(x[4]), ms(x[5], x[6]), ms(x[7], x[8])] for x in faults])
 print(f"{f('faults.recoveries')} recoveries in all: median {f('faults.recovery_median_ms')} ms, 99 % {f('faults.recovery_p99_ms')} ms. After a time-out the line is left alone"
       "\nfor longer than the slowest device answers (1 s), so that a late reply ends up on no other dial. Unplugged was told\n"
       f"from silent after {f('unplugged.noticed_ms', 1)} ms, with {f('unplugged.processor_percent', 1)} % of a processor.\n")
