@@ -38,9 +38,9 @@ table(["what", "how often", "acknowledged samples lost", "integrity failures", "
     ["power lost at each of them; sectors that were not synced gone, kept or mixed", f("power.losses"),
      f("power.samples_lost"), f("power.integrity_failures"), "`StoreFaults.PowerMayGo...`"]])
 print(f"Of the {f('sweep.fault_points')} failures {f('sweep.told_at_once')} were told to the caller at once, in words and with a hint; the\n"
-      "others hit a checkpoint that SQLite repeats. After a failed write or sync nothing more is stored until the service\n"
-      "starts again; a full disk goes on when there is room. With `synchronous=NORMAL` instead of `FULL` the power test\n"
-      f"fails, as it must. Stored databases of {f('migration.schemas')} earlier schemas (`tests/data/schemas/`) come up with all they had.\n")
+      "others hit the checkpoint at closing, when all is acknowledged and safe in the log. After a failed write or sync nothing more is stored until the service\n"
+      "starts again; a full disk goes on when there is room. The power test was once tried with\n"
+      f"`synchronous=NORMAL` instead of `FULL`, and failed as it must. Stored databases of {f('migration.schemas')} earlier schemas (`tests/data/schemas/`) come up with all they had.\n")
 print("## Devices\n")
 print(f"All {f('faults.orderable')} faults of the mock rig, ordered for one dial after the first point of a collection. Noticed: from the\n"
       "order until the board shows it. Recovery: from the end of the fault until a good reading that was asked for after\n"
@@ -70,6 +70,8 @@ table(["what", "figure"], [
     ["samples stored meanwhile", f("load.samples")],
     ["age of a sample's oldest reading when it is stamped (median, worst) [ms]",
      f("load.reading_age_median_ms", 1) + ", " + f("load.reading_age_worst_ms", 1)],
+    ["from sample to sample without and with that load (median) [ms]",
+     f("load.interval_calm_ms") + ", " + f("load.interval_ms")],
     ["samples late by more than one scan (20 ms)", f("load.samples_late_by_more_than_a_scan")],
     ["hours of the rig's time in the soak, samples", f("soak.rig_hours", 1) + ", " + f("soak.samples")],
     ["growth over the last two thirds: memory [MB], descriptors",
