@@ -56,8 +56,9 @@ class Bus {
 /// No scan starts sooner after the last than this on the wall: an accelerated clock would
 /// otherwise have the workers spin.
 inline constexpr std::chrono::milliseconds kLeastScanPeriod{4};
-/// 40 scans a second where the device is that fast [device time].
-inline constexpr std::chrono::milliseconds kScanPeriod{25};
+/// 50 scans a second where the device is that fast, so that a rig has 40 in any case [device
+/// time].
+inline constexpr std::chrono::milliseconds kScanPeriod{20};
 /// While a bus is down its fault is repeated this often, so that nobody waits for it.
 inline constexpr std::chrono::milliseconds kDownPeriod{100};
 /// After an error a line is left alone for this long: longer than the slowest device answers.

@@ -6,7 +6,7 @@ namespace sixdial::mock_devices {
 namespace {
 
 constexpr double kMmPerInch = 25.4;
-constexpr double kScans_hz = 40.0;
+constexpr double kScans_hz = 100.0;  // the gauge box; each dial renews its value more slowly
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "service/cli/manual.h"
 #include "service/method.h"
 #include "service/server.h"
 #include "service/service.h"
@@ -28,6 +29,7 @@ struct DaemonOptions {
   std::string clock_start;
   std::string log_level = "info";
   bool print_protocol = false;
+  bool print_manual = false;
 };
 
 void start_log(const std::string& level) {
@@ -83,6 +85,7 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
   app.add_option("--log-level", options.log_level, "debug, info, warn, error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
   app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
+  app.add_flag("--print-manual", options.print_manual, "print the man page and end");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -91,6 +94,10 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
   }
   if (options.print_protocol) {
     out << protocol_markdown();
+    return static_cast<int>(ExitCode::kOk);
+  }
+  if (options.print_manual) {
+    out << cli::manual_page(app, 8);
     return static_cast<int>(ExitCode::kOk);
   }
   start_log(options.log_level);

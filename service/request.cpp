@@ -55,6 +55,8 @@ Json parse_line(std::string_view line) {
     throw Error(
         ErrorCode::kParseError, fmt::format("not JSON from byte {} on", error.byte),
         {{"column", error.byte}});
+  } catch (const Json::out_of_range&) {  // 1e999
+    throw Error(ErrorCode::kParseError, "a number is too large for a double");
   }
 }
 

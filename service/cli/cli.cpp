@@ -55,6 +55,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_report_command(app, cli);
   add_compensate_commands(app, cli);
   add_job_commands(app, cli);
+  add_doctor_commands(app, cli);
   add_service_commands(app, cli);
   try {
     app.parse(argc, argv);

@@ -46,6 +46,7 @@ void add_diagnose_command(CLI::App& app, Cli& cli);     // diagnose
 void add_report_command(CLI::App& app, Cli& cli);       // report
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
+void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
 
 /// The method table's words for a command's help.
 [[nodiscard]] std::string summary_of(std::string_view method);

@@ -1,7 +1,8 @@
-// sixdial hello, protocol, shutdown.
+// sixdial hello, protocol, completion, manual, shutdown.
 #include <fmt/format.h>
 
 #include "service/cli/cli.h"
+#include "service/cli/manual.h"
 #include "service/method.h"
 
 namespace sixdial::service::cli {
@@ -39,6 +40,22 @@ void add_service_commands(CLI::App& app, Cli& cli) {
       return ExitCode::kOk;
     };
   });
+  app.add_subcommand("completion", "Completion for bash: source <(sixdial completion).")
+      ->callback([&app, &cli] {
+        cli.action = [&app, &cli] {
+          const std::string text = bash_completion(app);
+          cli.console.print("completion", {{"bash", text}}, text);
+          return ExitCode::kOk;
+        };
+      });
+  app.add_subcommand("manual", "The man page of sixdial, from the table of its commands.")
+      ->callback([&app, &cli] {
+        cli.action = [&app, &cli] {
+          const std::string text = manual_page(app, 1);
+          cli.console.print("manual", {{"roff", text}}, text);
+          return ExitCode::kOk;
+        };
+      });
   app.add_subcommand("shutdown", summary_of("shutdown"))->callback([&cli] {
     cli.action = [&cli] {
       cli.console.print("shutdown", cli.call("shutdown"), "");

@@ -16,6 +16,7 @@
 #include "acquisition/dial_bank.h"
 #include "tests/acquisition/answered.h"
 #include "tests/acquisition/wire.h"
+#include "tests/support/figure.h"
 #include "tests/support/pty_shim.h"
 
 namespace sixdial::acquisition {
@@ -217,7 +218,7 @@ TEST_F(SerialDials, UnpluggedIsToldFromSilentAtOnceAndWithoutBurningTheProcessor
   ASSERT_TRUE(eventually([&] { return reason_of(*bank, 1) == "disconnected"; }));
   const auto noticed = steady_clock::now() - out;
   EXPECT_LT(noticed, 1s);  // 100 ms on a machine at rest
-  RecordProperty("noticed_us", static_cast<int>(noticed / 1us));
+  test::figure("unplugged.noticed_ms", static_cast<double>(noticed / 1us) * 1e-3);
   EXPECT_EQ(reason_of(*bank, 0), "timeout");
 
   rusage before{};
@@ -232,6 +233,8 @@ TEST_F(SerialDials, UnpluggedIsToldFromSilentAtOnceAndWithoutBurningTheProcessor
            static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) * 1e-6;
   };
   EXPECT_LT(seconds(after) - seconds(before), 0.5 * wall_s);
+  test::figure(
+      "unplugged.processor_percent", 100.0 * (seconds(after) - seconds(before)) / wall_s);
 }
 
 TEST_F(SerialDials, AReplugedAdapterIsTakenUpAgainByItsStableName) {

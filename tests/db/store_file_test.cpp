@@ -14,6 +14,7 @@
 #include "db/migrations.h"
 #include "db/sqlite.h"
 #include "tests/db/store_fixture.h"
+#include "tests/support/figure.h"
 
 namespace sixdial::db {
 namespace {
@@ -137,6 +138,40 @@ TEST_F(StoreFile, OfEveryEarlierSchemaIsBroughtUpToDate) {
   }
 }
 
+// Files kept from each schema's own time (tests/data/schemas/make.py).
+TEST_F(StoreFile, StoredInEveryEarlierSchemaComesUpWithAllItHad) {
+  int tried = 0;
+  for (int version = 1; version < newest_schema(); ++version) {
+    const std::string name = "schema_" + std::to_string(version) + ".db";
+    const std::string kept = std::string(SIXDIAL_TEST_DATA) + "/schemas/" + name;
+    ASSERT_TRUE(std::filesystem::exists(kept))
+        << kept << " is missing: make it with tests/data/schemas/make.py and keep it";
+    std::filesystem::copy_file(kept, file(name));
+    std::filesystem::permissions(
+        file(name), std::filesystem::perms::owner_write, std::filesystem::perm_options::add);
+    Store store = Store::open(file(name));
+    EXPECT_EQ(store.schema_version(), newest_schema());
+    EXPECT_TRUE(store.check().empty()) << version;
+    const SessionId id = store.find_session("old");
+    const session::Session session = store.load_session(id);
+    ASSERT_EQ(session.samples.size(), 2U) << "one was retaken, one withdrawn";
+    EXPECT_EQ(session.samples[0].point, 1);
+    EXPECT_EQ(session.samples[0].dials[5].reason, "timeout");
+    EXPECT_EQ(session.samples[1].dials[0].value_mm, 4.0);
+    EXPECT_EQ(store.list_samples(id).size(), 4U);
+    EXPECT_EQ(store.load_plan(id)->points.size(), 4U);
+    EXPECT_EQ(store.open_points(id).size(), 2U);
+    if (version >= 2) {
+      EXPECT_EQ(store.load_results(id).at(0).json, R"({"rmse_mm":0.003})");
+      EXPECT_EQ(store.fail_unfinished_jobs("ended"), 1);
+    }
+    (void)store.append_sample(id, sample_at("G2", 0));
+    ++tried;
+  }
+  EXPECT_EQ(tried, newest_schema() - 1);
+  test::figure("migration.schemas", tried);
+}
+
 TEST_F(StoreFile, AMigrationThatBreaksLeavesTheOldSchema) {
   {
     Database raw(file(), Database::Mode::kReadWrite);
@@ -202,27 +237,36 @@ TEST_F(StoreFile, ThatIsDamagedSaysSo) {
 }
 
 TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
-  constexpr int kKills = 20;
+  // The suite's share; scripts/reliability.sh asks for thousands.
+  const int kills = test::size_of_run("SIXDIAL_CRASHES", 200);
+  constexpr int kKillsAFile = 50;  // a file that grows for ever is checked ever more slowly
   constexpr int kPatience_ms = 20'000;
   std::mt19937_64 random(9);
-  {
-    Store store = Store::open(file());
-    (void)store.create_session("s", rig_text());
-  }
+  std::string path;
   std::map<std::int64_t, std::int64_t> acknowledged;  // id -> point
+  std::size_t acknowledged_before = 0;
   int next_point = 0;
-  for (int kill_number = 0; kill_number < kKills; ++kill_number) {
+  for (int kill_number = 0; kill_number < kills; ++kill_number) {
+    if (kill_number % kKillsAFile == 0) {
+      if (!path.empty()) std::filesystem::remove(path);
+      path = file("crash_" + std::to_string(kill_number) + ".db");
+      Store store = Store::open(path);
+      (void)store.create_session("s", rig_text());
+      acknowledged_before += acknowledged.size();
+      acknowledged.clear();
+      next_point = 0;
+    }
     std::array<int, 2> pipe{};
     ASSERT_EQ(::pipe(pipe.data()), 0);
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
       ::close(pipe[0]);
-      append_until_killed(file(), pipe[1], next_point);
+      append_until_killed(path, pipe[1], next_point);
     }
     ::close(pipe[1]);
     // Let it get a few samples through, then strike a random while later.
-    const int wanted = std::uniform_int_distribution<int>(1, 6)(random);
+    const int wanted = std::uniform_int_distribution<int>(0, 6)(random);
     const int delay_us = std::uniform_int_distribution<int>(0, 8000)(random);
     int got = 0;
     bool killed = false;
@@ -248,7 +292,7 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
     ASSERT_TRUE(killed && WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
         << "the child ended by itself, status " << status;
 
-    Store store = Store::open(file());  // the lock went with the child
+    Store store = Store::open(path);  // the lock went with the child
     ASSERT_TRUE(store.check().empty());
     std::map<std::int64_t, session::Sample> stored;
     for (StoredSample& sample : store.list_samples(store.find_session("s"))) {
@@ -260,10 +304,17 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
       expect_equal(found->second, sample_at("G1", static_cast<int>(point)));
     }
     // One sample may have been stored whose acknowledgement was cut off.
-    EXPECT_LE(stored.size(), acknowledged.size() + static_cast<std::size_t>(kill_number) + 1);
+    EXPECT_LE(
+        stored.size(),
+        acknowledged.size() + static_cast<std::size_t>(kill_number % kKillsAFile) + 1);
     for (const auto& [id, sample] : stored) next_point = std::max(next_point, sample.point + 1);
   }
-  EXPECT_GE(acknowledged.size(), static_cast<std::size_t>(kKills));
+  acknowledged_before += acknowledged.size();
+  EXPECT_GE(acknowledged_before, static_cast<std::size_t>(kills));
+  test::figure("crash.runs", kills);
+  test::figure("crash.samples_acknowledged", acknowledged_before);
+  test::figure("crash.samples_lost", 0);  // the first one lost ends the test above
+  test::figure("crash.integrity_failures", 0);
 }
 
 // A file-size limit makes writes fail as a broken disk does. The child says how many samples

@@ -51,6 +51,7 @@ TEST(Socket, AWrongLineGetsAProperErrorAndTheServiceLivesOn) {
       {R"({"jsonrpc":"2.0","id":1,"method":"hello")", -32700, "parse_error"},
       {"\xff\xfe\x80", -32700, "parse_error"},
       {std::string("{\0}", 3), -32700, "parse_error"},
+      {R"({"jsonrpc":"2.0","id":1e999,"method":"hello"})", -32700, "parse_error"},
       {"17", -32600, "invalid_request"},
       {"[]", -32600, "invalid_request"},
       {"null", -32600, "invalid_request"},

@@ -1,0 +1,14 @@
+// The command line told by itself: a man page and a completion for bash, from the table of its
+// commands.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace sixdial::service::cli {
+
+/// roff of section 1 or 8.
+[[nodiscard]] std::string manual_page(const CLI::App& app, int section);
+[[nodiscard]] std::string bash_completion(const CLI::App& app);
+
+}  // namespace sixdial::service::cli
