@@ -243,7 +243,8 @@ TEST(Page, OpensWithAnotherSubjectWhereItIsNotAboutACalibration) {
   EXPECT_THAT(without_scripts(page), Not(HasSubstr("<img src=x")));
   EXPECT_THAT(page, HasSubstr("id=\"cause_1\""));
   EXPECT_THAT(page, HasSubstr("id=\"conditions\""));
-  for (const char* left_out : {"State of the robot: ", "id=\"accuracy\"", "id=\"parameters\""}) {
+  for (const char* left_out :
+       {"State of the robot: ", "id=\"accuracy\"", "id=\"parameters\""}) {
     EXPECT_THAT(page, Not(HasSubstr(left_out)));
   }
 }
