@@ -436,6 +436,12 @@ Identification identify(Readings& readings, const Settings& settings) {
         found.evidence - less.evidence,
         {},
         found.evidence - less.evidence < settings.tie_log_odds};
+    const Explanation unnamed = search.with_unknown(less);
+    if (unnamed.unknown.size() > found.unknown.size() &&
+        found.evidence - unnamed.evidence < settings.tie_log_odds) {
+      finding.tied_with_unknown = unnamed.unknown.back().covariates;
+      finding.unknown_log_odds = found.evidence - unnamed.evidence;
+    }
     // The others alone may have to be of absurd size.
     if (finding.evidence > kNever / 2) {
       finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;

@@ -39,7 +39,12 @@ struct Finding {
   double evidence = 0.0;  // log evidence lost if this one is left out
   std::vector<Rival> tied_with;
   bool tied_with_nothing = false;  // too weak to be sure that there is anything
-  [[nodiscard]] bool certain() const { return tied_with.empty() && !tied_with_nothing; }
+  /// Something smooth in these would do as well; empty: it would not.
+  std::vector<std::string> tied_with_unknown{};
+  double unknown_log_odds = 0.0;  // evidence for the name less evidence for that
+  [[nodiscard]] bool certain() const {
+    return tied_with.empty() && !tied_with_nothing && tied_with_unknown.empty();
+  }
 };
 
 struct GrossReading {

@@ -1,6 +1,7 @@
 #include "service/diagnosis_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -48,6 +49,12 @@ Json cause_json(const Cause& cause) {
     Json each = place_json(rival.hypothesis);
     each["log_odds"] = finite(rival.log_odds);
     json["tied_with"].push_back(std::move(each));
+  }
+  if (!finding.tied_with_unknown.empty()) {
+    json["tied_with"].push_back(
+        {{"cause", "unknown"},
+         {"where", fmt::format("{}", fmt::join(finding.tied_with_unknown, ", "))},
+         {"log_odds", finite(finding.unknown_log_odds)}});
   }
   if (finding.tied_with_nothing) {
     json["tied_with"].push_back(

@@ -377,6 +377,7 @@ std::string cause_in_words(std::string_view cause, std::string_view where) {
   if (cause == "outliers") return "gross reading errors";
   if (cause == "stale_reading") return "readings handed over twice";
   if (cause == "none") return "nothing";
+  if (cause == "unknown") return fmt::format("something unnamed that depends on {}", where);
   const simulation::Effect* effect = simulation::find_effect(cause);
   std::string words(effect != nullptr ? effect->in_words : cause);
   if (cause == "dial_swap") {

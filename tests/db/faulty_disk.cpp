@@ -110,7 +110,7 @@ const sqlite3_io_methods kMethods{
 
 int open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, int* out_flags) {
   FaultyDisk& disk = disk_of(vfs);
-  auto* opened = new (file) OpenFile{};
+  OpenFile* const opened = new (file) OpenFile();
   opened->disk = &disk;
   const std::string path = name == nullptr ? "" : name;
   const auto found = disk.files.find(path);
