@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 bin=$(readlink -f "${1:-build/release/bin}")
 pictures=$PWD/doc/pictures
-speed=8
+speed=1
 for program in chromium python3 tmux; do
   command -v "$program" >/dev/null || { echo "pictures: $program is missing: apt-get install $program" >&2; exit 1; }
 done
