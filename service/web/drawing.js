@@ -104,7 +104,7 @@ const drawing = (() => {
     const words = { done: 'done', suspect: 'suspect: look again', next: 'in hand', open: 'still open', left: 'skipped' };
     for (const kind in words) {
       const item = document.createElement('li');
-      const svg = node(item, 'svg', { viewBox: '-19 -19 38 38' });
+      const svg = node(item, 'svg', { viewBox: kind === 'next' ? '-19 -19 38 38' : '-10 -10 20 20' });
       mark(svg, kind, 0, 0);
       item.append(' ' + words[kind]);
       list.appendChild(item);

@@ -11,6 +11,8 @@
   const kSymbols = { ok: '✓', settling: '≈', free: '○', stale: '◷', lost: '✕', unread: '–' };
   const kWords = { ok: 'ok', settling: 'settling', free: 'no contact', stale: 'STALE', lost: 'LOST', unread: 'not read' };
 
+  // geometry/five_bar.h, for people.
+  const kMeaning = { l11: 'motor link, leg 1', l12: 'far link, leg 1', l21: 'motor link, leg 2', l22: 'far link, leg 2', d: 'between the motors', x0: 'robot stands at x', y0: 'robot stands at y', alpha: 'robot turned by', dtheta1: 'zero of encoder 1', dtheta2: 'zero of encoder 2' };
   let socket = null, calls = new Map(), nextId = 1;
   let epoch = '', lastSeq = 0, heardAt = 0, lostSince = 0, retry = 0;
   let session = '', collect = { state: 'idle' }, points = new Map(), live = null, liveAt = 0;
@@ -212,7 +214,7 @@
     const wanted = kActive.includes(status.state) ? status.session : session || status.session || (list.sessions[0] && list.sessions[0].name) || '';
     $('session').replaceChildren();
     for (const each of list.sessions) {
-      const option = element($('session'), 'option', '', `${each.name} (${each.samples} samples)`);
+      const option = element($('session'), 'option', '', each.name);
       option.value = each.name;
     }
     $('create').hidden = list.sessions.length > 0;
@@ -309,6 +311,8 @@
   const inHand = () => kActive.includes(collect.state) && collect.session === session && collect.point;
   function showMap() {
     const next = inHand();
+    const odd = [...points.values()].filter((p) => p.state === 'suspect');
+    $('suspects').textContent = odd.length ? 'Suspect: ' + odd.slice(0, 6).map((p) => `${p.name} (${p.why})`).join('; ') + (odd.length > 6 ? ` and ${odd.length - 6} more` : '') : '';
     drawing.map($('map'), [...points.values()], next ? { x: next.target_mm[0], y: next.target_mm[1] } : null);
   }
 
@@ -351,7 +355,8 @@
     for (const p of estimate.parameters) {
       const angle = p.unit === 'rad', times = angle ? kDeg : 1, unsure = open.includes(p.name);
       const row = element(body, 'tr', unsure ? 'open-parameter' : '');
-      element(row, 'td', '', p.name);
+      const name = element(row, 'td', '', p.name);
+      element(name, 'small', '', ` ${kMeaning[p.name] || ''}`);
       element(row, 'td', 'n', fixed(p.value * times, 4));
       element(row, 'td', 'n', fixed(p.sd * times, 4));
       element(row, 'td', '', angle ? 'deg' : 'mm');
@@ -421,6 +426,7 @@
     cancel: ['Cancel', 'x', () => call('job.cancel', { job: job.job })],
     report: ['Open report', 'o', async () => { window.open(`report/${encodeURIComponent(session)}`, '_blank', 'noopener'); }],
   };
+  const kHelp = { pause: 'after this point', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', undo: 'once stopped', stop: 'goes on later', start: 'at the next open point' };
   async function run(name) {
     const button = document.querySelector(`button[data-do=${name}]`);
     if (button.disabled) { say(`“${commands[name][0]}” is not possible now.`); return; }
@@ -433,6 +439,7 @@
     button.type = 'button';
     button.dataset.do = name;
     element(button, 'kbd', '', commands[name][1]);
+    if (kHelp[name]) element(button, 'small', '', kHelp[name]);
     button.onclick = () => run(name);
   }
   document.addEventListener('keydown', (event) => {
