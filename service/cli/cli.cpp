@@ -52,6 +52,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_calibrate_command(app, cli);
   add_compare_command(app, cli);
   add_report_command(app, cli);
+  add_rig_commands(app, cli);
   add_compensate_commands(app, cli);
   add_job_commands(app, cli);
   add_service_commands(app, cli);

@@ -43,6 +43,7 @@ void add_collect_command(CLI::App& app, Cli& cli);      // collect
 void add_calibrate_command(CLI::App& app, Cli& cli);    // calibrate
 void add_compare_command(CLI::App& app, Cli& cli);      // compare
 void add_report_command(CLI::App& app, Cli& cli);       // report
+void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
 

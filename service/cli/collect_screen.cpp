@@ -42,6 +42,7 @@ std::string large_row(std::string_view text, std::size_t row) {
     } else {
       line += "   ";
     }
+    line += ' ';
   }
   return line;
 }
@@ -56,6 +57,11 @@ std::string state_text(const Json& dial) {
   if (state == "free") return "no contact";
   if (state == "lost") return "LOST: " + dial.value("reason", "");
   return state == "stale" ? "STALE" : state;
+}
+
+std::string caption(const std::string& id, const Json& dial) {
+  if (!dial["value_mm"].is_number()) return fmt::format("{} {}", id, state_text(dial));
+  return fmt::format("{} {:.3f} mm  {}", id, dial["value_mm"].get<double>(), state_text(dial));
 }
 
 std::string pose_line(const Json& live) {
@@ -121,7 +127,7 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
       for (std::size_t row = 0; row < 3; ++row) {
         rows[row] += fmt::format("{:<{}}", "  " + large_row(value_text(dial), row), cell);
       }
-      rows[3] += fmt::format("{0:<{1}.{2}}", id + " mm  " + state_text(dial), cell, cell - 1);
+      rows[3] += fmt::format("{0:<{1}.{2}}", caption(id, dial), cell, cell - 1);
     } else {
       rows[0] += fmt::format(
           "{0:<{1}.{2}}", fmt::format("{} {} {}", id, value_text(dial), state_text(dial)), cell,

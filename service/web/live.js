@@ -426,7 +426,7 @@
     cancel: ['Cancel', 'x', () => call('job.cancel', { job: job.job })],
     report: ['Open report', 'o', async () => { window.open(`report/${encodeURIComponent(session)}`, '_blank', 'noopener'); }],
   };
-  const kHelp = { pause: 'after this point', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', undo: 'once stopped', stop: 'goes on later', start: 'at the next open point' };
+  const kHelp = { pause: 'after this point', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', undo: 'once stopped', stop: 'goes on later', start: 'at the next open point', report: 'after a calibration' };
   async function run(name) {
     const button = document.querySelector(`button[data-do=${name}]`);
     if (button.disabled) { say(`“${commands[name][0]}” is not possible now.`); return; }

@@ -56,9 +56,9 @@ TEST(CollectScreen, DrawsLargeDigitsWhereTheyFit) {
       {"pose", nullptr}};
   const auto lines = dial_lines(one, 100);
   ASSERT_EQ(lines.size(), 5U);
-  EXPECT_THAT(lines[0], testing::StartsWith("      _      _  _ "));
-  EXPECT_THAT(lines[1], testing::StartsWith("    || | |_||_|| |"));
-  EXPECT_THAT(lines[2], testing::StartsWith("    ||_|.  | _||_|"));
+  EXPECT_THAT(lines[0], testing::StartsWith("       _         _   _  "));
+  EXPECT_THAT(lines[1], testing::StartsWith("    | | |   |_| |_| | | "));
+  EXPECT_THAT(lines[2], testing::StartsWith("    | |_| .   |  _| |_| "));
   EXPECT_THAT(lines[4], HasSubstr("fewer than three dials"));
 }
 
