@@ -15,7 +15,8 @@ using Eigen::Vector2d;
 
 constexpr double kRoom_mm = 16.0;        // around everything
 constexpr double kAxis_mm = 22.0;        // length of a frame's arrows
-constexpr double kBody_mm = 26.0;        // of a dial behind its free tip
+constexpr double kBody_mm = 9.0;         // radius of a dial
+constexpr double kBehind_mm = 4.0;       // of the body from the innermost place of its plunger
 constexpr double kLargestSide_mm = 5e4;  // of a picture: beyond that a rig file is wrong
 
 struct Pose {
@@ -50,9 +51,15 @@ class Drawing {
     cuboid();
     if (pose_) links();
     for (const geometry::Dial& dial : rig_.dials) this->dial(dial);
-    frame("W", Vector2d(0, 0), 0.0, "table");
     const auto& v = rig_.robot.nominal;
-    frame("B", base_point(v, 0.0), v[geometry::kAlpha], "robot");
+    const Vector2d base = base_point(v, 0.0);
+    constexpr double kApart_mm = 12.0;  // nearer than that two names would be on one another
+    if (base.norm() < kApart_mm) {
+      frame("W, B ", Vector2d(0, 0), 0.0, "table, robot");
+    } else {
+      frame("W", Vector2d(0, 0), 0.0, "table");
+      frame("B", base, v[geometry::kAlpha], "robot");
+    }
     if (!pose_) {
       label(
           rig_.cuboid.reference_pose_mm, "middle",
@@ -100,8 +107,8 @@ class Drawing {
         "height=\"{:.3f}\"/>\n",
         c.x() - side / 2, -c.y() - side / 2, side, side);
     label(
-        c + Vector2d(0, side / 2 - 7), "middle", fmt::format("cuboid, {} mm", shortest(side)),
-        "soft");
+        c + Vector2d(side / 2 - 4, side / 2 - 10), "end",
+        fmt::format("cuboid, {} mm", shortest(side)), "soft");
   }
 
   void links() {
@@ -113,23 +120,26 @@ class Drawing {
     for (const Vector2d& p : {pose_->motor_1, pose_->motor_2}) dot(p, 3.6, "motor");
     for (const Vector2d& p : {pose_->elbow_1, pose_->elbow_2}) dot(p, 2.4, "joint");
     dot(pose_->tool, 2.8, "tool");
-    const Vector2d below(0, -11);
-    label(pose_->motor_1 + below, "middle", "O1 motor 1");
-    label(pose_->motor_2 + below, "middle", "O2 motor 2");
+    label(pose_->motor_1 + Vector2d(0, -12), "middle", "O1, motor 1");
+    label(pose_->motor_2 + Vector2d(7, -3), "start", "O2, motor 2");
     label(pose_->elbow_1 + Vector2d(0, 5), "middle", "O3");
     label(pose_->elbow_2 + Vector2d(0, 5), "middle", "O4");
     label(pose_->tool + Vector2d(5, 3), "start", "E tool");
   }
 
+  /// As it stands at the reference pose: the tip on the face, the free tip as a faint ring.
   void dial(const geometry::Dial& each) {
     const geometry::DialGeometry& g = each.geometry;
-    const Vector2d behind = g.position_mm - kBody_mm * g.axis;
-    line(g.position_mm, behind, "stem");
-    line(g.position_mm - 11.0 * g.axis, behind, "dial");
-    dot(g.position_mm - g.tip_radius_mm * g.axis, std::max(g.tip_radius_mm, 1.2), "tip");
-    const Vector2d name = behind - 9.0 * g.axis;
-    dot(name, 7.0, "name");
-    label(name - Vector2d(0, 3.2), "middle", each.id, "id");
+    const geometry::CuboidPose held{rig_.cuboid.reference_pose_mm, 0.0};
+    const auto contact = geometry::touch(g, held, rig_.cuboid.side_mm);
+    const Vector2d tip = g.position_mm - (contact ? contact->displacement_mm : 0.0) * g.axis;
+    const Vector2d body = g.position_mm - (g.travel_mm + kBehind_mm) * g.axis;
+    line(g.position_mm, tip, "free");
+    dot(g.position_mm - g.tip_radius_mm * g.axis, std::max(g.tip_radius_mm, 1.2), "free");
+    line(tip, body, "stem");
+    dot(tip - g.tip_radius_mm * g.axis, std::max(g.tip_radius_mm, 1.2), "tip");
+    dot(body - kBody_mm * g.axis, kBody_mm, "dial");
+    label(body - kBody_mm * g.axis - Vector2d(0, 3.2), "middle", each.id, "id");
   }
 
   void frame(std::string_view name, const Vector2d& origin, double angle, std::string_view of) {
@@ -160,7 +170,8 @@ class Drawing {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"rig\" role=\"img\" viewBox=\"{:.2f} "
         "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot at its "
         "reference pose, cuboid, {} dials; table frame, mm</title>\n<style>\n"
-        ".rig text{{font:7px system-ui,sans-serif;fill:#16202a}}\n"
+        ".rig text{{font:7px system-ui,sans-serif;fill:#16202a;paint-order:stroke;stroke:#fff;"
+        "stroke-width:2px}}\n"
         ".rig .soft{{fill:#4b5a68}}\n.rig .id{{font-weight:700;font-size:9px}}\n"
         ".rig .axis-name{{font-style:italic;fill:#0b4f82}}\n"
         ".rig line{{stroke:#16202a;stroke-width:1;stroke-linecap:round}}\n"
@@ -172,8 +183,9 @@ class Drawing {
         ".rig .motor{{fill:#16202a}}\n.rig .joint,.rig .tip,.rig "
         ".name{{fill:#fff;stroke:#16202a;"
         "stroke-width:1}}\n.rig .tool{{fill:#a11d1d}}\n"
-        ".rig .dial{{stroke-width:7;stroke:#b9c4ce}}\n</style>\n",
-        low.x(), -low.y() - size.y(), size.x(), size.y(), 3 * size.x(), 3 * size.y(),
+        ".rig .dial{{fill:#fff;stroke:#16202a}}\n.rig .free{{stroke:#8a959f;stroke-dasharray:2 "
+        "2;fill:none;stroke-width:.8}}\n</style>\n",
+        low.x(), -high_.y() - kRoom_mm, size.x(), size.y(), 3 * size.x(), 3 * size.y(),
         escape_html(rig_.name), rig_.dials.size());
   }
 
@@ -191,7 +203,8 @@ Section rig_section(const geometry::Rig& rig) {
   Section out{.id = "rig", .heading = "The rig"};
   out.blocks.emplace_back(
       "Drawn from the rig file: the robot by its nominal parameters at the reference pose, "
-      "where the cuboid's rotation gamma is zero. Frame W is the table, B the robot. A dial's "
+      "where the cuboid's rotation gamma is zero, and the dials touch as they do there; a "
+      "faint ring is where a free tip stands. Frame W is the table, B the robot. A dial's "
       "displacement is positive when its plunger is pushed in, away from the cuboid.");
   Table t{.id = "rig_dials", .caption = "Dials on the table, at zero displacement"};
   const auto column = [](std::string key, std::string title, std::string unit) {

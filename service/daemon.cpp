@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "service/causes_doc.h"
 #include "service/live_page.h"
 #include "service/method.h"
 #include "service/server.h"
@@ -29,6 +30,7 @@ struct DaemonOptions {
   std::string clock_start;
   std::string log_level = "info";
   bool print_protocol = false;
+  bool print_causes = false;
   std::uint16_t live_port = kDefaultLivePort;
 };
 
@@ -92,11 +94,16 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
           ->expected(0, 1)
           ->default_str(std::to_string(kDefaultLivePort));
   app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
+  app.add_flag("--print-causes", options.print_causes, "print doc/manual/causes.md and end");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error, out, err) == 0 ? static_cast<int>(ExitCode::kOk)
                                           : static_cast<int>(ExitCode::kUsage);
+  }
+  if (options.print_causes) {
+    out << causes_markdown();
+    return static_cast<int>(ExitCode::kOk);
   }
   if (options.print_protocol) {
     out << protocol_markdown();

@@ -26,13 +26,13 @@ TEST(RigPicture, DrawsEveryDialWithItsNameAtItsTip) {
     const auto& g = dial.geometry;
     EXPECT_THAT(
         svg, HasSubstr(fmt::format(
-                 "class=\"stem\" x1=\"{:.3f}\" y1=\"{:.3f}\"", g.position_mm.x(),
+                 "class=\"free\" x1=\"{:.3f}\" y1=\"{:.3f}\"", g.position_mm.x(),
                  -g.position_mm.y())));  // y goes down in SVG
   }
   EXPECT_EQ(count(svg, "class=\"proximal\""), 2);
   EXPECT_EQ(count(svg, "class=\"distal\""), 2);
   for (const char* words :
-       {"Wx", "Wy (table)", "Bx", "By (robot)", "O1", "O2", "O3", "O4", "E tool"}) {
+       {"W, B x", "W, B y (table, robot)", "O1", "O2", "O3", "O4", "E tool"}) {
     EXPECT_THAT(svg, HasSubstr(words));
   }
 }
