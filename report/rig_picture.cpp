@@ -147,7 +147,7 @@ class Drawing {
     const Vector2d y(-x.y(), x.x());
     arrow(origin, origin + kAxis_mm * x);
     arrow(origin, origin + kAxis_mm * y);
-    label(origin + (kAxis_mm + 3.0) * x, "start", fmt::format("{}x", name), "axis-name");
+    label(origin + kAxis_mm * x - 9.0 * y, "middle", fmt::format("{}x", name), "axis-name");
     label(
         origin + (kAxis_mm + 3.0) * y, "middle", fmt::format("{}y ({})", name, of),
         "axis-name");
