@@ -24,8 +24,8 @@ def main():
         try:
             if kind == "live":
                 page.open(source, 1280, 900)
-                page.until(f"document.getElementById('bar').value >= {int(sys.argv[4])}")
-                page.until("document.getElementById('settle').textContent.includes('settled')")
+                page.until(f"document.getElementById('bar').value >= {int(sys.argv[4])} &&"
+                           " document.getElementById('settle').textContent.includes('✓ settled')")
                 page.shot(out, True)
             elif kind == "text":
                 shown = pathlib.Path(folder, "terminal.html")

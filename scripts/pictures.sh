@@ -57,7 +57,7 @@ tmux -L "sixdial-$$" -f /dev/null new-session -d -x 110 -y 30 \
 picture() {  # picture.py's arguments
   python3 scripts/picture.py "$@"
 }
-picture live "$url" "$pictures/live.png" 38
+picture live "$url" "$pictures/live.png" 30
 tmux -L "sixdial-$$" capture-pane -p >"$work/terminal.txt"
 picture text "$work/terminal.txt" "$pictures/terminal.png"
 collected() { sixdial --json collection status | grep -q '"state": *"done"'; }

@@ -51,9 +51,6 @@ class Keys {
   bool active_;
 };
 
-constexpr const char* kKeyHelp =
-    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
-
 const char* method_for(char key) {
   switch (key) {
     case 'p':

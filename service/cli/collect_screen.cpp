@@ -197,6 +197,7 @@ void Screen::show_dials(const Json& live) {
   live_ = live;
   std::vector<std::string> lines = dial_lines(live, terminal_width());
   lines.insert(lines.end(), estimate_lines_.begin(), estimate_lines_.end());
+  if (::isatty(STDIN_FILENO) != 0) lines.emplace_back(kKeyHelp);
   line_.clear();
   block_.clear();
   block_.set(std::move(lines));

@@ -10,6 +10,9 @@
 
 namespace sixdial::service::cli {
 
+inline constexpr const char* kKeyHelp =
+    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
+
 /// "G1 12.0  x 23.412  y 37.871 mm  A 10.490 ...; remarks".
 [[nodiscard]] std::string sample_line(const Json& sample);
 /// The data of a live event in large digits, three dials a row, and the pose; in one line a row
