@@ -436,7 +436,9 @@ Identification identify(Readings& readings, const Settings& settings) {
         found.evidence - less.evidence,
         {},
         found.evidence - less.evidence < settings.tie_log_odds};
-    const Explanation unnamed = search.with_unknown(less);
+    // Asked of a name that stands alone: beside others the smooth rival was asked at each cut.
+    const Explanation unnamed =
+        found.chosen.size() == 1 ? search.with_unknown(less) : Explanation{};
     if (unnamed.unknown.size() > found.unknown.size() &&
         found.evidence - unnamed.evidence < settings.tie_log_odds) {
       finding.tied_with_unknown = unnamed.unknown.back().covariates;

@@ -103,7 +103,15 @@ struct Figure {
   Table table{};
 };
 
-using Block = std::variant<std::string, Table, Figure>;  // a string is a paragraph
+/// A drawing that needs no script. `svg` goes into the page as it is: whoever makes it escapes
+/// what it holds. Its numbers stand in a table beside it.
+struct Picture {
+  std::string id{};
+  std::string title{};
+  std::string svg{};
+};
+
+using Block = std::variant<std::string, Table, Figure, Picture>;  // a string is a paragraph
 
 struct Section {
   std::string id{};

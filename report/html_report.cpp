@@ -169,6 +169,9 @@ class Page {
         put("<p>{}</p>\n", escape_html(*words));
       } else if (const auto* t = std::get_if<Table>(&block)) {
         table(*t, fmt::format("Table {}", ++tables_), "table");
+      } else if (const auto* drawn = std::get_if<Picture>(&block)) {
+        put("<div class=\"picture\" id=\"{}\">{}</div>\n", new_id("picture_" + drawn->id),
+            drawn->svg);
       } else {
         figure(std::get<Figure>(block));
       }

@@ -200,6 +200,9 @@ ordered_json block(const Block& b) {
   };
   if (const auto* words = std::get_if<std::string>(&b)) return {{"paragraph", value(*words)}};
   if (const auto* t = std::get_if<Table>(&b)) return {{"table", table(*t)}};
+  if (const auto* p = std::get_if<Picture>(&b)) {
+    return {{"picture", {{"id", p->id}, {"title", p->title}}}};  // its numbers are a table
+  }
   const auto& f = std::get<Figure>(b);
   return {
       {"figure",

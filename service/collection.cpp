@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/connection.h"
+#include "service/live_dials.h"
 #include "service/live_estimate.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
@@ -47,21 +48,6 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
           "Collect another plan into another session, or give its points other numbers.");
     }
   }
-}
-
-Json readings_json(
-    const geometry::Rig& rig, const std::vector<acquisition::Reading>& readings) {
-  Json dials = Json::object();
-  for (std::size_t i = 0; i < readings.size() && i < rig.dials.size(); ++i) {
-    const acquisition::Reading& reading = readings[i];
-    Json row{
-        {"value_mm", or_null(reading.value_mm)},
-        {"quality", session::to_string(reading.quality)},
-        {"reason", reading.reason}};
-    if (!reading.detail.empty()) row["detail"] = reading.detail;
-    dials[rig.dials[i].id] = std::move(row);
-  }
-  return dials;
 }
 
 }  // namespace
@@ -351,10 +337,17 @@ void Collection::publish_live(const std::stop_token& stop, Run& run) {
   std::mutex mutex;
   std::condition_variable_any over;
   std::unique_lock lock(mutex);
+  LiveDials shown(run.rig, run.settings.settle_spread_mm);
   while (!over.wait_for(lock, stop, kLiveEvery, [&] { return stop.stop_requested(); })) {
-    events_.publish(
-        kLiveTopic,
-        {{"type", "dials"}, {"dials", readings_json(run.rig, run.dials->latest())}});
+    std::optional<std::size_t> index;
+    {
+      const std::lock_guard state_lock(mutex_);
+      index = progress_.plan_index;
+    }
+    Json data = shown.show(run.dials->latest(), index ? &run.plan.points.at(*index) : nullptr);
+    data["type"] = "dials";
+    data["session"] = session_;
+    events_.publish(kLiveTopic, std::move(data));
   }
 }
 

@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <thread>
 
+#include "service/causes_doc.h"
 #include "service/cli/manual.h"
+#include "service/live_page.h"
 #include "service/method.h"
 #include "service/server.h"
 #include "service/service.h"
@@ -30,6 +32,8 @@ struct DaemonOptions {
   std::string log_level = "info";
   bool print_protocol = false;
   bool print_manual = false;
+  bool print_causes = false;
+  std::uint16_t live_port = kDefaultLivePort;
 };
 
 void start_log(const std::string& level) {
@@ -84,13 +88,25 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
   app.add_option("--clock-start", options.clock_start, "what the rig's clock begins with, UTC");
   app.add_option("--log-level", options.log_level, "debug, info, warn, error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+  const CLI::Option* live =
+      app.add_option(
+             "--live", options.live_port,
+             "serve the live page on this port of the loopback, 0: any free one; prints its "
+             "address with the token")
+          ->expected(0, 1)
+          ->default_str(std::to_string(kDefaultLivePort));
   app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
   app.add_flag("--print-manual", options.print_manual, "print the man page and end");
+  app.add_flag("--print-causes", options.print_causes, "print doc/manual/causes.md and end");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error, out, err) == 0 ? static_cast<int>(ExitCode::kOk)
                                           : static_cast<int>(ExitCode::kUsage);
+  }
+  if (options.print_causes) {
+    out << causes_markdown();
+    return static_cast<int>(ExitCode::kOk);
   }
   if (options.print_protocol) {
     out << protocol_markdown();
@@ -108,6 +124,11 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
         service, {.socket_path = options.socket,
                   .take_over_from_systemd = true,
                   .handle_signals = true});
+    std::optional<LivePage> page;
+    if (live->count() > 0) {
+      page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});
+      out << "Live page: " << page->url() << std::endl;
+    }
     server.run();
     spdlog::info("ended");
     return static_cast<int>(ExitCode::kOk);

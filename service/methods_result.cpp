@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 
+#include "service/against_run.h"
 #include "service/calibration_run.h"
 #include "service/report_run.h"
 #include "service/result_lookup.h"
@@ -148,9 +149,20 @@ Json write(const Call& call) {
   const auto document_of = [](const std::optional<db::ResultRecord>& result) {
     return result ? Json::parse(result->json) : Json(nullptr);
   };
+  const Json document = Json::parse(record.json);
+  std::vector<report::Section> more;
+  if (const auto other_name = param_or<std::string>(call.params, "against", "");
+      !other_name.empty()) {
+    const Json wanted{{"session", other_name}};
+    const db::ResultRecord other =
+        calibration_record(Call{call.service, wanted, call.caller, call.sink});
+    const Json other_document = Json::parse(other.json);
+    const session::Session other_session = reader.load_session(other.session);
+    more = against_sections({document, session}, {other_document, other_session});
+  }
   const auto files = write_report(
-      Json::parse(record.json), session, reader.session_info(record.session).who.name, path,
-      document_of(comparison), document_of(diagnosis));
+      document, session, reader.session_info(record.session).who.name, path,
+      document_of(comparison), document_of(diagnosis), std::move(more));
   return {
       {"path", path.string()},
       {"files", files},
@@ -215,7 +227,10 @@ constexpr std::array kListParams{
         .max = 100}};
 constexpr std::array kWriteParams{
     kResult, kSessionOr,
-    Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"}};
+    Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
+    Param{
+        .name = "against",
+        .doc = "another session, whose newest calibration is compared: as found, as left"}};
 
 constexpr std::array kMethods{
     Method{

@@ -5,6 +5,8 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <tuple>
 
 #include "service/sample_json.h"
 #include "service/service.h"
@@ -13,6 +15,7 @@
 #include "session/bundle.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
+#include "session/trials.h"
 
 namespace sixdial::service {
 namespace {
@@ -129,6 +132,52 @@ Json export_bundle(const Call& call) {
       {"samples", session.samples.size()}};
 }
 
+/// What makes a stored sample worth another look; empty: nothing.
+std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
+  std::string doubt;
+  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
+    const session::DialValue& value = sample.dials[i];
+    if (value.quality == session::Quality::kGood || value.reason == "no contact") continue;
+    doubt += fmt::format(
+        "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
+        value.reason.empty() ? session::to_string(value.quality) : value.reason);
+  }
+  if (session::trial_of(rig, sample).position_mm) return doubt;
+  return doubt.empty() ? "three dials that touch are needed" : "no position: " + doubt;
+}
+
+Json planned(const Call& call) {
+  const session::Session session = loaded(call);
+  const auto plan =
+      call.service.reader().load_plan(call.service.reader().find_session(session_name(call)));
+  const std::vector<session::PlanPoint> none;
+  const std::vector<session::PlanPoint>& points = plan ? plan->points : none;
+  std::map<std::tuple<std::string, int, int>, const session::Sample*> measured;
+  for (const session::Sample& sample : session.samples) {
+    measured[{sample.set, sample.point, sample.repeat}] = &sample;
+  }
+  const auto limit = param_or<std::int64_t>(call.params, "limit", 200);
+  const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
+  Json rows = Json::array();
+  for (auto i = offset; i < std::min(offset + limit, std::ssize(points)); ++i) {
+    const session::PlanPoint& point = points[static_cast<std::size_t>(i)];
+    Json row{
+        {"set", point.set},
+        {"point", point.point},
+        {"repeat", point.repeat},
+        {"target_mm", {point.target_mm.x(), point.target_mm.y()}},
+        {"state", "open"}};
+    const auto found = measured.find({point.set, point.point, point.repeat});
+    if (found != measured.end()) {
+      const std::string doubt = doubt_of(session.rig, *found->second);
+      row["state"] = doubt.empty() ? "done" : "suspect";
+      if (!doubt.empty()) row["why"] = doubt;
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"session", session.name}, {"total", points.size()}, {"points", std::move(rows)}};
+}
+
 /// The row stays in the store as withdrawn; what it had replaced counts again.
 Json undo(const Call& call) {
   Service& service = call.service;
@@ -198,6 +247,15 @@ constexpr std::array kCreateParams{
     Param{.name = "name", .required = true, .doc = "of the new session"},
     Param{.name = "rig_toml", .required = true, .doc = "text of the rig file"}};
 constexpr std::array kListParams{kPage, kOffset};
+constexpr std::array kPlannedParams{
+    kSession,
+    Param{
+        .name = "limit",
+        .type = ParamType::kInteger,
+        .doc = "so many; default 200",
+        .min = 1,
+        .max = 200},
+    kOffset};
 constexpr std::array kShowParams{kSession, kPage, kOffset};
 constexpr std::array kImportParams{
     Param{
@@ -300,6 +358,14 @@ constexpr std::array kMethods{
         .result = "sessions [as session.show], total",
         .example = R"({"limit": 20})",
         .run = list},
+    Method{
+        .name = "session.plan",
+        .summary = "The session's planned points and which of them are measured, by page.",
+        .params = kPlannedParams,
+        .result = "session, total, points [{set, point, repeat, target_mm, state (open, done, "
+                  "suspect: a dial was doubtful, or there is no position), why}]",
+        .example = R"({"session": "demo", "limit": 200, "offset": 0})",
+        .run = planned},
     Method{
         .name = "session.show",
         .summary = "One session, with a page of its samples if `limit` says so.",

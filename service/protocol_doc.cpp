@@ -64,7 +64,7 @@ are never replayed, and a client too slow for them gets the newest (`"live":true
 | job | `type` (queued, started, progress, done, failed, cancelled) and the job as in `job.status` |
 | sample | a sample, after it is stored: set, point, repeat, number, readings, position, flags |
 | collect | `type` (started, point, paused, resumed, skipped, flagged, stopped, done, failed) and the state as in `collect.status` |
-| live | the dials as they are now: value, state, age |
+| live | while a session is collected, the dials as they are now: `dials` {{id: value_mm, quality, reason, `state` (ok, settling, free: touches nothing, stale, lost)}}, `settle` {{spread_mm, limit_mm, settled}} of the last two values shown of the dial that is furthest from rest, `pose` {{x_mm, y_mm, gamma_rad, dials used}} or null |
 | service | `type` (stopping) |
 
 ## Errors

@@ -10,6 +10,7 @@
 #include "report/csv_report.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
+#include "report/rig_picture.h"
 #include "service/assessment.h"
 #include "service/calibration_run.h"
 #include "service/clock_text.h"
@@ -364,14 +365,20 @@ report::ReportData report_data(
         {"What the simulation gets wrong", "cautions",
          diagnosis["verdict"]["found"].get<std::vector<std::string>>()});
   }
+  data.sections.push_back(report::rig_section(session.rig));
   return data;
 }
 
 std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder, const Json& comparison, const Json& diagnosis) {
-  const report::ReportData data =
+    const std::filesystem::path& folder, const Json& comparison, const Json& diagnosis,
+    std::vector<report::Section> more) {
+  report::ReportData data =
       report_data(document, session, operator_name, comparison, diagnosis);
+  // As found, as left is what such a report is made for: it comes first.
+  data.sections.insert(
+      data.sections.begin(), std::make_move_iterator(more.begin()),
+      std::make_move_iterator(more.end()));
   std::error_code trouble;
   std::filesystem::create_directories(folder, trouble);
   if (trouble) {

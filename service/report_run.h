@@ -25,11 +25,11 @@ namespace sixdial::service {
 
 /// report.html, report.json, the CSV tables, calibration.json (the document), comparison.json
 /// and diagnosis.json (where there are such) and, in bundle/, session.csv and rig.toml. The
-/// folder is made if absent; files of these names are replaced. Returns the files, relative to
-/// the folder. Throws Error file.
+/// folder is made if absent; files of these names are replaced. `more`: sections after the own
+/// ones. Returns the files, relative to the folder. Throws Error file.
 [[nodiscard]] std::vector<std::string> write_report(
     const Json& document, const session::Session& session, const std::string& operator_name,
     const std::filesystem::path& folder, const Json& comparison = nullptr,
-    const Json& diagnosis = nullptr);
+    const Json& diagnosis = nullptr, std::vector<report::Section> more = {});
 
 }  // namespace sixdial::service

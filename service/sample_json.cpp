@@ -25,6 +25,7 @@ Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
     if (!value.reason.empty()) row["reason"] = value.reason;
     dials[rig.dials[i].id] = std::move(row);
   }
+  const simulation::Trial trial = session::trial_of(rig, sample);
   return {
       {"set", sample.set},
       {"point", sample.point},
@@ -37,7 +38,8 @@ Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
       {"approach", {or_null(sample.approach[0]), or_null(sample.approach[1])}},
       {"temperature_c", or_null(sample.temperature_c)},
       {"dials", std::move(dials)},
-      {"position_mm", point_or_null(session::trial_of(rig, sample).position_mm)}};
+      {"position_mm", point_or_null(trial.position_mm)},
+      {"gamma_rad", or_null(trial.gamma_rad)}};
 }
 
 }  // namespace sixdial::service

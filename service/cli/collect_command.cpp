@@ -2,13 +2,13 @@
 // sixdial collection ... to command one that runs.
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <filesystem>
 
 #include "service/cli/cli.h"
+#include "service/cli/collect_screen.h"
 #include "service/live_estimate.h"
 #include "session/csv.h"
 
@@ -51,9 +51,6 @@ class Keys {
   bool active_;
 };
 
-constexpr const char* kKeyHelp =
-    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
-
 const char* method_for(char key) {
   switch (key) {
     case 'p':
@@ -74,121 +71,6 @@ const char* method_for(char key) {
       return nullptr;
   }
 }
-
-std::string sample_line(const Json& sample) {
-  std::string text = fmt::format(
-      "{} {}.{}", sample["set"].get<std::string>(), sample["point"].get<int>(),
-      sample["repeat"].get<int>());
-  const Json& position = sample["position_mm"];
-  text += position.is_array() ? fmt::format(
-                                    "  x {:.3f}  y {:.3f} mm ", position[0].get<double>(),
-                                    position[1].get<double>())
-                              : std::string("  no position ");
-  for (const auto& [id, dial] : sample["dials"].items()) {
-    text += dial["value_mm"].is_number()
-                ? fmt::format(" {} {:.3f}", id, dial["value_mm"].get<double>())
-                : fmt::format(" {} -", id);
-  }
-  for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
-  return text;
-}
-
-/// Lines above the progress line that are rewritten in place on a terminal.
-class Block {
- public:
-  explicit Block(const Console& console) : console_(console) {}
-  void set(std::vector<std::string> lines) { lines_ = std::move(lines); }
-  void show() {
-    if (!console_.terminal || on_screen_ > 0 || lines_.empty()) return;
-    // A line that the terminal would wrap could not be taken away again.
-    winsize size{};
-    const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-    const std::size_t width = known ? size.ws_col - 1U : 79U;
-    console_.err << "\r\x1b[K";
-    for (const std::string& line : lines_) console_.err << line.substr(0, width) << '\n';
-    on_screen_ = lines_.size();
-  }
-  /// The cursor stands in the line below.
-  void clear() {
-    if (on_screen_ > 0) console_.err << "\r\x1b[" << on_screen_ << "A\x1b[J" << std::flush;
-    on_screen_ = 0;
-  }
-
- private:
-  const Console& console_;
-  std::vector<std::string> lines_;
-  std::size_t on_screen_ = 0;
-};
-
-/// What a person sees of a running collection.
-class Screen {
- public:
-  explicit Screen(const Console& console)
-      : console_(console), block_(console), line_(console) {}
-
-  void show_state(const Json& state) {
-    const std::string type = state.value("type", "");
-    const std::string message = state.value("message", "");
-    if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
-      note(fmt::format("{}{}: {}", point_text(state), type, message));
-    }
-    if (type == "move" && state["move_to_rad"].is_array()) {
-      note(fmt::format(
-          "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial "
-          "collection "
-          "moved",
-          point_text(state), state["move_to_rad"][0].get<double>(),
-          state["move_to_rad"][1].get<double>()));
-    }
-    if (type == "estimate" && state["estimate"].is_object()) show_estimate(state["estimate"]);
-    block_.show();
-    line_.show(
-        "collecting", state["done"].get<std::int64_t>(), state["total"].get<std::int64_t>(),
-        state["eta_s"].is_number() ? std::optional(state["eta_s"].get<double>()) : std::nullopt,
-        console_.terminal ? point_text(state) + state.value("stage", "") : std::string());
-  }
-  void show_sample(const Json& sample) {
-    if (console_.json || console_.quiet) return;
-    note(sample_line(sample));
-  }
-  void note(const std::string& text) {
-    line_.clear();
-    block_.clear();
-    console_.note(text);
-  }
-  void end() {
-    line_.clear();
-    block_.clear();
-  }
-
- private:
-  static std::string point_text(const Json& state) {
-    const Json& point = state["point"];
-    if (!point.is_object()) return "";
-    return fmt::format(
-        "{} {}.{} ", point["set"].get<std::string>(), point["point"].get<int>(),
-        point["repeat"].get<int>());
-  }
-  void show_estimate(const Json& estimate) {
-    if (console_.json || console_.quiet) return;
-    std::vector<std::string> lines = estimate_parameters(estimate);
-    lines.push_back(estimate_summary(estimate));
-    if (console_.terminal) {
-      line_.clear();
-      block_.clear();
-      block_.set(std::move(lines));
-      return;
-    }
-    constexpr int kParametersEvery = 10;
-    if (estimate["samples"].get<int>() % kParametersEvery != 0) {
-      lines.erase(lines.begin(), lines.end() - 1);
-    }
-    for (const std::string& each : lines) note(each);
-  }
-  const Console& console_;
-  Block block_;
-  ProgressLine line_;
-};
 
 bool has_ended(const Json& status) {
   const std::string state = status["state"];
@@ -224,6 +106,8 @@ Json follow(Cli& cli, Screen& screen) {
       status = cli.call("collect.status");
     } else if (params["topic"] == "sample") {
       screen.show_sample(params["data"]);
+    } else if (params["topic"] == "live") {
+      screen.show_dials(params["data"]);
     } else if (params["topic"] == "collect") {
       status = params["data"];
       screen.show_state(status);
@@ -286,7 +170,7 @@ ExitCode collect(Cli& cli, const CollectOptions& options) {
   if (options.stop_below_mm > 0.0) params["stop_below_mm"] = options.stop_below_mm;
   if (options.settle_spread_mm > 0.0) params["settle_spread_mm"] = options.settle_spread_mm;
   if (options.settle_timeout_ms > 0) params["settle_timeout_ms"] = options.settle_timeout_ms;
-  cli.call("events.subscribe", {{"topics", {"collect", "sample"}}});
+  cli.call("events.subscribe", {{"topics", screen_topics(cli.console)}});
   cli.call("collect.start", params);
   Screen screen(cli.console);
   return conclude(cli, follow(cli, screen));
@@ -314,7 +198,7 @@ void add_collection_commands(CLI::App& app, Cli& cli) {
   group->add_subcommand("watch", "Shows a collection that runs until it ends.")
       ->callback([&cli] {
         cli.action = [&cli] {
-          cli.call("events.subscribe", {{"topics", {"collect", "sample"}}});
+          cli.call("events.subscribe", {{"topics", screen_topics(cli.console)}});
           Screen screen(cli.console);
           return conclude(cli, follow(cli, screen));
         };

@@ -255,8 +255,7 @@ void add_doctor_commands(CLI::App& app, Cli& cli) {
       ->capture_default_str();
   doctor->callback(
       [&cli, options] { cli.action = [&cli, options] { return examine(cli, *options); }; });
-  CLI::App* rig = app.add_subcommand("rig", "The rig's devices.");
-  rig->require_subcommand(1);
+  CLI::App* rig = app.get_subcommand("rig");  // `rig draw` is there
   CLI::App* scanning = rig->add_subcommand(
       "scan",
       "Finds ports and dials, shows their values, and checks a rig file against what answers.");

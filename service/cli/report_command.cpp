@@ -6,9 +6,11 @@
 
 #include <filesystem>
 
+#include "service/against_run.h"
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
 #include "service/compare_run.h"
+#include "service/report_pdf.h"
 #include "service/report_run.h"
 #include "service/server.h"
 #include "session/bundle.h"
@@ -18,15 +20,22 @@ namespace sixdial::service::cli {
 namespace {
 
 struct ReportOptions {
-  std::string subject, output, result_file;
+  std::string subject, output, result_file, pdf, against;
   std::int64_t result = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
   bool compare = false;
 };
 
-void print_files(Cli& cli, const Json& answer) {
-  cli.console.print("report", answer, answer["path"].get<std::string>() + "/report.html\n");
+void print_files(Cli& cli, const ReportOptions& options, Json answer) {
+  std::string text = answer["path"].get<std::string>() + "/report.html\n";
+  if (!options.pdf.empty()) {
+    const std::filesystem::path folder = answer["path"].get<std::string>();
+    print_pdf(folder / "report.html", options.pdf);
+    answer["pdf"] = absolute(options.pdf);
+    text += options.pdf + "\n";
+  }
+  cli.console.print("report", answer, text);
 }
 
 ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string& folder) {
@@ -52,9 +61,21 @@ ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string
       line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
     });
   }
-  const auto files =
-      write_report(document, session, operator_of(::getuid()), folder, comparison);
-  print_files(cli, {{"path", folder}, {"files", files}});
+  std::vector<report::Section> more;
+  if (!options.against.empty()) {
+    const session::Session other =
+        read_bundle_with_warnings(cli, options.against, options.skip_bad_rows);
+    ProgressLine line(cli.console);
+    CalibrationRequest request;
+    request.seed = options.seed;
+    const Json other_document = calibrate(other, request, [&](const JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+    more = against_sections({document, session}, {other_document, other});
+  }
+  const auto files = write_report(
+      document, session, operator_of(::getuid()), folder, comparison, nullptr, std::move(more));
+  print_files(cli, options, {{"path", folder}, {"files", files}});
   return ExitCode::kOk;
 }
 
@@ -77,6 +98,11 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "compare all methods now and show them; a stored comparison is shown anyway");
   command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
       ->capture_default_str();
+  command->add_option(
+      "--against", options->against,
+      "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
+      "left");
+  command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
   command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
@@ -94,7 +120,8 @@ void add_report_command(CLI::App& app, Cli& cli) {
       }
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
-      print_files(cli, cli.call("report.write", params));
+      if (!options->against.empty()) params["against"] = options->against;
+      print_files(cli, *options, cli.call("report.write", params));
       return ExitCode::kOk;
     };
   });

@@ -153,6 +153,11 @@ TEST(Collect, GoesOnAtTheNextPointAfterAStop) {
   const std::size_t first = stopped["stored_in_this_run"].get<std::size_t>();
   EXPECT_GE(first, 3U);
   EXPECT_LT(first, 10U);
+  std::map<std::string, std::size_t> planned;
+  const Json shown = client.call("session.plan", {{"session", "live"}})["result"];
+  for (const Json& point : shown["points"]) ++planned[point["state"].get<std::string>()];
+  EXPECT_EQ(planned["done"] + planned["suspect"], first);
+  EXPECT_EQ(planned["open"], 10 - first);
   ASSERT_EQ(error_code_of(client.call("collect.start", {{"session", "live"}})), "");
   const Json done = wait_for_end(client);
   EXPECT_EQ(done["state"], "done");

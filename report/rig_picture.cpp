@@ -1,0 +1,228 @@
+#include "report/rig_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "report/text.h"
+
+namespace sixdial::report {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kRoom_mm = 16.0;        // around everything
+constexpr double kAxis_mm = 22.0;        // length of a frame's arrows
+constexpr double kBody_mm = 9.0;         // radius of a dial
+constexpr double kBehind_mm = 4.0;       // of the body from the innermost place of its plunger
+constexpr double kLargestSide_mm = 5e4;  // of a picture: beyond that a rig file is wrong
+
+struct Pose {
+  Vector2d motor_1, motor_2, elbow_1, elbow_2, tool;
+};
+
+/// p_W0 and the motors; equation (1).
+Vector2d base_point(const geometry::ParameterVector& v, double along_mm) {
+  const double alpha = v[geometry::kAlpha];
+  return Vector2d(v[geometry::kX0], v[geometry::kY0]) +
+         along_mm * Vector2d(std::cos(alpha), std::sin(alpha));
+}
+
+tl::expected<Pose, geometry::KinematicTrouble> reference_pose(const geometry::Rig& rig) {
+  const geometry::ParameterVector& v = rig.robot.nominal;
+  const auto q = geometry::inverse(v, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
+  if (!q) return tl::unexpected(q.error());
+  const auto assembly = geometry::assembly_at(v, *q, rig.cuboid.reference_pose_mm);
+  if (!assembly) return tl::unexpected(assembly.error());
+  const auto pose = geometry::forward(v, *q, *assembly);
+  if (!pose) return tl::unexpected(pose.error());
+  return Pose{
+      base_point(v, -v[geometry::kD] / 2), base_point(v, v[geometry::kD] / 2), pose->p_WO3,
+      pose->p_WO4, pose->p_WE};
+}
+
+class Drawing {
+ public:
+  explicit Drawing(const geometry::Rig& rig) : rig_(rig), pose_(reference_pose(rig)) {}
+
+  std::string text() {
+    cuboid();
+    if (pose_) links();
+    for (const geometry::Dial& dial : rig_.dials) this->dial(dial);
+    const auto& v = rig_.robot.nominal;
+    const Vector2d base = base_point(v, 0.0);
+    constexpr double kApart_mm = 12.0;  // nearer than that two names would be on one another
+    if (base.norm() < kApart_mm) {
+      frame("W, B ", Vector2d(0, 0), 0.0, "table, robot");
+    } else {
+      frame("W", Vector2d(0, 0), 0.0, "table");
+      frame("B", base, v[geometry::kAlpha], "robot");
+    }
+    if (!pose_) {
+      label(
+          rig_.cuboid.reference_pose_mm, "middle",
+          fmt::format("reference pose: {}; no links drawn", geometry::describe(pose_.error())));
+    }
+    return head() + body_ + "</svg>\n";
+  }
+
+ private:
+  template <typename... Args>
+  void put(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(body_), format, std::forward<Args>(args)...);
+  }
+
+  /// Up is -y in SVG.
+  void seen(const Vector2d& p) {
+    low_ = low_.cwiseMin(p);
+    high_ = high_.cwiseMax(p);
+  }
+  void line(const Vector2d& a, const Vector2d& b, std::string_view kind) {
+    seen(a);
+    seen(b);
+    put("<line class=\"{}\" x1=\"{:.3f}\" y1=\"{:.3f}\" x2=\"{:.3f}\" y2=\"{:.3f}\"/>\n", kind,
+        a.x(), -a.y(), b.x(), -b.y());
+  }
+  void dot(const Vector2d& p, double radius_mm, std::string_view kind) {
+    seen(p);
+    put("<circle class=\"{}\" cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"{:.3f}\"/>\n", kind, p.x(),
+        -p.y(), radius_mm);
+  }
+  void label(
+      const Vector2d& p, std::string_view anchor, std::string_view words,
+      std::string_view kind = "") {
+    seen(p);
+    put("<text class=\"{}\" x=\"{:.3f}\" y=\"{:.3f}\" text-anchor=\"{}\">{}</text>\n", kind,
+        p.x(), -p.y(), anchor, escape_html(words));
+  }
+
+  void cuboid() {
+    const double side = rig_.cuboid.side_mm;
+    const Vector2d c = rig_.cuboid.reference_pose_mm;
+    seen(c - Vector2d(side, side) / 2);
+    seen(c + Vector2d(side, side) / 2);
+    put("<rect class=\"cuboid\" x=\"{:.3f}\" y=\"{:.3f}\" width=\"{:.3f}\" "
+        "height=\"{:.3f}\"/>\n",
+        c.x() - side / 2, -c.y() - side / 2, side, side);
+    label(
+        c + Vector2d(side / 2 - 4, side / 2 - 10), "end",
+        fmt::format("cuboid, {} mm", shortest(side)), "soft");
+  }
+
+  void links() {
+    line(pose_->motor_1, pose_->motor_2, "base");
+    line(pose_->motor_1, pose_->elbow_1, "proximal");
+    line(pose_->motor_2, pose_->elbow_2, "proximal");
+    line(pose_->elbow_1, pose_->tool, "distal");
+    line(pose_->elbow_2, pose_->tool, "distal");
+    for (const Vector2d& p : {pose_->motor_1, pose_->motor_2}) dot(p, 3.6, "motor");
+    for (const Vector2d& p : {pose_->elbow_1, pose_->elbow_2}) dot(p, 2.4, "joint");
+    dot(pose_->tool, 2.8, "tool");
+    label(pose_->motor_1 + Vector2d(0, -12), "middle", "O1, motor 1");
+    label(pose_->motor_2 + Vector2d(7, -3), "start", "O2, motor 2");
+    label(pose_->elbow_1 + Vector2d(0, 5), "middle", "O3");
+    label(pose_->elbow_2 + Vector2d(0, 5), "middle", "O4");
+    label(pose_->tool + Vector2d(5, 3), "start", "E tool");
+  }
+
+  /// As it stands at the reference pose: the tip on the face, the free tip as a faint ring.
+  void dial(const geometry::Dial& each) {
+    const geometry::DialGeometry& g = each.geometry;
+    const geometry::CuboidPose held{rig_.cuboid.reference_pose_mm, 0.0};
+    const auto contact = geometry::touch(g, held, rig_.cuboid.side_mm);
+    const Vector2d tip = g.position_mm - (contact ? contact->displacement_mm : 0.0) * g.axis;
+    const Vector2d body = g.position_mm - (g.travel_mm + kBehind_mm) * g.axis;
+    line(g.position_mm, tip, "free");
+    dot(g.position_mm - g.tip_radius_mm * g.axis, std::max(g.tip_radius_mm, 1.2), "free");
+    line(tip, body, "stem");
+    dot(tip - g.tip_radius_mm * g.axis, std::max(g.tip_radius_mm, 1.2), "tip");
+    dot(body - kBody_mm * g.axis, kBody_mm, "dial");
+    label(body - kBody_mm * g.axis - Vector2d(0, 3.2), "middle", each.id, "id");
+  }
+
+  void frame(std::string_view name, const Vector2d& origin, double angle, std::string_view of) {
+    const Vector2d x(std::cos(angle), std::sin(angle));
+    const Vector2d y(-x.y(), x.x());
+    arrow(origin, origin + kAxis_mm * x);
+    arrow(origin, origin + kAxis_mm * y);
+    label(origin + kAxis_mm * x - 9.0 * y, "middle", fmt::format("{}x", name), "axis-name");
+    label(
+        origin + (kAxis_mm + 3.0) * y, "middle", fmt::format("{}y ({})", name, of),
+        "axis-name");
+  }
+  void arrow(const Vector2d& from, const Vector2d& to) {
+    line(from, to, "axis");
+    const Vector2d x = (to - from).normalized();
+    const Vector2d y(-x.y(), x.x());
+    line(to, to - 4.0 * x + 2.2 * y, "axis");
+    line(to, to - 4.0 * x - 2.2 * y, "axis");
+  }
+
+  static std::string shortest(double value) { return fmt::format("{:g}", value); }
+
+  [[nodiscard]] std::string head() const {
+    const Vector2d low = low_ - Vector2d(kRoom_mm + 8, kRoom_mm);
+    const Vector2d size =
+        (high_ - low_ + 2 * Vector2d(kRoom_mm + 8, kRoom_mm)).cwiseMin(kLargestSide_mm);
+    return fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"rig\" role=\"img\" viewBox=\"{:.2f} "
+        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot at its "
+        "reference pose, cuboid, {} dials; table frame, mm</title>\n<style>\n"
+        ".rig text{{font:7px system-ui,sans-serif;fill:#16202a;paint-order:stroke;stroke:#fff;"
+        "stroke-width:2px}}\n"
+        ".rig .soft{{fill:#4b5a68}}\n.rig .id{{font-weight:700;font-size:9px}}\n"
+        ".rig .axis-name{{font-style:italic;fill:#0b4f82}}\n"
+        ".rig line{{stroke:#16202a;stroke-width:1;stroke-linecap:round}}\n"
+        ".rig .axis{{stroke:#0b4f82;stroke-width:1.1}}\n"
+        ".rig .base{{stroke:#8a959f;stroke-width:1.2;stroke-dasharray:4 3}}\n"
+        ".rig .proximal{{stroke-width:5;stroke:#4b5a68}}\n"
+        ".rig .distal{{stroke-width:3.4;stroke:#8a5300}}\n"
+        ".rig .cuboid{{fill:#dbe6ef;fill-opacity:.75;stroke:#16202a;stroke-width:1}}\n"
+        ".rig .motor{{fill:#16202a}}\n.rig .joint,.rig .tip,.rig "
+        ".name{{fill:#fff;stroke:#16202a;"
+        "stroke-width:1}}\n.rig .tool{{fill:#a11d1d}}\n"
+        ".rig .dial{{fill:#fff;stroke:#16202a}}\n.rig .free{{stroke:#8a959f;stroke-dasharray:2 "
+        "2;fill:none;stroke-width:.8}}\n</style>\n",
+        low.x(), -high_.y() - kRoom_mm, size.x(), size.y(), 3 * size.x(), 3 * size.y(),
+        escape_html(rig_.name), rig_.dials.size());
+  }
+
+  const geometry::Rig& rig_;
+  const tl::expected<Pose, geometry::KinematicTrouble> pose_;
+  std::string body_;
+  Vector2d low_{0, 0}, high_{0, 0};
+};
+
+}  // namespace
+
+std::string rig_svg(const geometry::Rig& rig) { return Drawing(rig).text(); }
+
+Section rig_section(const geometry::Rig& rig) {
+  Section out{.id = "rig", .heading = "The rig"};
+  out.blocks.emplace_back(
+      "Drawn from the rig file: the robot by its nominal parameters at the reference pose, "
+      "where the cuboid's rotation gamma is zero, and the dials touch as they do there; a "
+      "faint ring is where a free tip stands. Frame W is the table, B the robot. A dial's "
+      "displacement is positive when its plunger is pushed in, away from the cuboid.");
+  Table t{.id = "rig_dials", .caption = "Dials on the table, at zero displacement"};
+  const auto column = [](std::string key, std::string title, std::string unit) {
+    return Column{
+        .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
+  };
+  t.columns = {
+      column("dial", "dial", ""), column("x_mm", "tip x", "mm"), column("y_mm", "tip y", "mm"),
+      column("axis_x", "axis x", ""), column("axis_y", "axis y", "")};
+  for (const geometry::Dial& dial : rig.dials) {
+    const geometry::DialGeometry& g = dial.geometry;
+    t.rows.push_back(
+        {dial.id, number(g.position_mm.x(), 3), number(g.position_mm.y(), 3),
+         number(g.axis.x(), 4), number(g.axis.y(), 4)});
+  }
+  out.blocks.emplace_back(Picture{.id = "rig", .title = "Rig", .svg = rig_svg(rig)});
+  out.blocks.emplace_back(std::move(t));
+  return out;
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,237 @@
+#include "service/cli/collect_screen.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <array>
+#include <numbers>
+
+#include "service/live_estimate.h"
+
+namespace sixdial::service::cli {
+namespace {
+
+constexpr double kDeg = 180.0 / std::numbers::pi;
+constexpr std::size_t kDialsInRow = 3;
+constexpr std::size_t kDigitWidth = 3;
+constexpr std::size_t kLargeWidth = 26;  // of a dial in large digits
+constexpr std::size_t kPlainWidth = 25;  // of a dial in one line
+
+/// Rows of the digits 0..9, three letters each.
+constexpr std::array<std::string_view, 3> kDigits{
+    " _     _  _     _  _  _  _  _ ", "| |  | _| _||_||_ |_   ||_||_|",
+    "|_|  ||_  _|  | _||_|  ||_| _|"};
+
+std::size_t terminal_width() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col - 1U : 79U;
+}
+
+std::string large_row(std::string_view text, std::size_t row) {
+  std::string line;
+  for (const char letter : text) {
+    if (letter >= '0' && letter <= '9') {
+      line += kDigits.at(row).substr(
+          static_cast<std::size_t>(letter - '0') * kDigitWidth, kDigitWidth);
+    } else if (letter == '.') {
+      line += row == 2 ? "." : " ";
+    } else if (letter == '-') {
+      line += row == 1 ? " _ " : "   ";
+    } else {
+      line += "   ";
+    }
+    line += ' ';
+  }
+  return line;
+}
+
+std::string value_text(const Json& dial) {
+  return dial["value_mm"].is_number() ? fmt::format("{:6.3f}", dial["value_mm"].get<double>())
+                                      : std::string("--.---");
+}
+
+std::string state_text(const Json& dial) {
+  const auto state = dial.value("state", "");
+  if (state == "free") return "no contact";
+  if (state == "lost") return "LOST: " + dial.value("reason", "");
+  return state == "stale" ? "STALE" : state;
+}
+
+std::string caption(const std::string& id, const Json& dial) {
+  if (!dial["value_mm"].is_number()) return fmt::format("{} {}", id, state_text(dial));
+  return fmt::format("{} {:.3f} mm  {}", id, dial["value_mm"].get<double>(), state_text(dial));
+}
+
+std::string pose_line(const Json& live) {
+  const Json& pose = live["pose"];
+  std::string text =
+      pose.is_object()
+          ? fmt::format(
+                "tool x {:.3f}  y {:.3f} mm  gamma {:.3f} deg", pose["x_mm"].get<double>(),
+                pose["y_mm"].get<double>(), kDeg * pose["gamma_rad"].get<double>())
+          : std::string("tool: no position, as fewer than three dials tell");
+  const Json& settle = live["settle"];
+  if (settle["spread_mm"].is_number()) {
+    text += fmt::format(
+        "   {}: {:.3f} of {:.3f} mm", settle["settled"] == true ? "settled" : "settling",
+        settle["spread_mm"].get<double>(), settle["limit_mm"].get<double>());
+  }
+  return text;
+}
+
+std::string point_text(const Json& state) {
+  const Json& point = state["point"];
+  if (!point.is_object()) return "";
+  return fmt::format(
+      "{} {}.{} ", point["set"].get<std::string>(), point["point"].get<int>(),
+      point["repeat"].get<int>());
+}
+
+}  // namespace
+
+std::string sample_line(const Json& sample) {
+  std::string text = fmt::format(
+      "{} {}.{}", sample["set"].get<std::string>(), sample["point"].get<int>(),
+      sample["repeat"].get<int>());
+  const Json& position = sample["position_mm"];
+  text += position.is_array() ? fmt::format(
+                                    "  x {:.3f}  y {:.3f} mm ", position[0].get<double>(),
+                                    position[1].get<double>())
+                              : std::string("  no position ");
+  for (const auto& [id, dial] : sample["dials"].items()) {
+    text += dial["value_mm"].is_number()
+                ? fmt::format(" {} {:.3f}", id, dial["value_mm"].get<double>())
+                : fmt::format(" {} -", id);
+  }
+  for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
+  return text;
+}
+
+std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
+  std::vector<std::string> lines;
+  const bool large = width >= kDialsInRow * kLargeWidth;
+  const std::size_t cell = large ? kLargeWidth : kPlainWidth;
+  std::vector<std::string> rows(large ? 4 : 1);
+  std::size_t in_row = 0;
+  const auto flush = [&] {
+    for (std::string& row : rows) {
+      if (in_row > 0) lines.push_back(row.substr(0, width));
+      row.clear();
+    }
+    in_row = 0;
+  };
+  for (const auto& [id, dial] : live["dials"].items()) {
+    if (large) {
+      for (std::size_t row = 0; row < 3; ++row) {
+        rows[row] += fmt::format("{:<{}}", "  " + large_row(value_text(dial), row), cell);
+      }
+      rows[3] += fmt::format("{0:<{1}.{2}}", caption(id, dial), cell, cell - 1);
+    } else {
+      rows[0] += fmt::format(
+          "{0:<{1}.{2}}", fmt::format("{} {} {}", id, value_text(dial), state_text(dial)), cell,
+          cell - 1);
+    }
+    if (++in_row == kDialsInRow) flush();
+  }
+  flush();
+  lines.push_back(pose_line(live).substr(0, width));
+  return lines;
+}
+
+std::vector<std::string> screen_topics(const Console& console) {
+  std::vector<std::string> topics{"collect", "sample"};
+  if (console.terminal && !console.json && !console.quiet) topics.emplace_back("live");
+  return topics;
+}
+
+void Block::show() {
+  if (!console_.terminal || on_screen_ > 0 || lines_.empty()) return;
+  // A line that the terminal would wrap could not be taken away again.
+  const std::size_t width = terminal_width();
+  console_.err << "\r\x1b[K";
+  for (const std::string& line : lines_) console_.err << line.substr(0, width) << '\n';
+  on_screen_ = lines_.size();
+}
+
+void Block::clear() {
+  if (on_screen_ > 0) console_.err << "\r\x1b[" << on_screen_ << "A\x1b[J" << std::flush;
+  on_screen_ = 0;
+}
+
+void Screen::show_state(const Json& state) {
+  state_ = state;
+  const std::string type = state.value("type", "");
+  const std::string message = state.value("message", "");
+  if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
+    note(fmt::format("{}{}: {}", point_text(state), type, message));
+  }
+  if (type == "move" && state["move_to_rad"].is_array()) {
+    note(fmt::format(
+        "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "
+        "moved",
+        point_text(state), state["move_to_rad"][0].get<double>(),
+        state["move_to_rad"][1].get<double>()));
+  }
+  if (type == "estimate" && state["estimate"].is_object()) show_estimate(state["estimate"]);
+  redraw();
+}
+
+void Screen::redraw() {
+  block_.show();
+  if (!state_.is_object()) return;
+  line_.show(
+      "collecting", state_["done"].get<std::int64_t>(), state_["total"].get<std::int64_t>(),
+      state_["eta_s"].is_number() ? std::optional(state_["eta_s"].get<double>()) : std::nullopt,
+      console_.terminal ? point_text(state_) + state_.value("stage", "") : std::string());
+}
+
+void Screen::show_sample(const Json& sample) {
+  if (console_.json || console_.quiet) return;
+  note(sample_line(sample));
+}
+
+void Screen::show_dials(const Json& live) {
+  if (!console_.terminal || console_.json || console_.quiet) return;
+  live_ = live;
+  std::vector<std::string> lines = dial_lines(live, terminal_width());
+  lines.insert(lines.end(), estimate_lines_.begin(), estimate_lines_.end());
+  if (::isatty(STDIN_FILENO) != 0) lines.emplace_back(kKeyHelp);
+  line_.clear();
+  block_.clear();
+  block_.set(std::move(lines));
+  redraw();
+}
+
+void Screen::note(const std::string& text) {
+  line_.clear();
+  block_.clear();
+  console_.note(text);
+}
+
+void Screen::end() {
+  line_.clear();
+  block_.clear();
+}
+
+void Screen::show_estimate(const Json& estimate) {
+  if (console_.json || console_.quiet) return;
+  std::vector<std::string> lines = estimate_parameters(estimate);
+  lines.push_back(estimate_summary(estimate));
+  if (console_.terminal) {
+    estimate_lines_ = std::move(lines);
+    if (live_.is_object()) return show_dials(live_);
+    line_.clear();
+    block_.clear();
+    block_.set(estimate_lines_);
+    return;
+  }
+  constexpr int kParametersEvery = 10;
+  if (estimate["samples"].get<int>() % kParametersEvery != 0) {
+    lines.erase(lines.begin(), lines.end() - 1);
+  }
+  for (const std::string& each : lines) note(each);
+}
+
+}  // namespace sixdial::service::cli

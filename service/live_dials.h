@@ -1,0 +1,51 @@
+// What a person at the rig sees of the dials while a session is collected: each reading with a
+// state in one word, how far they are from rest, and where the readings put the tool.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/reading.h"
+#include "geometry/rig.h"
+#include "service/error.h"
+#include "session/plan.h"
+
+namespace sixdial::service {
+
+enum class DialState {
+  kOk,        // a value that rests
+  kSettling,  // a value that still moves
+  kFree,      // at its end stop: touches nothing, which is normal for three of six
+  kStale,     // the newest answer is too old
+  kLost,      // no answer, or one that cannot be read
+};
+[[nodiscard]] std::string_view to_string(DialState state);
+
+class LiveDials {
+ public:
+  /// `settle_spread_mm` as in acquisition::CollectorSettings: 0 is by each dial.
+  LiveDials(const geometry::Rig& rig, double settle_spread_mm);
+
+  /// {dials {id: {value_mm, quality, reason, detail?, state}}, settle {spread_mm, limit_mm,
+  /// settled}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `point`: the one in hand,
+  /// null before the first; it says which way the cuboid is held.
+  [[nodiscard]] Json show(
+      const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point);
+
+ private:
+  struct Recent {
+    std::deque<double> values_mm;
+    std::uint64_t sequence = 0;
+  };
+  [[nodiscard]] double limit_mm(std::size_t dial) const;
+  [[nodiscard]] Json pose(
+      const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point) const;
+
+  const geometry::Rig rig_;
+  const double settle_spread_mm_;
+  std::vector<Recent> recent_;
+};
+
+}  // namespace sixdial::service
