@@ -2,6 +2,7 @@
 #include <array>
 
 #include "service/compare_run.h"
+#include "service/document_job.h"
 #include "service/service.h"
 
 namespace sixdial::service {
@@ -26,38 +27,16 @@ CompareRequest request_of(const Json& params) {
   return request;
 }
 
-/// The session is read when the job begins: samples stored before then count.
 Json start_comparison(const Call& call) {
-  Service& service = call.service;
   const CompareRequest request = request_of(call.params);
   check_methods(request.methods);
-  const db::SessionId id =
-      service.reader().find_session(call.params.at("session").get<std::string>());
-  Job job;
-  job.kind = "comparison";
-  job.session = service.reader().session_info(id).name;
-  job.caller = call.caller;
-  job.params = call.params;
-  const Job started = service.jobs().start(
-      std::move(job), [&service, id, request](const JobControl& control, const Job& self) {
-        const session::Session session = service.reader().load_session(id);
-        const Json document = compare(
-            session, request,
-            [&](JobProgress progress) { control.report(std::move(progress)); },
-            control.stop_token());
-        control.check();
-        db::NewResult result;
-        result.session = id;
-        result.kind = "comparison";
-        result.json = document.dump();
-        result.settings = document["inputs"]["settings"].dump();
-        result.seed = request.seed;
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+  return start_document_job(
+      call, "comparison", request.seed,
+      [request](
+          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          std::stop_token stop) {
+        return compare(session, request, progress, std::move(stop));
       });
-  return to_json(started);
 }
 
 constexpr std::array<std::string_view, 2> kSpaces{"positions", "dials"};

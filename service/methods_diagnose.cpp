@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "service/diagnosis_run.h"
+#include "service/document_job.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "session/csv.h"
@@ -12,40 +13,18 @@
 namespace sixdial::service {
 namespace {
 
-/// The session is read when the job begins: samples stored before then count.
 Json start_diagnosis(const Call& call) {
-  Service& service = call.service;
   DiagnosisRequest request;
   request.seed = param_or<std::uint64_t>(call.params, "seed", request.seed);
   request.bootstrap = param_or(call.params, "bootstrap", request.bootstrap);
   request.with_gain = param_or(call.params, "gain", request.with_gain);
-  const db::SessionId id =
-      service.reader().find_session(call.params.at("session").get<std::string>());
-  Job job;
-  job.kind = "diagnosis";
-  job.session = service.reader().session_info(id).name;
-  job.caller = call.caller;
-  job.params = call.params;
-  const Job started = service.jobs().start(
-      std::move(job), [&service, id, request](const JobControl& control, const Job& self) {
-        const session::Session session = service.reader().load_session(id);
-        const Json document = diagnose(
-            session, request,
-            [&](JobProgress progress) { control.report(std::move(progress)); },
-            control.stop_token());
-        control.check();
-        db::NewResult result;
-        result.session = id;
-        result.kind = "diagnosis";
-        result.json = document.dump();
-        result.settings = document["inputs"]["settings"].dump();
-        result.seed = request.seed;
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+  return start_document_job(
+      call, "diagnosis", request.seed,
+      [request](
+          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          std::stop_token stop) {
+        return diagnose(session, request, progress, std::move(stop));
       });
-  return to_json(started);
 }
 
 Json write_page(const Call& call) {

@@ -7,6 +7,7 @@
 
 #include "service/against_run.h"
 #include "service/calibration_run.h"
+#include "service/document_job.h"
 #include "service/report_run.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
@@ -39,37 +40,15 @@ CalibrationRequest request_of(const Json& params) {
   return request;
 }
 
-/// The session is read when the job begins: samples stored before then count.
 Json start_calibration(const Call& call) {
-  Service& service = call.service;
-  const db::SessionId id =
-      service.reader().find_session(call.params.at("session").get<std::string>());
-  Job job;
-  job.kind = "calibration";
-  job.session = service.reader().session_info(id).name;
-  job.caller = call.caller;
-  job.params = call.params;
   const CalibrationRequest request = request_of(call.params);
-  const Job started = service.jobs().start(
-      std::move(job), [&service, id, request](const JobControl& control, const Job& self) {
-        const session::Session session = service.reader().load_session(id);
-        const Json document = calibrate(
-            session, request,
-            [&](JobProgress progress) { control.report(std::move(progress)); },
-            control.stop_token());
-        control.check();
-        db::NewResult result;
-        result.session = id;
-        result.kind = "calibration";
-        result.json = document.dump();
-        result.settings = document["inputs"]["settings"].dump();
-        result.seed = request.seed;
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+  return start_document_job(
+      call, "calibration", request.seed,
+      [request](
+          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          std::stop_token stop) {
+        return calibrate(session, request, progress, std::move(stop));
       });
-  return to_json(started);
 }
 
 std::filesystem::path absolute_path(const Call& call) {

@@ -1,0 +1,23 @@
+// A job that reads a session, makes a document of it and stores that as a result: calibration,
+// comparison, diagnosis.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include "service/service.h"
+#include "session/session.h"
+
+namespace sixdial::service {
+
+using DocumentMaker = std::function<Json(
+    const session::Session&, const std::function<void(JobProgress)>&, std::stop_token)>;
+
+/// Starts it for the session that the call names and answers as job.status. `kind`: of job and
+/// result. The session is read when the job begins: samples stored before then count.
+[[nodiscard]] Json start_document_job(
+    const Call& call, const std::string& kind, std::uint64_t seed, DocumentMaker make);
+
+}  // namespace sixdial::service
