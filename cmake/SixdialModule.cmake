@@ -9,7 +9,8 @@ target_compile_options(
             -Wdouble-promotion -Wnon-virtual-dtor -Woverloaded-virtual)
 target_compile_definitions(sixdial_options INTERFACE SIXDIAL_VERSION="${PROJECT_VERSION}")
 if(SIXDIAL_SANITIZE)
-  target_compile_options(sixdial_options INTERFACE -fsanitize=${SIXDIAL_SANITIZE}
+  # Sanitized code makes g++ 12 see overflows that are none (stringop-overflow): warnings only.
+  target_compile_options(sixdial_options INTERFACE -Wno-error -fsanitize=${SIXDIAL_SANITIZE}
                                                    -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(sixdial_options INTERFACE -fsanitize=${SIXDIAL_SANITIZE})
 endif()
