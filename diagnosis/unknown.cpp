@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "diagnosis/evidence.h"
+#include "diagnosis/search.h"
 #include "simulation/effect.h"
 
 namespace sixdial::diagnosis {
@@ -279,7 +280,22 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   search.along("temperature", "tool", at.temperature, tool, kFew);
   search.over(at.x, at.y, "tool", tool);
   search.by_approach(at.approach, "tool", tool);
+  // Anything of the robot may creep: x0 and y0 are the tool's.
+  const Eigen::MatrixXd J = readings.jacobian(fit.model);
+  for (int k = 0; k < geometry::kParameterCount; ++k) {
+    if (k == geometry::kX0 || k == geometry::kY0) continue;
+    const std::string name(geometry::kParameters[static_cast<std::size_t>(k)].name);
+    search.along("time", name, at.time, J.col(k), kFew);
+    search.along("temperature", name, at.temperature, J.col(k), kFew);
+  }
   if (readings.has_dials()) {
+    simulation::Place cuboid;
+    cuboid.name = "cuboid";
+    const ActiveEffect growth = at_rest({simulation::find_effect("cuboid_size"), cuboid});
+    const Eigen::MatrixXd side =
+        effect_columns(readings, fit.model, extended, growth, simulated).leftCols(1);
+    search.along("time", "cuboid", at.time, side, kFew);
+    search.along("temperature", "cuboid", at.temperature, side, kFew);
     const Eigen::MatrixXd clamp = stage({.name = "cuboid"}).leftCols(1);
     search.along("time", "clamp", at.time, clamp, kFew);
     search.along("gamma", "clamp", at.gamma, clamp, kFew);
@@ -306,6 +322,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
           "dial " + dials[d].id + " reading", "dial " + dials[d].id, own, rows_of_dial,
           kFunctions);
       search.along("time", "dial " + dials[d].id, at.time, rows_of_dial, kFew);
+      search.along("temperature", "dial " + dials[d].id, at.temperature, rows_of_dial, kFew);
     }
   }
   return search.ranked();
