@@ -6,6 +6,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "calibration/uncertainty.h"
@@ -17,12 +18,15 @@ using simulation::ActiveEffect;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLn10 = 2.302585092994046;
 
-/// From repeats without their gross readings, where there are enough, else from the rig file.
-Noise noise_of(const Readings& readings, const JointFit& fit) {
+/// From repeats without their gross readings, where there are enough, else from the rig file;
+/// of all dials, or of one.
+Noise noise_of(
+    const Readings& readings, const JointFit& fit, std::optional<std::size_t> only = {}) {
   std::vector<simulation::Trial> trials = readings.trials();
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
-    if (fit.weight[row] > 0.5) continue;
     const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+    const bool other = only && each.dial != static_cast<int>(*only);
+    if (fit.weight[row] > 0.5 && !other) continue;
     auto& trial = trials[static_cast<std::size_t>(each.trial)];
     if (readings.has_dials()) {
       trial.dial_mm[static_cast<std::size_t>(each.dial)].reset();
@@ -35,7 +39,8 @@ Noise noise_of(const Readings& readings, const JointFit& fit) {
   if (repeats && repeats->degrees_of_freedom >= kEnough && repeats->sigma_mm > 0) {
     return {NoiseSource::kRepeats, repeats->sigma_mm, repeats->degrees_of_freedom};
   }
-  return {NoiseSource::kRigFile, readings.rig_noise_mm(), 0};
+  return {
+      NoiseSource::kRigFile, only ? readings.rig_noise_of(*only) : readings.rig_noise_mm(), 0};
 }
 
 /// More scatter than the noise explains. A rig file's figure is a maker's word, not a
@@ -52,6 +57,43 @@ bool scatters(const Noise& noise, double s_mm, double freedom) {
   const boost::math::chi_squared law(freedom);
   return std::sqrt(ratio) > kMakersWord &&
          ratio * freedom > boost::math::quantile(boost::math::complement(law, kLevel));
+}
+
+/// Scatter of what is left: dials that stand out by themselves, the others together.
+void add_scatter(
+    Remainder& result, const Noise& noise, const Readings& readings, const JointFit& fit,
+    bool smooth) {
+  const std::size_t dials = readings.has_dials() ? readings.model().rig().dials.size() : 1;
+  std::vector<double> squares(dials, 0.0);
+  std::vector<double> freedom(dials, 0.0);
+  std::vector<double> relative(dials, 1.0);
+  const double share = 1 - fit.fitted / std::max(1.0 + fit.fitted, fit.weight.sum());
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const int dial = readings.rows()[static_cast<std::size_t>(row)].dial;
+    const auto d = static_cast<std::size_t>(readings.has_dials() ? dial : 0);
+    squares[d] += fit.weight[row] * fit.residual_mm[row] * fit.residual_mm[row];
+    freedom[d] += share * fit.weight[row];
+    relative[d] = fit.noise[row];
+  }
+  double in_noise = 0.0;
+  double others = 0.0;
+  for (std::size_t d = 0; d < dials; ++d) {
+    constexpr double kStandsOut = 1.3;
+    if (freedom[d] <= 0) continue;
+    const double sigma_mm = std::sqrt(squares[d] / freedom[d]);
+    if (relative[d] > kStandsOut) {
+      const Noise own = noise_of(readings, fit, d);
+      if (scatters(own, sigma_mm, freedom[d])) {
+        result.noisy_dials.push_back(
+            {readings.model().rig().dials[d].id, sigma_mm, own.sigma_mm});
+      }
+      continue;
+    }
+    in_noise += squares[d];
+    others += freedom[d];
+  }
+  const double s_mm = std::sqrt(in_noise / std::max(1.0, others));
+  result.scatter = (!smooth && scatters(noise, s_mm, others)) || !result.noisy_dials.empty();
 }
 
 std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
@@ -83,7 +125,7 @@ double visible_ratio(const Readings& readings, const JointFit& fit, std::size_t 
   const int own = fitted_count(*active.effect);
   Eigen::MatrixXd others(fit.J.rows(), fit.J.cols() - own);
   others << fit.J.leftCols(column), fit.J.rightCols(fit.J.cols() - column - own);
-  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+  const Eigen::VectorXd root = fit.root();
   Eigen::VectorXd does = Eigen::VectorXd::Zero(fit.J.rows());
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     does += fit.J.col(column + i) * active.x[static_cast<std::size_t>(i)];
@@ -210,10 +252,7 @@ Diagnosis diagnose(
   result.unexplained.rms_mm =
       std::sqrt(names.weight.dot(names.residual_mm.cwiseAbs2()) / std::max(1.0, good));
   result.unexplained.depends_on = found.depends_on();
-  const double freedom = std::max(1.0, good - extended.fitted);
-  const double s_mm =
-      std::sqrt(extended.weight.dot(extended.residual_mm.cwiseAbs2()) / freedom);
-  result.unexplained.scatter = found.unknown.empty() && scatters(result.noise, s_mm, freedom);
+  add_scatter(result.unexplained, result.noise, readings, extended, !found.unknown.empty());
   result.unexplained.significant = !found.unknown.empty() || result.unexplained.scatter;
 
   if (stage("gain on G2", 3)) return result;

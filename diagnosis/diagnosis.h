@@ -60,11 +60,19 @@ struct Dependence {
   double rms_before_mm = 0.0, rms_after_mm = 0.0;
 };
 
+/// A dial that scatters more than it should, and more than the others.
+struct NoisyDial {
+  std::string dial;
+  double sigma_mm = 0.0;
+  double expected_mm = 0.0;  // by its repeats, else by the rig file
+};
+
 struct Remainder {
   bool significant = false;
   bool scatter = false;  // larger than the noise, without structure
   std::vector<std::string> depends_on;
   double rms_mm = 0.0;  // of the good readings after the causes
+  std::vector<NoisyDial> noisy_dials;
 };
 
 struct ParameterChange {

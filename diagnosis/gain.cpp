@@ -48,6 +48,7 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   JointFit result = fitted;
   const simulation::ExtendedModel extended(readings.model(), fitted.effects);
   result.residual_mm = readings.measured_mm() - readings.simulate(fitted.model, extended);
+  result.noise = readings.relative_noise();
   result.random.resize(readings.count(), 0);
   result.u.resize(0);
   return result;
@@ -74,7 +75,10 @@ Eigen::Matrix2Xd tool_shift(
     const Eigen::Index first = readings.first_row(t);
     const Eigen::Index rows = readings.first_row(t + 1) - first;
     if (rows < 2 || !residual_mm.segment(first, rows).allFinite()) continue;
-    const Eigen::VectorXd root = weight.segment(first, rows).cwiseSqrt();
+    const Eigen::VectorXd root =
+        weight.segment(first, rows)
+            .cwiseSqrt()
+            .cwiseQuotient(readings.relative_noise().segment(first, rows));
     const bool turns = columns.turn.size() > 0 && rows >= 3;
     Eigen::MatrixXd A(rows, turns ? 3 : 2);
     A.leftCols(2) = columns.shift.middleRows(first, rows);
@@ -124,7 +128,8 @@ GainStudy study_gain(
       const Row& each = all.rows()[static_cast<std::size_t>(row)];
       const Row& here = g2.rows()[static_cast<std::size_t>(at)];
       if (each.trial != here.trial || each.dial != here.dial) continue;
-      if (extended.weight[row] < 0.5 && std::abs(extended.residual_mm[row]) > gross_mm) {
+      const double size_mm = std::abs(extended.residual_mm[row]) / extended.noise[row];
+      if (extended.weight[row] < 0.5 && size_mm > gross_mm) {
         weight[at] = 0.0;
       }
       ++at;
@@ -148,8 +153,9 @@ GainStudy study_gain(
     double sum = 0.0;
     for (Eigen::Index row = 0; row < n; ++row) {
       if (weight[row] > 0 && std::isfinite(here.residual_mm[row])) {
-        sum +=
-            log_density(here.residual_mm[row], study.extended.s_mm, study.extended.gross_share);
+        sum += log_density(
+            here.residual_mm[row], study.extended.s_mm * here.noise[row],
+            study.extended.gross_share);
       }
     }
     return sum;

@@ -1,6 +1,7 @@
 #include "diagnosis/identify.h"
 
 #include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <utility>
 
@@ -31,6 +32,18 @@ double implausibility(const ActiveEffect& active) {
   }
   constexpr double kAbsurd = 20.0;
   return sum > kAbsurd * kAbsurd ? kNever : std::log1p(sum);
+}
+
+/// A searched value that the fit moved out of the range of the search.
+bool out_of_range(const Readings& readings, const ActiveEffect& active) {
+  if (!active.effect->searched || !active.effect->searched_change) return false;
+  const std::vector<double> values =
+      active.effect->searched(readings.model().rig(), readings.circumstances(), active.place);
+  if (values.empty()) return true;
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  constexpr double kAtTheEdge = 0.05;
+  return active.x.back() < *low * (1 - kAtTheEdge) ||
+         active.x.back() > *high * (1 + kAtTheEdge);
 }
 
 struct Chosen {
@@ -83,7 +96,7 @@ class Search {
     result.evidence = result.fit.log_likelihood;
     for (const Chosen& each : result.chosen) result.evidence -= each.cost;
     for (const ActiveEffect& each : result.fit.effects) {
-      result.evidence -= implausibility(each);
+      result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
     }
     for (const UnknownCandidate& each : result.unknown) {
       result.evidence -= each.cost + settings_.name_preference;
@@ -188,9 +201,8 @@ void list_gross(const Readings& readings, const JointFit& fit, Identification& r
   constexpr double kGrossSigma = 5.0;
   const auto& rig = readings.model().rig();
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
-    if (std::abs(fit.residual_mm[row]) < kGrossSigma * fit.s_mm || fit.weight[row] > 0.5) {
-      continue;
-    }
+    const double s_mm = fit.s_mm * fit.noise[row];
+    if (std::abs(fit.residual_mm[row]) < kGrossSigma * s_mm || fit.weight[row] > 0.5) continue;
     const Row& each = readings.rows()[static_cast<std::size_t>(row)];
     GrossReading gross{static_cast<int>(row), fit.residual_mm[row], false};
     if (readings.has_dials()) {
@@ -353,7 +365,47 @@ std::vector<std::string> Identification::depends_on() const {
   return result;
 }
 
-Identification identify(Readings& readings, const Settings& settings) {
+namespace {
+
+/// Noise of each dial [mm] where one differs from the others, after all that was explained;
+/// else empty.
+std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) {
+  constexpr double kLevel = 1e-4;
+  constexpr double kWorthSaying = 1.3;
+  constexpr double kFewest = 20.0;
+  if (!readings.has_dials() || fit.weight.sum() <= fit.fitted + kFewest) return {};
+  const std::size_t dials = readings.model().rig().dials.size();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dials));
+  Eigen::VectorXd freedom = squares;
+  Eigen::VectorXd before = Eigen::VectorXd::Ones(squares.size());
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const Eigen::Index dial = readings.rows()[static_cast<std::size_t>(row)].dial;
+    squares[dial] += fit.weight[row] * std::pow(fit.residual_mm[row], 2);
+    freedom[dial] += fit.weight[row];
+    before[dial] = fit.noise[row];
+  }
+  freedom *= 1 - fit.fitted / fit.weight.sum();
+  const Eigen::VectorXd relative = squares.cwiseQuotient(before.cwiseAbs2());
+  bool uneven = false;
+  std::vector<double> result(dials);
+  for (Eigen::Index d = 0; d < squares.size(); ++d) {
+    const double others = freedom.sum() - freedom[d];
+    const bool enough = freedom[d] >= kFewest && others >= kFewest;
+    double ratio = 1.0;
+    if (enough) ratio = relative[d] / freedom[d] / ((relative.sum() - relative[d]) / others);
+    const double large = std::max(ratio, 1 / ratio);
+    if (enough && std::sqrt(large) > kWorthSaying) {
+      const boost::math::fisher_f law(
+          ratio > 1 ? freedom[d] : others, ratio > 1 ? others : freedom[d]);
+      uneven = uneven || boost::math::cdf(boost::math::complement(law, large)) < kLevel;
+    }
+    result[static_cast<std::size_t>(d)] =
+        enough ? std::sqrt(squares[d] / freedom[d]) : fit.s_mm * before[d];
+  }
+  return uneven ? result : std::vector<double>{};
+}
+
+Identification identify_with_noise(Readings& readings, const Settings& settings) {
   Identification result;
   result.baseline = fit_jointly(readings, readings.model().nominal(), {});
   readings.place_tool(result.baseline.model);
@@ -459,6 +511,28 @@ Identification identify(Readings& readings, const Settings& settings) {
     result.findings.push_back(std::move(finding));
   }
   list_gross(readings, result.extended, result);
+  return result;
+}
+
+}  // namespace
+
+Identification identify(Readings& readings, const Settings& settings) {
+  const Readings as_measured = readings;
+  Identification result = identify_with_noise(readings, settings);
+  // A dial that scatters more than the others would make causes of its own: with its own noise
+  // all is asked again. Its tails come in step by step.
+  constexpr int kMostPasses = 3;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    std::vector<double> noise = uneven_noise(readings, result.extended);
+    if (noise.empty()) break;
+    if (result.swap) {  // known under the names that the rig file gives
+      std::swap(
+          noise[static_cast<std::size_t>(result.swap->place.dial)],
+          noise[static_cast<std::size_t>(result.swap->place.other_dial)]);
+    }
+    readings = as_measured.with_noise(std::move(noise));
+    result = identify_with_noise(readings, settings);
+  }
   return result;
 }
 

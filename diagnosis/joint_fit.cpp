@@ -42,14 +42,15 @@ void weigh(JointFit& fit, double smallest_s_mm) {
     double squares = 0.0;
     double good = 0.0;
     fit.log_likelihood = 0.0;
-    const double density = 1.0 / (fit.s_mm * std::sqrt(2 * std::numbers::pi));
+    const double density = 1.0 / std::sqrt(2 * std::numbers::pi);
     const double as_gross = fit.gross_share / gross_range_mm(fit.s_mm);
     for (Eigen::Index i = 0; i < e.size(); ++i) {
-      const double z = e[i] / fit.s_mm;
-      const double as_good = (1 - fit.gross_share) * density * std::exp(-0.5 * z * z);
+      const double s_mm = fit.s_mm * fit.noise[i];
+      const double z = e[i] / s_mm;
+      const double as_good = (1 - fit.gross_share) * density / s_mm * std::exp(-0.5 * z * z);
       fit.weight[i] = as_good / (as_good + as_gross);
       fit.log_likelihood += std::log(as_good + as_gross);
-      squares += fit.weight[i] * e[i] * e[i];
+      squares += fit.weight[i] * std::pow(e[i] / fit.noise[i], 2);
       good += fit.weight[i];
     }
     squares += fit.u.squaredNorm();
@@ -61,7 +62,7 @@ void weigh(JointFit& fit, double smallest_s_mm) {
 /// Covariance, and u integrated out of the likelihood:
 ///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns.
 void finish(JointFit& fit) {
-  const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+  const Eigen::VectorXd root = fit.root();
   const Eigen::Index p = fit.J.cols();
   const Eigen::Index m = fit.random.cols();
   Eigen::MatrixXd A(fit.residual_mm.size(), p + m);
@@ -128,7 +129,7 @@ Eigen::MatrixXd effect_columns(
   return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
-Projector::Projector(const JointFit& fit) : root_(fit.weight.cwiseSqrt()) {
+Projector::Projector(const JointFit& fit) : root_(fit.root()) {
   const Eigen::Index n = fit.residual_mm.size();
   const Eigen::Index m = fit.random.cols();
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + m, fit.J.cols() + m);
@@ -158,6 +159,7 @@ JointFit fit_from(
   fit.random = random.cols() > 0 ? random : readings.nuisance();
   const Eigen::Index m = fit.random.cols();
   fit.u = Eigen::VectorXd::Zero(m);
+  fit.noise = readings.relative_noise();
   fit.model = start;
   fit.effects = std::move(effects);
   fit.gross_share = near ? near->gross_share : kLeastGrossShare;
@@ -179,7 +181,9 @@ JointFit fit_from(
     return e;
   };
   fit.residual_mm = residual_with(fit.model, fit.effects, fit.u);
-  fit.s_mm = std::max({smallest_s_mm, near ? near->s_mm : 0.0, robust_scale(fit.residual_mm)});
+  fit.s_mm = std::max(
+      {smallest_s_mm, near ? near->s_mm : 0.0,
+       robust_scale(fit.residual_mm.cwiseQuotient(fit.noise))});
 
   constexpr int kMostSteps = 60;
   // Of the largest eigenvalue of the scaled normal matrix: below is rounding.
@@ -207,7 +211,7 @@ JointFit fit_from(
     }
     fit.J = fit.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
 
-    const Eigen::VectorXd root = fit.weight.cwiseSqrt();
+    const Eigen::VectorXd root = fit.root();
     const Eigen::Index n = readings.count();
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, count + m);
     A.topLeftCorner(n, count) = root.asDiagonal() * fit.J;
@@ -273,7 +277,8 @@ JointFit fit_from(
     fit.u = std::move(u);
     weigh(fit, smallest_s_mm);
     if (step < plain_steps) {
-      fit.s_mm = std::max(smallest_s_mm, robust_scale(fit.residual_mm));
+      fit.s_mm =
+          std::max(smallest_s_mm, robust_scale(fit.residual_mm.cwiseQuotient(fit.noise)));
       fit.gross_share = kLeastGrossShare;
       constexpr double kSettled = 0.01;  // of the squares, less and the weights may come in
       if (before - after < kSettled * before) plain_steps = step;

@@ -1,6 +1,7 @@
 // Robot, clamp angle and effects fitted together to every reading. Each reading is either good,
 // normal with standard deviation s, or gross, anywhere within a millimetre:
-//   L = sum ln((1 - eps) phi(e/s)/s + eps/W),   W = 1 mm
+//   L = sum ln((1 - eps) phi(e/s_i)/s_i + eps/W),   s_i = s r_i,   W = 1 mm
+// with r_i the dial's noise over that of the others (Readings::relative_noise),
 // so that gross errors neither pull the fit nor are lost as evidence. Fitted by weighted
 // Gauss-Newton steps, weights = probability of being good.
 //
@@ -20,6 +21,7 @@ struct JointFit {
   std::vector<simulation::ActiveEffect> effects;
   Eigen::VectorXd residual_mm;  // measured - simulated - C u
   Eigen::VectorXd weight;       // probability that a reading is good
+  Eigen::VectorXd noise;        // standard deviation of each reading, in s
   Eigen::MatrixXd J;            // d(simulated)/d(model, linear parameters of the effects)
   Eigen::MatrixXd covariance;   // of the same, with the fitted s
   Eigen::MatrixXd random;       // C, count x m
@@ -29,6 +31,8 @@ struct JointFit {
   double log_likelihood = 0.0;  // with u's density, and u integrated out
   int fitted = 0;               // number of parameters that the data determine
   bool converged = false;
+  /// What a row of the least squares is multiplied by.
+  [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
 };
 
 /// Fits from a start. Parameters that the data cannot tell keep their start (minimum norm).

@@ -32,9 +32,7 @@ Readings::Readings(
         if (!trial.dial_mm[i]) continue;
         rows_.push_back({static_cast<int>(t), static_cast<int>(i)});
         values.push_back(*trial.dial_mm[i]);
-        const auto& dial = model.rig().dials[i];
-        variance += dial.repeatability_mm * dial.repeatability_mm +
-                    dial.resolution_mm * dial.resolution_mm / 12;
+        variance += rig_noise_of(i) * rig_noise_of(i);
       }
     } else if (trial.position_mm) {
       for (int axis = 0; axis < 2; ++axis) {
@@ -51,6 +49,10 @@ Readings::Readings(
       values.empty() ? 0.0 : std::sqrt(variance / static_cast<double>(values.size()));
   place_tool(model.nominal());
   for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
+    noise_of_dial_.push_back(rig_noise_of(d));
+  }
+  set_noise();
+  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
     rows_of_dial_.emplace_back();
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       if (rows_[row].dial == static_cast<int>(d)) {
@@ -60,6 +62,32 @@ Readings::Readings(
   }
 }
 
+double Readings::rig_noise_of(std::size_t dial) const {
+  const auto& instrument = model_->rig().dials[dial];
+  return std::hypot(instrument.repeatability_mm, instrument.resolution_mm / std::sqrt(12.0));
+}
+
+void Readings::set_noise() {
+  relative_noise_ = Eigen::VectorXd::Ones(count());
+  if (noise_of_dial_.empty()) return;
+  std::vector<double> ordered = noise_of_dial_;
+  std::sort(ordered.begin(), ordered.end());
+  const double middle = ordered[ordered.size() / 2];
+  if (!(middle > 0)) return;
+  constexpr double kLeast = 0.05;  // a dial without noise would outvote all others
+  for (Eigen::Index row = 0; row < count(); ++row) {
+    const auto dial = static_cast<std::size_t>(rows_[static_cast<std::size_t>(row)].dial);
+    relative_noise_[row] = std::max(kLeast, noise_of_dial_[dial] / middle);
+  }
+}
+
+Readings Readings::with_noise(std::vector<double> of_dials) const {
+  Readings result = *this;
+  result.noise_of_dial_ = std::move(of_dials);
+  result.set_noise();
+  return result;
+}
+
 Readings Readings::with_swapped_dials(int dial, int other) const {
   std::vector<simulation::Trial> trials = trials_;
   for (auto& trial : trials) {
@@ -67,13 +95,20 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
         trial.dial_mm[static_cast<std::size_t>(dial)],
         trial.dial_mm[static_cast<std::size_t>(other)]);
   }
-  return {*model_, std::move(trials), counts_};
+  // A dial's noise goes with its cable: its numbers come under the other's name.
+  Readings result{*model_, std::move(trials), counts_};
+  if (!noise_of_dial_.empty()) {
+    std::vector<double> noise = noise_of_dial_;
+    std::swap(noise[static_cast<std::size_t>(dial)], noise[static_cast<std::size_t>(other)]);
+    return result.with_noise(std::move(noise));
+  }
+  return result;
 }
 
 Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
-  return result;
+  return result.with_noise(noise_of_dial_);
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {

@@ -45,6 +45,13 @@ class Readings {
   }
   /// Standard deviation of one number at rest by the rig file, with its rounding [mm].
   [[nodiscard]] double rig_noise_mm() const { return rig_noise_mm_; }
+  /// What a dial's rounding and repeatability come to by the rig file [mm].
+  [[nodiscard]] double rig_noise_of(std::size_t dial) const;
+  /// Standard deviation of each number over the common one, by the rig file's figures of the
+  /// dials until something else is said; of the middle dial it is 1.
+  [[nodiscard]] const Eigen::VectorXd& relative_noise() const { return relative_noise_; }
+  /// The same session, dial d's noise so many times the common one.
+  [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
   /// The direction of travel depends on where the tool was: set it again after a fit.
   void place_tool(const simulation::ModelVector& at);
   /// Rows of trial t: [first_row(t), first_row(t + 1)).
@@ -73,6 +80,8 @@ class Readings {
   void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
 
  private:
+  void set_noise();
+
   const simulation::ForwardModel* model_;
   std::vector<simulation::Trial> trials_;
   std::vector<simulation::Circumstance> circumstances_;
@@ -83,6 +92,8 @@ class Readings {
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
       std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
   Eigen::VectorXd measured_mm_;
+  std::vector<double> noise_of_dial_;
+  Eigen::VectorXd relative_noise_;
   bool has_dials_ = false;
   double rig_noise_mm_ = 0.0;
 };

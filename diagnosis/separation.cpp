@@ -43,6 +43,9 @@ Equations equations_of(
     at += block.cols();
   }
   for (Eigen::Index row = 0; row < result.signal.size(); ++row) {
+    const double noise = readings.relative_noise()[row];
+    result.signal[row] /= noise;
+    result.A.row(row) /= noise;
     if (std::isfinite(result.signal[row])) continue;
     result.signal[row] = 0.0;
     result.A.row(row).setZero();

@@ -85,6 +85,12 @@ constexpr std::array kCauses{
     CauseInfo{
         kJointFifthHarmonic, "joint_fifth_harmonic", PlaceKind::kJoint, false, false, 2e-5,
         3e-4, "amplitude [rad]"},
+    CauseInfo{
+        kCreep, "creep", PlaceKind::kArm, false, true, 2e-3, 4e-2,
+        "change in the end [mm] of a link, turn [rad] of a joint"},
+    CauseInfo{
+        kDialBend, "dial_bend", PlaceKind::kDial, false, true, 1e-3, 1e-2,
+        "error 10 mm away from the middle [mm]"},
 };
 
 bool is_angle_step(std::string_view where) {
@@ -92,7 +98,8 @@ bool is_angle_step(std::string_view where) {
 }
 
 std::pair<double, double> amplitude_range(const CauseInfo& info, std::string_view where) {
-  if (info.cause != kStep || !is_angle_step(where)) return {info.least, info.most};
+  const bool shift = info.cause == kStep || info.cause == kCreep;
+  if (!shift || !is_angle_step(where)) return {info.least, info.most};
   constexpr double kLeverPerMm = 1.0 / 60.0;  // a turn that moves the tool by about 1 mm
   return {info.least * kLeverPerMm, info.most * kLeverPerMm};
 }
@@ -158,6 +165,8 @@ std::vector<std::string> places_of(const CauseInfo& info, const geometry::Rig& r
       return {"samples"};
     case PlaceKind::kTool:
       return {"tool"};
+    case PlaceKind::kArm:
+      return {"joint1", "joint2", "l11", "l12", "l21", "l22"};
   }
   return {};
 }
@@ -269,6 +278,14 @@ HiddenEffect make_effect(
           {"period_s", 200.0 * std::pow(10.0, random.uniform(22))},
           {"phase_rad", random.uniform(28, 0.0, kTwoPi)},
           {"direction_rad", phase}};
+      break;
+    case kCreep:
+      p = {
+          {is_angle_step(where) ? "amount_rad" : "amount_mm", amplitude},
+          {"period_s", 300.0 * std::pow(20.0, random.uniform(22))}};
+      break;
+    case kDialBend:
+      p = {{"bend_mm", amplitude}};
       break;
   }
   return effect;

@@ -49,6 +49,8 @@ enum class Cause {
   kRandomWalk,
   kTimeSinusoid,
   kJointFifthHarmonic,
+  kCreep,     // of an angle or a length, levelling off
+  kDialBend,  // of a dial's scale
 };
 
 /// What the places of a cause are.
@@ -65,7 +67,8 @@ enum class PlaceKind {
   kDialPair,
   kStep,
   kSamples,
-  kTool
+  kTool,
+  kArm,
 };
 
 struct CauseInfo {

@@ -41,6 +41,9 @@ struct Ready {
   std::size_t table = 0;  // of fields or walks
 };
 
+/// What has crept by now: fast at first, and levelling off.
+double crept(const Ready& e, double time_s) { return e.p[0] * -std::expm1(-time_s / e.p[1]); }
+
 double number(const HiddenEffect& effect, const char* name, std::optional<double> otherwise) {
   const auto found = effect.parameters.find(name);
   if (found != effect.parameters.end()) return found->second;
@@ -196,6 +199,19 @@ Ready WorldModel::Parts::made_ready(const HiddenEffect& effect) {
           get("amplitude_mm"), get("period_s"), get("phase_rad", 0.0),
           get("direction_rad", 0.0)};
       break;
+    case kCreep:
+      if (effect.where.starts_with("l")) {
+        ready.place = effect.where == "l11"   ? 0U
+                      : effect.where == "l12" ? 1U
+                      : effect.where == "l21" ? 2U
+                                              : 3U;
+      }
+      ready.p = {
+          get(effect.where.starts_with("l") ? "amount_mm" : "amount_rad"), get("period_s")};
+      break;
+    case kDialBend:
+      ready.p = {get("bend_mm")};
+      break;
   }
   return ready;
 }
@@ -222,6 +238,9 @@ Vector2d WorldModel::Parts::true_angles(const Moment& moment) const {
       case kJointBacklash:
         theta[joint] -= e.p[0] / 2 * moment.approach[e.place];
         break;
+      case kCreep:
+        if (e.where.starts_with("joint")) theta[joint] += crept(e, moment.time_s);
+        break;
       case kStep:
         if (e.where.starts_with("joint") && static_cast<double>(moment.sample) >= e.p[0]) {
           theta[joint] += e.p[1];
@@ -245,6 +264,8 @@ std::optional<WorldModel::Parts::Arm> WorldModel::Parts::arm(
       v.head<4>() *= 1.0 + e.p[0] * (moment.temperature_c - e.p[1]);
     } else if (e.cause == kBaseDrift) {
       v.segment<2>(geometry::kX0) += Vector2d(e.p[0], e.p[1]) * (moment.time_s / 3600.0);
+    } else if (e.cause == kCreep && e.where.starts_with("l")) {
+      v[static_cast<Eigen::Index>(e.place)] += crept(e, moment.time_s);
     } else if (stepped && e.where == "base") {
       v.segment<2>(geometry::kX0) += e.p[1] * direction(e.p[2]);
     } else if (stepped && e.where == "cuboid") {
@@ -431,6 +452,11 @@ double WorldModel::shown_mm(
       case kDialGain:
         value += e.p[0] * displacement_mm;
         break;
+      case kDialBend: {
+        constexpr double kMiddle_mm = 16.0;
+        value += e.p[0] * std::pow((displacement_mm - kMiddle_mm) / 10.0, 2);
+        break;
+      }
       case kDialCyclic:
         value += e.p[0] * std::sin(kTwoPi * displacement_mm / e.p[1] + e.p[2]);
         break;

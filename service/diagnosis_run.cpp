@@ -468,7 +468,14 @@ Json diagnose(
       {"depends_on", found.unexplained.depends_on},
       {"rms_mm", finite(rms_of_good(data))},
       {"noise_mm", found.noise.sigma_mm > 0.0 ? Json(found.noise.sigma_mm) : Json(nullptr)},
-      {"scatter", found.unexplained.scatter}};
+      {"scatter", found.unexplained.scatter},
+      {"noisy_dials", Json::array()}};
+  for (const diagnosis::NoisyDial& each : found.unexplained.noisy_dials) {
+    document["unexplained"]["noisy_dials"].push_back(
+        {{"dial", each.dial},
+         {"sigma_mm", finite(each.sigma_mm)},
+         {"expected_mm", finite(each.expected_mm)}});
+  }
   document["dependence"] = Json::array();
   for (const diagnosis::Dependence& each : found.dependence) {
     document["dependence"].push_back(

@@ -203,6 +203,16 @@ std::string kind_of(const Json& document) {
   return document["causes"].empty() ? "nothing" : tied ? "tied" : "named";
 }
 
+/// "dial C that scatters too much".
+std::string noisy_dials_in_words(const Json& document) {
+  std::vector<std::string> dials;
+  for (const Json& each : document["unexplained"]["noisy_dials"]) {
+    dials.push_back("dial " + text_of(each["dial"]));
+  }
+  return fmt::format(
+      "{} that {} too much", list_of(dials), dials.size() > 1 ? "scatter" : "scatters");
+}
+
 std::string title_of(const Json& document, const std::string& kind) {
   std::vector<std::string> names;
   for (const Json& cause : document["causes"]) {
@@ -223,7 +233,12 @@ std::string title_of(const Json& document, const std::string& kind) {
     }
     names.push_back((either.size() > 1 ? "either " : "") + list_of(either, "or"));
   }
-  if (kind == "scatter") names.emplace_back("scatter above the noise");
+  const Json& noisy = document["unexplained"]["noisy_dials"];
+  if (!noisy.empty()) {
+    names.push_back(noisy_dials_in_words(document));
+  } else if (kind == "scatter") {
+    names.emplace_back("scatter above the noise");
+  }
   if (kind == "unknown") {
     names.push_back("something unknown that depends on " + covariates_in_words(document));
   }
@@ -233,6 +248,19 @@ std::string title_of(const Json& document, const std::string& kind) {
     if (is_data_fault(cause)) title += (title.empty() ? "" : "; ") + named(cause);
   }
   return title.empty() ? "Nothing found" : capital(title);
+}
+
+/// "Dial C scatters by 0.0080 mm, where the rig file says 0.0020 mm."
+std::string noisy_dials_sentence(const Json& document) {
+  std::string said;
+  const bool repeats = document["noise"]["source"] == "repeats";
+  for (const Json& each : document["unexplained"]["noisy_dials"]) {
+    said += fmt::format(
+        " Dial {} scatters by {}, where {} {}.", text_of(each["dial"]),
+        millimetres(each["sigma_mm"]), repeats ? "its repeats say" : "the rig file says",
+        millimetres(each["expected_mm"]));
+  }
+  return said;
 }
 
 std::string remainder_sentence(const Json& document) {
@@ -245,6 +273,9 @@ std::string remainder_sentence(const Json& document) {
   if (!left["significant"].get<bool>()) {
     return fmt::format("What is left ({} rms) is the dials' noise ({}).", rms, noise);
   }
+  if (left["depends_on"].empty() && !left["noisy_dials"].empty()) {
+    return fmt::format("What is left: {} rms.{}", rms, noisy_dials_sentence(document));
+  }
   if (left["depends_on"].empty()) {
     return fmt::format(
         "What is left ({} rms) scatters more than the noise allows ({}), without structure.",
@@ -252,8 +283,8 @@ std::string remainder_sentence(const Json& document) {
   }
   return fmt::format(
       "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
-      "explains it, so none is named for it.",
-      rms, noise, covariates_in_words(document));
+      "explains it, so none is named for it.{}",
+      rms, noise, covariates_in_words(document), noisy_dials_sentence(document));
 }
 
 /// not_testable by reason: "4 places: ...".
@@ -301,7 +332,14 @@ std::vector<std::string> to_do(const Json& document) {
         "pose.",
         covariates_in_words(document, "or")));
   }
-  if (kind == "scatter") {
+  for (const Json& each : document["unexplained"]["noisy_dials"]) {
+    lines.push_back(fmt::format(
+        "Dial {}: look at its clamping, cable and tip, and whether it moves freely; its "
+        "readings "
+        "count for less here.",
+        text_of(each["dial"])));
+  }
+  if (kind == "scatter" && document["unexplained"]["noisy_dials"].empty()) {
     lines.emplace_back(
         "Repeat some poses with full re-approach: whether the dials or the robot scatter shows "
         "there.");

@@ -1,4 +1,5 @@
 // A periodic error of a dial's scale: a sin(2 pi r / p) + b cos(2 pi r / p).
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,14 +14,26 @@ constexpr EffectParameter kParameters[] = {
     {"period", "mm", 5.0},
 };
 
-// Frequencies between one wave over the travel and the finest that 100 readings can hold apart.
+// Frequencies between one wave over what the dial read and the finest that 100 readings can
+// hold apart: a part of a longer wave is not a periodic error that anybody could tell.
 std::vector<double> periods(
-    const geometry::Rig& rig, std::span<const Circumstance>, const Place& place) {
-  const double travel_mm = rig.dials[static_cast<std::size_t>(place.dial)].geometry.travel_mm;
+    const geometry::Rig& rig, std::span<const Circumstance> samples, const Place& place) {
+  const auto dial = static_cast<std::size_t>(place.dial);
+  const double travel_mm = rig.dials[dial].geometry.travel_mm;
   constexpr double kShortest_mm = 0.8;
+  double low_mm = travel_mm;
+  double high_mm = 0.0;
+  for (const Circumstance& each : samples) {
+    const double reading_mm = each.previous_mm[dial];
+    if (!std::isfinite(reading_mm)) continue;
+    low_mm = std::min(low_mm, reading_mm);
+    high_mm = std::max(high_mm, reading_mm);
+  }
+  const double longest_mm = std::clamp(high_mm - low_mm, kShortest_mm, travel_mm);
   const double step = 1.0 / (3.0 * travel_mm);
   std::vector<double> result;
-  for (double frequency = 1.0 / travel_mm; frequency <= 1.0 / kShortest_mm; frequency += step) {
+  for (double frequency = 1.0 / longest_mm; frequency <= 1.0 / kShortest_mm;
+       frequency += step) {
     result.push_back(1.0 / frequency);
   }
   return result;

@@ -136,6 +136,8 @@ double visible_ratio(
 std::string covariate_of(const HiddenEffect& effect) {
   if (effect.cause == "xy_field") return "x";
   if (effect.cause == "random_walk" || effect.cause == "time_sinusoid") return "time";
+  if (effect.cause == "creep") return "time";
+  if (effect.cause == "dial_bend") return "dial " + effect.where + " reading";
   return effect.where == "joint1" ? "theta1" : "theta2";
 }
 
