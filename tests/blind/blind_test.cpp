@@ -85,5 +85,31 @@ INSTANTIATE_TEST_SUITE_P(
         Class{"NoEffectOnAnotherRig", {.kind = "none", .drawn_rig = true}, silent, 0.98}),
     [](const auto& each) { return each.param.name; });
 
+// Over half a radian these two differ by less than the noise: each, hidden, has to come with
+// the other beside it, and neither may be given alone when it is the other.
+TEST(TiedCauses, AreGivenAsASet) {
+  constexpr int kEach = 8;
+  constexpr int kLeastTied = 10;  // of 16; measured: 14
+  int tried = 0;
+  int tied = 0;
+  std::string lines;
+  for (const char* cause : {"joint_eccentricity", "joint_second_harmonic"}) {
+    int here = 0;
+    for (std::uint64_t seed = 91'000; here < kEach && seed < 91'100; ++seed) {
+      const auto outcome =
+          try_blind({.kind = "one", .low = 0.3, .high = 0.7, .cause = cause}, seed);
+      if (!outcome || outcome->truth[0].find("@joint1") == std::string::npos) continue;
+      ++here;
+      ++tried;
+      EXPECT_FALSE(outcome->wrong) << outcome->truth[0] << "; said " << outcome->said;
+      EXPECT_TRUE(outcome->in_tie) << outcome->truth[0] << "; said " << outcome->said;
+      tied += !outcome->named;
+      lines += outcome->truth[0] + "; said " + outcome->said + "\n";
+    }
+  }
+  EXPECT_EQ(tried, 2 * kEach);
+  EXPECT_GE(tied, kLeastTied) << lines;
+}
+
 }  // namespace
 }  // namespace sixdial::blind

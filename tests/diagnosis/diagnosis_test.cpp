@@ -197,6 +197,61 @@ TEST(Diagnosis, SaysScatterWhereTheNoiseIsLargerThanItsRepeats) {
   EXPECT_TRUE(verdict.unexplained.depends_on.empty());
 }
 
+// A dial that scatters is no cause, and must not make one of its own noise.
+TEST(Diagnosis, NamesTheDialThatScattersAndNoCauseForIt) {
+  constexpr int kSessions = 6;
+  constexpr double kMore = 4.0;
+  constexpr double kAbout = 0.15;  // two and a half standard deviations of an s of 150 readings
+  int falsely = 0;
+  for (std::size_t dial = 0; dial < kSessions; ++dial) {
+    Session session = session_of({.seed = 40 + dial});
+    calibration::RandomSequence random(50 + dial, 3);
+    for (simulation::Trial& trial : session.trials) {
+      *trial.dial_mm[dial] += std::sqrt(kMore * kMore - 1) * kNoise_mm * random.normal();
+    }
+    const Diagnosis verdict =
+        diagnose(session.model, session.trials, session.held_out, quick());
+    for (const Cause& cause : verdict.causes) falsely += cause.finding.certain();
+    falsely += !verdict.unexplained.depends_on.empty();
+    ASSERT_EQ(verdict.unexplained.noisy_dials.size(), 1U) << dial;
+    const NoisyDial& found = verdict.unexplained.noisy_dials[0];
+    EXPECT_EQ(found.dial, session.model.rig().dials[dial].id);
+    EXPECT_LT(std::abs(found.sigma_mm / (kMore * kNoise_mm) - 1), kAbout);
+    EXPECT_TRUE(verdict.unexplained.scatter);
+  }
+  EXPECT_LE(falsely, 1) << "2 % false alarms are allowed";
+}
+
+// Beside a dial that scatters a cause elsewhere is found as well as ever.
+TEST(Diagnosis, FindsACauseBesideADialThatScatters) {
+  const geometry::Rig rig = geometry::default_rig();
+  Session session =
+      session_of({.effects = {effect_of(rig, "joint_backlash", "joint1", {1e-4})}, .seed = 61});
+  calibration::RandomSequence random(62, 3);
+  for (simulation::Trial& trial : session.trials) *trial.dial_mm[4] += 0.01 * random.normal();
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  ASSERT_EQ(verdict.causes.size(), 1U);
+  EXPECT_EQ(verdict.causes[0].finding.hypothesis.name(), "joint_backlash@joint1");
+  EXPECT_TRUE(verdict.causes[0].finding.certain());
+  ASSERT_EQ(verdict.unexplained.noisy_dials.size(), 1U);
+  EXPECT_EQ(verdict.unexplained.noisy_dials[0].dial, "E");
+}
+
+// The rig file may give a dial its own repeatability: then nothing is wrong with it.
+TEST(Diagnosis, TakesEachDialsNoiseFromTheRigFile) {
+  Session session = session_of({.seed = 63});
+  geometry::Rig rig = session.model.rig();
+  rig.dials[2].repeatability_mm = 4 * kNoise_mm;
+  session.model = simulation::ForwardModel(rig);
+  calibration::RandomSequence random(64, 3);
+  for (simulation::Trial& trial : session.trials) {
+    *trial.dial_mm[2] += std::sqrt(15.0) * kNoise_mm * random.normal();
+  }
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  EXPECT_TRUE(verdict.causes.empty());
+  EXPECT_FALSE(verdict.unexplained.significant);
+}
+
 TEST(Diagnosis, OfAFreeMountKnowsEachSamplesAngleOnlyFromItsDials) {
   const geometry::Rig rig = geometry::default_rig();
   const Session clean = session_of({.seed = 21, .mount = geometry::Mount::kFree});
