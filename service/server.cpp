@@ -117,6 +117,7 @@ Server::Server(Service& service, ServerOptions options)
           .slow_client = options_.slow_client,
           .ended = [this](Connection& connection) {
             connections_.erase(connection.shared_from_this());
+            clients_ = connections_.size();
             changed_.cancel();
           }} {
   changed_.expires_at(asio::steady_timer::time_point::max());
@@ -249,6 +250,7 @@ void Server::welcome(LocalSocket socket) {
   const auto connection =
       std::make_shared<Connection>(std::move(socket), std::move(caller), host_);
   connections_.insert(connection);
+  clients_ = connections_.size();
   connection->start();
 }
 

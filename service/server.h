@@ -3,6 +3,7 @@
 // operator's name from its peer credentials.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -54,7 +55,8 @@ class Server {
   void run();
   /// From any thread.
   void stop();
-  [[nodiscard]] std::size_t clients() const { return connections_.size(); }
+  /// From any thread.
+  [[nodiscard]] std::size_t clients() const { return clients_; }
 
  private:
   void open();
@@ -76,6 +78,7 @@ class Server {
   bool shutting_down_ = false;
   ConnectionHost host_;
   std::set<std::shared_ptr<Connection>> connections_;
+  std::atomic<std::size_t> clients_{0};  // as connections_, for other threads
 };
 
 }  // namespace sixdial::service
