@@ -11,7 +11,7 @@
 # --keep-corpus: inputs that reach new code are merged into tests/fuzz/*_corpus, as few as do; without it
 # they wait in out/reliability/corpus. --trial-root: the package is also installed, used and removed in
 # that Debian 12 root (scripts/package_trial.sh --help).
-# The full run: scripts/reliability.sh --crashes 10000 --power-seeds 50 --fault-repeats 200 --load-seconds 600 --fuzz-seconds 600
+# The full run: scripts/reliability.sh --crashes 10000 --power-seeds 50 --fault-repeats 50 --load-seconds 600 --fuzz-seconds 600
 set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 

@@ -401,7 +401,7 @@ TEST(Daemon, ASecondOneOnTheSameDatabaseIsRefusedInWords) {
   Daemon first(directory.path(), rig.now());
   LineClient client = first.client();
   Daemon second(directory.path(), rig.now(), {}, "another");
-  const int status = second.end(0);
+  const int status = second.ended();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << status;
   const std::string said = session::read_file(second.log().string());
   EXPECT_THAT(said, ::testing::HasSubstr("another Sixdial process"));

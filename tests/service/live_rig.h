@@ -132,9 +132,18 @@ class Daemon {
     }
     return *std::move(connected);
   }
-  /// The wait status after the signal; 0: just waits.
+  /// The wait status of one that ends by itself; killed if it does not.
+  int ended() {
+    int status = 0;
+    if (eventually([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; })) {
+      pid_ = -1;
+      return status;
+    }
+    return end(SIGKILL);
+  }
+  /// The wait status after the signal.
   int end(int signal) {
-    if (signal != 0) ::kill(pid_, signal);
+    ::kill(pid_, signal);
     int status = 0;
     ::waitpid(std::exchange(pid_, -1), &status, 0);
     return status;
