@@ -24,9 +24,9 @@ bool answer_may_still_come(FaultKind kind) {
   return worth_listening_on(kind) || kind == FaultKind::kTimeout;
 }
 
-// "\n" after the "\r" of the frame before; some cables add it.
-std::string_view without_stray_line_feed(std::string_view frame, std::string_view frame_end) {
-  if (frame_end == "\r" && frame.starts_with('\n')) frame.remove_prefix(1);
+// "\n" after the frame before; some cables add it.
+std::string_view without_stray_line_feed(std::string_view frame) {
+  if (frame.starts_with('\n')) frame.remove_prefix(1);
   return frame;
 }
 
@@ -139,7 +139,7 @@ bool SerialBus::identify(const std::stop_token& stop) {
       identified_ = true;
       return fail(frame.error());
     }
-    const std::string_view line = without_stray_line_feed(*frame, protocol_.frame_end);
+    const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.parse(line, dial.channel)) continue;  // a value: the key was pressed
     if (line.starts_with("ERR")) {
       identified_ = true;
@@ -174,7 +174,7 @@ void SerialBus::ask_battery(const std::stop_token& stop) {
       if (frame.error().kind == FaultKind::kDisconnected) return note_fault(frame.error());
       return stay_quiet(stop);  // the answer may still be under way
     }
-    const std::string_view line = without_stray_line_feed(*frame, protocol_.frame_end);
+    const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.unasked(line) || protocol_.parse(line, dial.channel)) continue;
     if (line.starts_with("ERR1")) asks_battery_ = false;  // it does not know the question
     if (!line.starts_with("ERR")) battery_low_ = line == protocol_.low_battery;
@@ -217,7 +217,7 @@ tl::expected<double, Fault> SerialBus::listen(
       const bool gone = frame.error().kind == FaultKind::kDisconnected;
       return tl::unexpected(noted && !gone ? *noted : frame.error());
     }
-    const std::string_view line = without_stray_line_feed(*frame, protocol_.frame_end);
+    const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.unasked(line)) continue;
     const auto parsed = protocol_.parse(line, dial.channel);
     const auto value =
