@@ -217,7 +217,7 @@ Collector::Outcome Collector::measure(
     return here.stop_requested() ? interrupted(index, stop)
                                  : robot_trouble(index, state.error(), stop);
   }
-  return store(index, *state, std::move(measured->readings));
+  return store(index, *state, std::move(measured->readings), stop);
 }
 
 // Where to come from, so that each joint arrives from its asked side; nearer if that is out of
@@ -368,7 +368,8 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
 }
 
 Collector::Outcome Collector::store(
-    std::size_t index, const RobotState& state, std::vector<Reading> readings) {
+    std::size_t index, const RobotState& state, std::vector<Reading> readings,
+    const std::stop_token& stop) {
   const session::PlanPoint& point = plan_.points[index];
   std::vector<ExpectedDial> expected =
       plausibility_.expected_at(state.q_rad, session::branch_of(rig_, point).assembly);
@@ -398,7 +399,7 @@ Collector::Outcome Collector::store(
     }
   }
   collected.remarks = remarks_;
-  callbacks_.store(collected);
+  if (const auto otherwise = keep(collected, stop)) return *otherwise;
 
   ++attempts_[index];
   ++result_.stored;
@@ -413,6 +414,23 @@ Collector::Outcome Collector::store(
   last_readings_ = std::move(readings);
   last_expected_ = std::move(expected);
   return Outcome::kStored;
+}
+
+std::optional<Collector::Outcome> Collector::keep(
+    const CollectedSample& collected, const std::stop_token& stop) {
+  for (;;) {
+    std::string why;
+    try {
+      callbacks_.store(collected);
+      return std::nullopt;
+    } catch (const StoreLater& later) {
+      why = later.what();
+    }
+    const Wish wish = wait_paused(collected.plan_index, why, stop);
+    if (stop.stop_requested()) return Outcome::kStopped;
+    if (wish == Wish::kSkip) return skipped(collected.plan_index, why);
+    if (wish == Wish::kRetake) return Outcome::kAgain;
+  }
 }
 
 Collector::Outcome Collector::robot_trouble(

@@ -13,6 +13,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -102,11 +103,18 @@ struct CollectorResult {
   std::size_t left_out = 0;  // not wanted any more
 };
 
+/// What the store callback throws if the sample can be stored once something is put right, such
+/// as a full disk: the run pauses with these words, and resume() tries the same sample again.
+class StoreLater : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 class Collector {
  public:
   struct Callbacks {
-    /// Must have stored the sample for good when it returns; what it throws ends the run and
-    /// comes out of run().
+    /// Must have stored the sample for good when it returns; what it throws but StoreLater ends
+    /// the run and comes out of run().
     std::function<void(const CollectedSample&)> store;
     std::function<void(const CollectorProgress&)> progress;  // may be empty
     std::function<bool(const session::PlanPoint&)>
@@ -158,7 +166,11 @@ class Collector {
   [[nodiscard]] session::Branch branch_now(const std::stop_token& here);
   OrOutcome<Measured> settle(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
-  Outcome store(std::size_t index, const RobotState& state, std::vector<Reading> readings);
+  Outcome store(
+      std::size_t index, const RobotState& state, std::vector<Reading> readings,
+      const std::stop_token& stop);
+  /// Nothing: it is stored.
+  std::optional<Outcome> keep(const CollectedSample& collected, const std::stop_token& stop);
   Outcome robot_trouble(
       std::size_t index, const RobotFault& fault, const std::stop_token& stop);
   Outcome skipped(std::size_t index, const std::string& why);

@@ -41,6 +41,10 @@ struct DialProtocol {
   std::chrono::milliseconds timeout{300};
   /// Asks the dial who it is; empty where the dialect has no such question.
   std::string_view identity_request;
+  /// Asks for the battery; empty where the dialect has no such question. `low_battery` is its
+  /// whole answer when it needs a new one.
+  std::string_view battery_request{};
+  std::string_view low_battery{};
   std::string (*request)(int channel) = nullptr;
   /// Whole-line match of one frame, its end included. `channel` is the one that was asked.
   tl::expected<DialFrame, FaultKind> (*parse)(std::string_view frame, int channel) noexcept =

@@ -4,9 +4,11 @@
 #include <modbus.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <filesystem>
+#include <thread>
 
 #include "acquisition/serial_port.h"
 
@@ -177,7 +179,12 @@ tl::expected<Bytes, Fault> ModbusLink::exchange_tcp(const Bytes& request) {
 }
 
 tl::expected<Bytes, Fault> ModbusLink::exchange_rtu(const Bytes& request) {
-  modbus_flush(context_.get());  // a noise byte would shift the reply
+  // The line is silent for 3.5 characters between two frames; what came after the last one, a
+  // noise byte, is in by then and would shift the reply.
+  const int baud = std::get<ModbusRtuEndpoint>(endpoint_).baud;
+  std::this_thread::sleep_for(clock_.wall(std::max<DeviceTime>(
+      std::chrono::microseconds{1750}, std::chrono::microseconds{38'500'000 / baud})));
+  modbus_flush(context_.get());
   Bytes frame = request;
   if (modbus_send_raw_request(context_.get(), frame.data(), static_cast<int>(frame.size())) <
       0) {

@@ -11,6 +11,8 @@ using std::chrono::steady_clock;
 constexpr milliseconds kBusyPause{50};
 constexpr int kBusyTries = 4;
 constexpr milliseconds kWriteTimeout{200};
+// A battery dies in days; its question costs a scan.
+constexpr std::chrono::seconds kBatteryPeriod{30};
 
 // A frame that belongs to nobody's answer may still be followed by the answer.
 bool worth_listening_on(FaultKind kind) {
@@ -22,9 +24,9 @@ bool answer_may_still_come(FaultKind kind) {
   return worth_listening_on(kind) || kind == FaultKind::kTimeout;
 }
 
-// "\n" after the "\r" of the frame before; some cables add it.
-std::string_view without_stray_line_feed(std::string_view frame, std::string_view frame_end) {
-  if (frame_end == "\r" && frame.starts_with('\n')) frame.remove_prefix(1);
+// "\n" after the frame before; some cables add it.
+std::string_view without_stray_line_feed(std::string_view frame) {
+  if (frame.starts_with('\n')) frame.remove_prefix(1);
   return frame;
 }
 
@@ -66,6 +68,9 @@ void SerialBus::connect(const std::stop_token& stop) {
   }
   port_ = std::move(*opened);
   identified_ = protocol_.identity_request.empty();
+  asks_battery_ = !protocol_.battery_request.empty();
+  battery_low_ = false;
+  battery_next_ = clock_.monotonic() + kBatteryPeriod;
   // What the dial says at power-on is no answer.
   if (const auto dropped = port_->drain_until(steady_clock::now(), stop); !dropped) {
     note_fault(dropped.error());
@@ -77,6 +82,8 @@ void SerialBus::connect(const std::stop_token& stop) {
 
 void SerialBus::scan(const std::stop_token& stop) {
   if (!identified_ && !identify(stop)) return;
+  if (asks_battery_ && clock_.monotonic() >= battery_next_) ask_battery(stop);
+  if (!port_) return;
   for (const SerialDial& dial : dials_) {
     if (stop.stop_requested()) return;
     const DeviceTime requested = clock_.monotonic();
@@ -84,9 +91,12 @@ void SerialBus::scan(const std::stop_token& stop) {
     if (stop.stop_requested() && !answer) return;
     if (answer) {
       health_.good();
-      board_.publish(
-          dial.limits.dial,
-          good_reading(answer->value_mm, answer->requested, answer->time_utc));
+      Reading reading = good_reading(answer->value_mm, answer->requested, answer->time_utc);
+      if (battery_low_) {
+        reading.quality = session::Quality::kUncertain;
+        reading.reason = "low battery";
+      }
+      board_.publish(dial.limits.dial, std::move(reading));
       continue;
     }
     const Fault& fault = answer.error();
@@ -129,7 +139,7 @@ bool SerialBus::identify(const std::stop_token& stop) {
       identified_ = true;
       return fail(frame.error());
     }
-    const std::string_view line = without_stray_line_feed(*frame, protocol_.frame_end);
+    const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.parse(line, dial.channel)) continue;  // a value: the key was pressed
     if (line.starts_with("ERR")) {
       identified_ = true;
@@ -144,6 +154,31 @@ bool SerialBus::identify(const std::stop_token& stop) {
     }
     identified_ = true;
     return true;
+  }
+}
+
+// An answer that does not come changes nothing: whether the dial is there, its readings tell.
+void SerialBus::ask_battery(const std::stop_token& stop) {
+  battery_next_ = clock_.monotonic() + kBatteryPeriod;
+  if (const auto dropped = port_->drain_until(steady_clock::now(), stop); !dropped) {
+    return note_fault(dropped.error());
+  }
+  if (const auto sent = port_->write(protocol_.battery_request, kWriteTimeout); !sent) {
+    return note_fault(sent.error());
+  }
+  const SerialDial& dial = dials_.front();
+  const auto deadline = steady_clock::now() + clock_.wall_timeout(dial.timeout);
+  for (;;) {
+    const auto frame = port_->read_frame(protocol_.frame_end, deadline, stop);
+    if (!frame) {
+      if (frame.error().kind == FaultKind::kDisconnected) return note_fault(frame.error());
+      return stay_quiet(stop);  // the answer may still be under way
+    }
+    const std::string_view line = without_stray_line_feed(*frame);
+    if (protocol_.unasked(line) || protocol_.parse(line, dial.channel)) continue;
+    if (line.starts_with("ERR1")) asks_battery_ = false;  // it does not know the question
+    if (!line.starts_with("ERR")) battery_low_ = line == protocol_.low_battery;
+    return;
   }
 }
 
@@ -182,7 +217,7 @@ tl::expected<double, Fault> SerialBus::listen(
       const bool gone = frame.error().kind == FaultKind::kDisconnected;
       return tl::unexpected(noted && !gone ? *noted : frame.error());
     }
-    const std::string_view line = without_stray_line_feed(*frame, protocol_.frame_end);
+    const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.unasked(line)) continue;
     const auto parsed = protocol_.parse(line, dial.channel);
     const auto value =

@@ -16,6 +16,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "service/cli/manual.h"
 #include "session/rig_file.h"
 
 namespace {
@@ -80,6 +81,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--pty-dir", rig.pty_directory, "Folder for links to the serial dials");
   app.add_option("--dialects", rig.dialects, "Serial dialects: mux10 sylvac mahr mw modbus_rtu")
       ->delimiter(',');
+  app.add_option("--rtu-baud", rig.rtu_baud, "Baud of modbus_rtu")
+      ->check(CLI::Range(1200, 921600))
+      ->capture_default_str();
   app.add_option("--speed", rig.clock_speed, "Mock seconds a second")->capture_default_str();
   app.add_option("--start-time", rig.start_time, "Mock UTC at the start")
       ->capture_default_str();
@@ -130,12 +134,21 @@ std::string ready_line(const mock_devices::MockRig& rig, const Arguments& argume
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Mock rig: robot controller and six dials on Modbus TCP and pseudo-terminals"};
+  CLI::App app{
+      "mock rig: robot controller and six dials on Modbus TCP and pseudo-terminals\nPrints one "
+      "line of JSON with its ports when it is ready, and serves until SIGINT or SIGTERM.",
+      "sixdial-mock-rig"};
   app.set_version_flag("--version", SIXDIAL_VERSION);
   Arguments arguments;
   arguments.rig.world.rig = geometry::default_rig();
   add_options(app, arguments);
+  bool print_manual = false;
+  app.add_flag("--print-manual", print_manual, "Print the man page and end");
   CLI11_PARSE(app, argc, argv);
+  if (print_manual) {
+    fmt::print("{}", service::cli::manual_page(app, 1, false));
+    return 0;
+  }
   try {
     // Blocked before any thread starts, so that only sigwait sees them.
     sigset_t signals;

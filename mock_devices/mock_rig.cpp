@@ -35,6 +35,7 @@ void MockRig::start() {
                   .robot_port = options_.robot_port,
                   .pty_directory = options_.pty_directory,
                   .dialects = options_.dialects,
+                  .rtu_baud = options_.rtu_baud,
                   .speed = options_.clock_speed});
 }
 
@@ -64,7 +65,7 @@ geometry::Rig MockRig::connected_rig(const std::string& kind) const {
     const std::string path = port->second.string();
     if (dialect == &kModbusRtu) {
       connection = fmt::format(
-          "modbus-rtu:{}?baud={}&parity={}&unit=1", path, dialect->line.baud,
+          "modbus-rtu:{}?baud={}&parity={}&unit=1", path, options_.rtu_baud,
           dialect->line.parity);
     } else if (shared) {
       connection = fmt::format("serial:{}?dialect={}&channel={}", path, kind, i + 1);

@@ -29,6 +29,7 @@ struct MockRigOptions {
   std::uint16_t robot_port = 0;
   std::filesystem::path pty_directory;  // empty: no serial lines
   std::vector<std::string> dialects{"mux10", "sylvac"};
+  int rtu_baud = 19200;  // of the gauge box on modbus_rtu
 };
 
 struct MockPorts {

@@ -47,7 +47,7 @@ class SerialLine {
   void send(std::string bytes, Clock::duration after);
   [[nodiscard]] std::vector<std::size_t> own_dials() const;
 
-  const Dialect& dialect_;
+  const Dialect dialect_;
   const std::size_t dial_;
   const std::unique_ptr<Panel> panel_;
   const std::filesystem::path link_;

@@ -147,12 +147,14 @@ class Wire::Loop {
         for (const Dialect* each : dialects()) known += fmt::format(" {}", each->name);
         throw std::invalid_argument(fmt::format("no dialect '{}'; known are:{}", name, known));
       }
+      Dialect spoken = *dialect;
+      if (dialect == &kModbusRtu) spoken.line.baud = options_.rtu_baud;
       const std::size_t lines = dialect->shared ? 1 : rig.dials.size();
       for (std::size_t dial = 0; dial < lines; ++dial) {
         const std::string key = dialect->shared ? name : name + "_" + rig.dials[dial].id;
         const std::filesystem::path link = options_.pty_directory / key;
         lines_.emplace_back(
-            *dialect, dial, bench_.panel(name), link, options_.speed, bench_.world().seed);
+            spoken, dial, bench_.panel(name), link, options_.speed, bench_.world().seed);
         serial_[key] = link;
       }
     }

@@ -20,7 +20,8 @@ struct WireOptions {
   std::uint8_t unit = 1;                // 255 is answered too
   std::filesystem::path pty_directory;  // empty: no serial lines
   std::vector<std::string> dialects{"mux10", "sylvac"};
-  double speed = 1.0;  // of the mock clock
+  int rtu_baud = 19200;  // of the gauge box on modbus_rtu
+  double speed = 1.0;    // of the mock clock
 };
 
 /// Name of the fault-order connection of the gauge box on TCP.

@@ -37,6 +37,9 @@ struct Head {
   std::string measured_from{}, measured_to{};  // ISO 8601 UTC
   std::string reported{};                      // ISO 8601 UTC
   std::optional<double> temperature_min_c{}, temperature_max_c{};
+  // From the first to the last dial's answer of a sample; empty: no times were kept.
+  std::optional<double> readings_within_median_ms{}, readings_within_max_ms{};
+  int times_that_go_back = 0;  // samples dated before the one above: a clock was set
   std::string software_version{};
   std::string data_hash{}, rig_hash{};  // "sha256:…"
   std::optional<std::uint64_t> seed{};

@@ -195,6 +195,18 @@ Section conditions(const ReportData& data) {
                                "{} to {} \u00B0C", fixed(*head.temperature_min_c, 2),
                                fixed(*head.temperature_max_c, 2))
                          : "");
+  if (head.times_that_go_back > 0) {
+    add("samples dated before the one above them",
+        fmt::format(
+            "{}: the computer's clock was set back; times before and after do not compare",
+            head.times_that_go_back));
+  }
+  add("from the first to the last dial's answer of a sample",
+      head.readings_within_median_ms && head.readings_within_max_ms
+          ? fmt::format(
+                "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
+                fixed(*head.readings_within_max_ms, 0))
+          : "");
   add("standard deviation of a measured position, from the dials alone",
       data.position_noise_mm ? fmt::format("{} mm", fixed(*data.position_noise_mm, 4)) : "");
   add("software", head.software_version.empty() ? "" : "Sixdial " + head.software_version);

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "acquisition/clock_watch.h"
 #include "acquisition/connection.h"
 #include "service/live_dials.h"
 #include "service/live_estimate.h"
@@ -21,6 +22,7 @@ using acquisition::CollectorStage;
 
 constexpr auto kLiveEvery = std::chrono::milliseconds(200);  // on the wall
 constexpr std::size_t kMostTroubles = 50;
+constexpr std::size_t kMostClockSteps = 20;
 
 template <typename T>
 Json or_null(const std::optional<T>& value) {
@@ -53,6 +55,8 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
 }  // namespace
 
 struct Collection::Run {
+  explicit Run(const acquisition::Clock& clock) : clock_watch(clock) {}
+
   db::SessionId id;
   geometry::Rig rig;
   session::Plan plan;
@@ -61,6 +65,7 @@ struct Collection::Run {
   std::optional<double> stop_below_mm;
   Caller caller;
   std::optional<LiveEstimate> estimate;  // in the collection's thread alone
+  acquisition::ClockWatch clock_watch;
   std::unique_ptr<acquisition::RobotPort> robot;
   std::unique_ptr<acquisition::DialBank> dials;
   std::unique_ptr<acquisition::Collector> collector;
@@ -109,7 +114,7 @@ Json Collection::start(CollectRequest request) {
         {{"session", session_}}, "Stop it first: collect.stop.");
   }
   if (thread_.joinable()) thread_.join();  // it has ended
-  auto run = std::make_unique<Run>();
+  auto run = std::make_unique<Run>(clock_);
   run->id = store_.find_session(request.session);
   run->rig = store_.load_rig(run->id);
   run->settings = request.settings;
@@ -164,6 +169,8 @@ Json Collection::start(CollectRequest request) {
   estimate_ = nullptr;
   ended_because_.clear();
   troubles_ = Json::array();
+  clock_steps_ = Json::array();
+  clock_remarks_.clear();
   error_ = nullptr;
   asked_q_rad_.reset();
   answer_.reset();
@@ -306,19 +313,34 @@ void Collection::on_progress(const acquisition::CollectorProgress& progress) {
   if (tell) publish(acquisition::to_string(progress.stage));
 }
 
-void Collection::on_sample(Run& run, const acquisition::CollectedSample& collected) {
-  bool retaken = false;
+void Collection::store_sample(Run& run, const session::Sample& sample, bool& retaken) {
   try {
-    store_.append_sample(run.id, collected.sample);
+    store_.append_sample(run.id, sample);
   } catch (const db::StoreError& error) {
     if (error.trouble != db::StoreTrouble::kAlreadyThere) throw;
-    store_.retake_sample(run.id, collected.sample);
+    store_.retake_sample(run.id, sample);
     retaken = true;
   }
+}
+
+void Collection::on_sample(Run& run, const acquisition::CollectedSample& collected) {
+  watch_clock(run);
+  bool retaken = false;
+  try {
+    store_sample(run, collected.sample, retaken);
+  } catch (const db::StoreError& error) {
+    if (error.trouble != db::StoreTrouble::kDiskFull) throw;
+    spdlog::warn("{}", error.what());
+    throw acquisition::StoreLater(fmt::format(
+        "{}; nothing is lost: make room and resume, and this sample is stored", error.what()));
+  }
   std::size_t number = 0;
+  std::vector<std::string> remarks = collected.remarks;
   {
     const std::lock_guard lock(mutex_);
     number = ++stored_;
+    remarks.insert(remarks.end(), clock_remarks_.begin(), clock_remarks_.end());
+    clock_remarks_.clear();
   }
   Json data = sample_json(run.rig, collected.sample);
   data["type"] = "stored";
@@ -326,11 +348,38 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   data["stored_in_this_run"] = number;
   data["plan_index"] = collected.plan_index;
   data["retaken"] = retaken;
-  data["remarks"] = collected.remarks;
+  data["remarks"] = std::move(remarks);
   events_.publish("sample", std::move(data));
   if (!run.estimate->add(collected.sample)) return;
   show_estimate(run);
   publish("estimate");
+}
+
+// Stored times stay what the clock said; that it was changed is stored beside them.
+void Collection::watch_clock(Run& run) {
+  const auto step = run.clock_watch.look();
+  if (!step) return;
+  std::string told;
+  {
+    const std::lock_guard lock(mutex_);
+    told = fmt::format(
+        "{} after {} samples of this run: times before and after do not compare",
+        acquisition::describe(*step), stored_);
+    clock_remarks_.push_back(acquisition::describe(*step));
+    if (clock_steps_.size() < kMostClockSteps) {
+      clock_steps_.push_back(
+          {{"by_s", std::chrono::duration<double>(step->by).count()},
+           {"time_utc", session::to_iso8601(step->now)},
+           {"after_samples", stored_}});
+    }
+  }
+  spdlog::warn("{}", told);
+  try {
+    store_.record_action(to_operator(run.caller), kClockStep, run.id, told);
+  } catch (const std::exception& trouble) {
+    spdlog::error("a step of the clock is not in the store: {}", trouble.what());
+  }
+  publish("clock_step", {{"message", told}});
 }
 
 void Collection::publish_live(const std::stop_token& stop, Run& run) {
@@ -348,6 +397,7 @@ void Collection::publish_live(const std::stop_token& stop, Run& run) {
     data["type"] = "dials";
     data["session"] = session_;
     events_.publish(kLiveTopic, std::move(data));
+    watch_clock(run);
   }
 }
 
@@ -387,6 +437,7 @@ Json Collection::status_locked() const {
       {"estimate", estimate_},
       {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
       {"troubles", troubles_},
+      {"clock_steps", clock_steps_},
       {"point", nullptr},
       {"move_to_rad", nullptr},
       {"error", error_}};

@@ -87,6 +87,8 @@ class Collection {
   void publish(std::string_view type, Json more = Json::object());
   void on_progress(const acquisition::CollectorProgress& progress);
   void on_sample(Run& run, const acquisition::CollectedSample& sample);
+  void store_sample(Run& run, const session::Sample& sample, bool& retaken);
+  void watch_clock(Run& run);
   void publish_live(const std::stop_token& stop, Run& run);
   std::optional<acquisition::ManualAnswer> ask_person(
       const Eigen::Vector2d& q_rad, const std::stop_token& stop);
@@ -107,9 +109,11 @@ class Collection {
   std::string operator_name_;
   acquisition::CollectorProgress progress_;
   std::size_t stored_ = 0, skipped_ = 0, failed_ = 0, left_out_ = 0;  // in this run
-  Json estimate_;                  // LiveEstimate::json; null: nothing of G1 so far
-  std::string ended_because_;      // empty while it runs
-  Json troubles_ = Json::array();  // points without a sample, and why
+  Json estimate_;                           // LiveEstimate::json; null: nothing of G1 so far
+  std::string ended_because_;               // empty while it runs
+  Json clock_steps_ = Json::array();        // when the time of day was changed, in this run
+  std::vector<std::string> clock_remarks_;  // for the next sample
+  Json troubles_ = Json::array();           // points without a sample, and why
   Json error_;
   std::optional<Eigen::Vector2d> asked_q_rad_;
   std::optional<acquisition::ManualAnswer> answer_;

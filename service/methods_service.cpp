@@ -9,7 +9,11 @@ namespace sixdial::service {
 namespace {
 
 Json hello(const Call& call) {
+  const std::filesystem::path database =
+      std::filesystem::absolute(call.service.reader().path());
   return {
+      {"database", database.string()},
+      {"out_folder", (database.parent_path() / "out").string()},
       {"service", "sixdiald"},
       {"version", SIXDIAL_VERSION},
       {"protocol", 1},
@@ -87,9 +91,10 @@ constexpr std::array kMethods{
     Method{
         .name = "hello",
         .summary = "Versions, limits and who you are to the service.",
-        .result =
-            "service, version, protocol, epoch (this run of the service), last_seq, operator, "
-            "limits {request_bytes, nesting, clients, batch, line_bytes}",
+        .result = "service, version, protocol, database, out_folder (where it may write), "
+                  "epoch (this run of "
+                  "the service), last_seq, operator, "
+                  "limits {request_bytes, nesting, clients, batch, line_bytes}",
         .example = "{}",
         .place = Place::kLoop,
         .run = hello},

@@ -71,26 +71,29 @@ Json list(const Call& call) {
   return {{"sessions", std::move(rows)}, {"total", all.size()}};
 }
 
-/// Why each collection of the session ended, the newest last.
-Json ends_of_collections(db::Store& reader, db::SessionId id) {
+/// The newest of one kind of action on the session, the newest last; `detail` under that name.
+Json actions_of(
+    db::Store& reader, db::SessionId id, std::string_view kind, const char* detail) {
   constexpr std::size_t kMost = 20;
-  std::vector<Json> ends;
+  std::vector<Json> rows;
   for (const db::ActionRecord& action : reader.list_actions()) {
-    if (action.session != id || action.action != "collect.end") continue;
-    ends.push_back(
+    if (action.session != id || action.action != kind) continue;
+    rows.push_back(
         {{"time_utc", action.time_utc},
          {"operator", action.who.name},
-         {"ended_because", action.detail}});
+         {detail, action.detail}});
   }
-  if (ends.size() > kMost) ends.erase(ends.begin(), ends.end() - kMost);
-  return ends;
+  if (rows.size() > kMost) rows.erase(rows.begin(), rows.end() - kMost);
+  return rows;
 }
 
 Json show(const Call& call) {
   db::Store& reader = call.service.reader();
   const db::SessionId id = reader.find_session(session_name(call));
   Json answer = info_json(call.service, id);
-  answer["collections"] = ends_of_collections(reader, id);
+  answer["collections"] = actions_of(reader, id, "collect.end", "ended_because");
+  answer["clock_steps"] = actions_of(reader, id, kClockStep, "what");
+  answer["readings_within_ms"] = readings_within_json(reader.load_session(id));
   const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
   if (limit > 0) {
@@ -370,9 +373,12 @@ constexpr std::array kMethods{
         .name = "session.show",
         .summary = "One session, with a page of its samples if `limit` says so.",
         .params = kShowParams,
-        .result = "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, "
-                  "plan_points, rejected_rows, collections [{time_utc, operator, "
-                  "ended_because}], page [samples]",
+        .result =
+            "name, created_utc, operator, rig_name, rig_hash, samples, samples_by_set, "
+            "plan_points, rejected_rows, collections [{time_utc, operator, "
+            "ended_because}], clock_steps [{time_utc, operator, what}], readings_within_ms "
+            "{median, max}: between the first and the last dial's answer of a sample, null "
+            "where no times are known, page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
     Method{

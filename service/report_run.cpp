@@ -17,6 +17,7 @@
 #include "service/compare_run.h"
 #include "service/diagnosis_run.h"
 #include "service/network_json.h"
+#include "service/store_json.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "session/trials.h"
@@ -61,6 +62,7 @@ void add_times_and_temperatures(report::Head& head, const session::Session& sess
   std::optional<session::TimePoint> last;
   for (const session::Sample& sample : session.samples) {
     if (sample.time_utc) {
+      if (last && *sample.time_utc < *last) ++head.times_that_go_back;
       if (!first) first = sample.time_utc;
       last = sample.time_utc;
     }
@@ -69,6 +71,10 @@ void add_times_and_temperatures(report::Head& head, const session::Session& sess
       head.temperature_min_c = std::min(head.temperature_min_c.value_or(degc), degc);
       head.temperature_max_c = std::max(head.temperature_max_c.value_or(degc), degc);
     }
+  }
+  if (const Json within = readings_within_json(session); within.is_object()) {
+    head.readings_within_median_ms = within["median"].get<double>();
+    head.readings_within_max_ms = within["max"].get<double>();
   }
   if (first) head.measured_from = session::to_iso8601(*first);
   if (last) head.measured_to = session::to_iso8601(*last);

@@ -38,6 +38,7 @@ Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
       {"approach", {or_null(sample.approach[0]), or_null(sample.approach[1])}},
       {"temperature_c", or_null(sample.temperature_c)},
       {"dials", std::move(dials)},
+      {"readings_within_ms", or_null(session::readings_within_ms(sample))},
       {"position_mm", point_or_null(trial.position_mm)},
       {"gamma_rad", or_null(trial.gamma_rad)}};
 }

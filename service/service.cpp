@@ -12,13 +12,14 @@
 namespace sixdial::service {
 namespace {
 
-std::unique_ptr<acquisition::Clock> clock_for(const ServiceOptions& options) {
+std::shared_ptr<acquisition::Clock> clock_for(const ServiceOptions& options) {
+  if (options.clock) return options.clock;
   if (options.clock_speed == 1.0 && !options.clock_start) {
-    return std::make_unique<acquisition::SystemClock>();
+    return std::make_shared<acquisition::SystemClock>();
   }
   const auto now =
       std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
-  return std::make_unique<acquisition::AcceleratedClock>(
+  return std::make_shared<acquisition::AcceleratedClock>(
       options.clock_speed, options.clock_start.value_or(now));
 }
 

@@ -23,6 +23,7 @@ struct ServiceOptions {
   std::filesystem::path database{};
   double clock_speed = 1.0;                         // of the rig, against the wall
   std::optional<session::TimePoint> clock_start{};  // what the rig's clock begins with
+  std::shared_ptr<acquisition::Clock> clock{};      // instead, for tests
 };
 
 class Service {
@@ -61,7 +62,7 @@ class Service {
   [[nodiscard]] JobRecorder recorder();
 
   const ServiceOptions options_;
-  std::unique_ptr<acquisition::Clock> clock_;
+  std::shared_ptr<acquisition::Clock> clock_;
   db::Store store_;
   db::Store reader_;
   EventHub events_;

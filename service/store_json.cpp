@@ -1,5 +1,7 @@
 #include "service/store_json.h"
 
+#include <algorithm>
+
 namespace sixdial::service {
 namespace {
 
@@ -121,6 +123,16 @@ Json to_json(const db::ResultRecord& record, const std::string& session) {
       {"rig_hash", "sha256:" + record.rig_sha256},
       {"data_hash", "sha256:" + record.data_sha256},
       {"bytes", record.json.size()}};
+}
+
+Json readings_within_json(const session::Session& session) {
+  std::vector<double> within_ms;
+  for (const session::Sample& sample : session.samples) {
+    if (const auto each = session::readings_within_ms(sample)) within_ms.push_back(*each);
+  }
+  if (within_ms.empty()) return nullptr;
+  std::ranges::sort(within_ms);
+  return {{"median", within_ms[within_ms.size() / 2]}, {"max", within_ms.back()}};
 }
 
 }  // namespace sixdial::service

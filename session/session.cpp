@@ -84,4 +84,18 @@ std::optional<Quality> quality_from(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<double> readings_within_ms(const Sample& sample) {
+  std::optional<TimePoint> first;
+  std::optional<TimePoint> last;
+  int times = 0;
+  for (const DialValue& value : sample.dials) {
+    if (!value.time_utc) continue;
+    ++times;
+    if (!first || *value.time_utc < *first) first = value.time_utc;
+    if (!last || *value.time_utc > *last) last = value.time_utc;
+  }
+  if (times < 2) return std::nullopt;
+  return std::chrono::duration<double, std::milli>(*last - *first).count();
+}
+
 }  // namespace sixdial::session

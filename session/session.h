@@ -63,8 +63,11 @@ struct Session {
   std::string csv_header;  // header line as read; empty if measured here
   std::string line_end = "\n";
   std::string csv_end = "\n";   // what follows the last row: line_end, nothing, or blank lines
-  std::vector<Sample> samples;  // in time order
+  std::vector<Sample> samples;  // as stored; their times may go back if a clock was set
   std::vector<RejectedRow> rejected;
 };
+
+/// From the first to the last answer of the sample's dials; empty: fewer than two have a time.
+[[nodiscard]] std::optional<double> readings_within_ms(const Sample& sample);
 
 }  // namespace sixdial::session

@@ -44,6 +44,8 @@ extern constinit const DialProtocol sylvac{
          .rts = false},
     .frame_end = "\r",
     .identity_request = "ID?\r",
+    .battery_request = "BAT?\r",
+    .low_battery = "BAT0\r",
     .request = request,
     .parse = parse,
     .unasked = unasked};

@@ -61,6 +61,9 @@ void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
 /// Follows a job with a progress line until it has ended; prints nothing else. Returns
 /// job.status. Throws the job's error.
 [[nodiscard]] Json follow_job(Cli& cli, std::int64_t job);
+/// A method that has the service write files into `params.path`. A service of another user may
+/// not write there: then it writes into a folder of its own, from where they are copied.
+[[nodiscard]] Json call_for_files(Cli& cli, std::string_view method, Json params);
 /// A stored result's whole document, page by page.
 [[nodiscard]] Json fetch_result(Cli& cli, std::int64_t result);
 

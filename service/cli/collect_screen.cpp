@@ -167,6 +167,7 @@ void Screen::show_state(const Json& state) {
   if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
     note(fmt::format("{}{}: {}", point_text(state), type, message));
   }
+  if (type == "clock_step") note("warning: " + message);
   if (type == "move" && state["move_to_rad"].is_array()) {
     note(fmt::format(
         "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "

@@ -15,7 +15,7 @@ namespace {
 
 struct DoctorOptions {
   std::string rig_file;
-  std::string database = default_database_path().string();
+  std::string database{};  // empty: the running service's, else the usual
   std::string by_id = "/dev/serial/by-id";
   std::vector<std::string> ports, boxes;
   bool no_search = false;
@@ -206,13 +206,24 @@ ExitCode scan(Cli& cli, const DoctorOptions& options) {
   return good ? ExitCode::kOk : ExitCode::kDevice;
 }
 
+/// Of the service that answers; where none does, where one of this user would have it.
+std::filesystem::path database_of(Cli& cli, const DoctorOptions& options) {
+  if (!options.database.empty()) return options.database;
+  try {
+    return cli.call("hello").at("database").get<std::string>();
+  } catch (const std::exception&) {  // check_socket tells why
+    return default_database_path();
+  }
+}
+
 ExitCode examine(Cli& cli, const DoctorOptions& options) {
   std::vector<Check> checks = check_ports(options.by_id);
   checks.push_back(check_socket(
       cli.socket_path.empty() ? default_socket_path()
                               : std::filesystem::path(cli.socket_path)));
-  checks.push_back(check_database(options.database));
-  checks.push_back(check_disk(options.database));
+  const std::filesystem::path database = database_of(cli, options);
+  checks.push_back(check_database(database));
+  checks.push_back(check_disk(database));
   checks.push_back(check_known_answer());
   Json rows = Json::array();
   std::string text;
@@ -249,8 +260,9 @@ void add_doctor_commands(CLI::App& app, Cli& cli) {
       "Looks at ports, rights, socket, database and disk, solves a known answer, and says for "
       "each what to do.");
   doctor->add_option("--rig", options->rig_file, "rig.toml: its dials and robot, too");
-  doctor->add_option("--db", options->database, "the service's database")
-      ->capture_default_str();
+  doctor->add_option(
+      "--db", options->database,
+      "a database; default: the running service's, else where it would be made");
   doctor->add_option("--by-id", options->by_id, "folder of the ports' stable names")
       ->capture_default_str();
   doctor->callback(

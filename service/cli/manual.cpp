@@ -86,7 +86,7 @@ void cases_of(
 
 }  // namespace
 
-std::string manual_page(const CLI::App& app, int section) {
+std::string manual_page(const CLI::App& app, int section, bool talks_to_service) {
   std::string about = app.get_description();
   const std::string first = about.substr(0, about.find('\n'));
   std::string commands;
@@ -98,6 +98,7 @@ std::string manual_page(const CLI::App& app, int section) {
       roff(app.get_name()), upper(app.get_name()), section, SIXDIAL_VERSION, roff(first),
       commands.empty() ? "" : " \\fIcommand\\fR ...", roff(about), options_of(app));
   if (!commands.empty()) page += ".SH COMMANDS\n" + commands;
+  if (!talks_to_service) return page + ".SH SEE ALSO\n.BR sixdial (1),\n.BR sixdiald (8)\n";
   page +=
       ".SH FILES\n.TP\n.I $XDG_RUNTIME_DIR/sixdial/sixdiald.sock, else "
       "/run/sixdial/sixdiald.sock\nThe socket of the service.\n.TP\n.I "

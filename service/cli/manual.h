@@ -7,8 +7,9 @@
 
 namespace sixdial::service::cli {
 
-/// roff of section 1 or 8.
-[[nodiscard]] std::string manual_page(const CLI::App& app, int section);
+/// roff of section 1 or 8. `talks_to_service`: socket and database are among its files.
+[[nodiscard]] std::string manual_page(
+    const CLI::App& app, int section, bool talks_to_service = true);
 [[nodiscard]] std::string bash_completion(const CLI::App& app);
 
 }  // namespace sixdial::service::cli

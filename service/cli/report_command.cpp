@@ -121,7 +121,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
       if (!options->against.empty()) params["against"] = options->against;
-      print_files(cli, *options, cli.call("report.write", params));
+      print_files(cli, *options, call_for_files(cli, "report.write", params));
       return ExitCode::kOk;
     };
   });

@@ -27,6 +27,16 @@ std::string info_text(const Json& info) {
         "  collecting ended {}: {}\n", each["time_utc"].get<std::string>(),
         each["ended_because"].get<std::string>());
   }
+  for (const Json& each : info.value("clock_steps", Json::array())) {
+    text += fmt::format(
+        "  {} {}\n", each["time_utc"].get<std::string>(), each["what"].get<std::string>());
+  }
+  if (const auto within = info.find("readings_within_ms");
+      within != info.end() && within->is_object()) {
+    text += fmt::format(
+        "  the dials of a sample were read within {:.0f} ms (median), {:.0f} ms at most\n",
+        (*within)["median"].get<double>(), (*within)["max"].get<double>());
+  }
   return text;
 }
 
@@ -127,8 +137,9 @@ void add_export(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>
   command->add_option("FOLDER", options->path, "is made if absent")->required();
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
-      const Json answer = cli.call(
-          "session.export", {{"session", options->name}, {"path", absolute(options->path)}});
+      const Json answer = call_for_files(
+          cli, "session.export",
+          {{"session", options->name}, {"path", absolute(options->path)}});
       cli.console.print(
           "session.export", answer,
           fmt::format(

@@ -237,7 +237,7 @@ TEST_F(SerialDials, UnpluggedIsToldFromSilentAtOnceAndWithoutBurningTheProcessor
       "unplugged.processor_percent", 100.0 * (seconds(after) - seconds(before)) / wall_s);
 }
 
-TEST_F(SerialDials, AReplugedAdapterIsTakenUpAgainByItsStableName) {
+TEST_F(SerialDials, ARepluggedAdapterIsTakenUpAgainByItsStableName) {
   const std::string link = folder_.path("usb-dial");
   const auto dial_with = [](const std::string& id, const std::string& value) {
     return [=](const std::string& request) { return request == "?\r" ? value : id + "\r"; };

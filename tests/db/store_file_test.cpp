@@ -245,7 +245,10 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
   std::string path;
   std::map<std::int64_t, std::int64_t> acknowledged;  // id -> point
   std::size_t acknowledged_before = 0;
+  int lost = 0;
+  int unsound = 0;
   int next_point = 0;
+  const auto begun = std::chrono::steady_clock::now();
   for (int kill_number = 0; kill_number < kills; ++kill_number) {
     if (kill_number % kKillsAFile == 0) {
       if (!path.empty()) std::filesystem::remove(path);
@@ -293,14 +296,17 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
         << "the child ended by itself, status " << status;
 
     Store store = Store::open(path);  // the lock went with the child
-    ASSERT_TRUE(store.check().empty());
+    if (!store.check().empty()) ++unsound;
     std::map<std::int64_t, session::Sample> stored;
     for (StoredSample& sample : store.list_samples(store.find_session("s"))) {
       stored.emplace(sample.id.value, std::move(sample.sample));
     }
     for (const auto& [id, point] : acknowledged) {
       const auto found = stored.find(id);
-      ASSERT_NE(found, stored.end()) << "acknowledged sample " << id << " is lost";
+      if (found == stored.end()) {
+        ++lost;
+        continue;
+      }
       expect_equal(found->second, sample_at("G1", static_cast<int>(point)));
     }
     // One sample may have been stored whose acknowledgement was cut off.
@@ -311,10 +317,15 @@ TEST_F(StoreFile, LosesNoAcknowledgedSampleToKill9) {
   }
   acknowledged_before += acknowledged.size();
   EXPECT_GE(acknowledged_before, static_cast<std::size_t>(kills));
+  EXPECT_EQ(lost, 0) << "acknowledged, and not in the file";
+  EXPECT_EQ(unsound, 0);
+  const std::chrono::duration<double, std::milli> took =
+      std::chrono::steady_clock::now() - begun;
   test::figure("crash.runs", kills);
   test::figure("crash.samples_acknowledged", acknowledged_before);
-  test::figure("crash.samples_lost", 0);  // the first one lost ends the test above
-  test::figure("crash.integrity_failures", 0);
+  test::figure("crash.samples_lost", lost);
+  test::figure("crash.integrity_failures", unsound);
+  test::figure("crash.ms_a_kill", took.count() / kills);
 }
 
 // A file-size limit makes writes fail as a broken disk does. The child says how many samples

@@ -8,9 +8,17 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "acquisition/connection.h"
+#include "acquisition/dial_protocol.h"
+#include "acquisition/modbus_frame.h"
+#include "service/request.h"
+#include "session/bundle.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
 #include "tests/support/figure.h"
 
 // Each fuzz_*.cpp under its own name (CMakeLists.txt).
@@ -92,6 +100,68 @@ TEST_P(Corpus, AndItsMutationsBreakNoLaw) {
   EXPECT_EQ(tried, fuzzer.mutations);
   test::figure(
       std::string("corpus.") + fuzzer.name, inputs.size() + static_cast<std::size_t>(tried));
+}
+
+template <typename Accepts>
+int accepted(const std::string& corpus, Accepts accepts) {
+  int count = 0;
+  for (const std::string& input : kept(corpus)) {
+    try {
+      if (accepts(input)) ++count;
+    } catch (const std::exception&) {  // refused
+    }
+  }
+  return count;
+}
+
+// A fuzzer whose corpus is refused at the first byte tries nothing that comes after it.
+TEST(CorpusReach, BehindEveryParserIsAValidInput) {
+  namespace a = acquisition;
+  for (const a::DialProtocol* protocol : a::dial_protocols()) {
+    const auto is_frame = [&](const std::string& input) {
+      const int channel = protocol->channels > 0
+                              ? 1 + static_cast<std::uint8_t>(input.at(0)) % protocol->channels
+                              : 0;
+      return protocol->parse(std::string_view(input).substr(1), channel).has_value();
+    };
+    EXPECT_GE(accepted("dials_corpus", is_frame), 1) << protocol->name;
+  }
+  const auto is_reply = [](const std::string& input) {
+    const std::vector<std::uint8_t> bytes(input.begin(), input.end());
+    return a::parse_read_reply(std::span(bytes).subspan(1), 1, 4, 1 + bytes.at(0) % 125)
+        .has_value();
+  };
+  EXPECT_GE(accepted("modbus_reply_corpus", is_reply), 1);
+  const auto is_write_reply = [](const std::string& input) {
+    const std::vector<std::uint8_t> bytes(input.begin(), input.end());
+    return a::parse_write_reply(std::span(bytes).subspan(1), 1, 0, 1 + bytes.at(0) % 125)
+        .has_value();
+  };
+  EXPECT_GE(accepted("modbus_reply_corpus", is_write_reply), 1);
+  for (const char* scheme : {"serial:", "modbus-tcp:", "modbus-rtu:"}) {
+    const auto is_dial = [&](const std::string& input) {
+      return input.starts_with(scheme) && a::parse_dial_connection(input).has_value();
+    };
+    EXPECT_GE(accepted("connection_corpus", is_dial), 1) << scheme;
+  }
+  const auto is_request = [](const std::string& input) {
+    return !service::parse_request(service::parse_line(input)).method.empty();
+  };
+  EXPECT_GE(accepted("request_corpus", is_request), 1);
+  const geometry::Rig rig = geometry::default_rig();
+  const auto is_session = [&](const std::string& input) {
+    return !session::parse_session(input, "session.csv", session::write_rig(rig), "rig.toml")
+                .samples.empty();
+  };
+  EXPECT_GE(accepted("session_csv_corpus", is_session), 1);
+  const auto is_plan = [&](const std::string& input) {
+    return !session::parse_plan(input, "plan.csv", rig).points.empty();
+  };
+  EXPECT_GE(accepted("session_csv_corpus", is_plan), 1);
+  const auto is_rig = [](const std::string& input) {
+    return session::parse_rig(input, "rig.toml").dials.size() == 6;
+  };
+  EXPECT_GE(accepted("session_rig_corpus", is_rig), 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -2,97 +2,33 @@
 // killed, gone on with. No acknowledged sample may be missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 
 #include <fstream>
 #include <map>
 #include <sstream>
-#include <tuple>
 
-#include "mock_devices/iso_time.h"
-#include "mock_devices/mock_rig.h"
 #include "session/bundle.h"
 #include "session/csv.h"
-#include "session/plan.h"
-#include "session/rig_file.h"
-#include "tests/service/rig_for_tests.h"
-
-extern char** environ;
+#include "tests/service/live_rig.h"
 
 namespace sixdial::service {
 namespace {
 
+using testing::create;
+using testing::Daemon;
 using testing::error_code_of;
 using testing::eventually;
+using testing::Key;
+using testing::key_of;
 using testing::LineClient;
+using testing::Rig;
 using testing::RunningService;
+using testing::start;
 using testing::TempDirectory;
+using testing::wait_for_end;
 
-constexpr double kSpeed = 50.0;  // rig seconds a wall second
 // Dials: noise 0.002 mm each, error curve and hysteresis of some um.
 constexpr double kSameReading_mm = 0.0005;
-
-mock_devices::MockRigOptions mock_options() {
-  mock_devices::MockRigOptions options;
-  options.world.rig = geometry::default_rig();
-  options.world.robot.parameters = geometry::table_2_robot();
-  options.clock_speed = kSpeed;
-  return options;
-}
-
-/// A mock rig, its rig file, and plans for it.
-class Rig {
- public:
-  Rig() : mock_(mock_options()) { mock_.start(); }
-  [[nodiscard]] std::string toml() const {
-    return session::write_rig(mock_.connected_rig("modbus-tcp"));
-  }
-  [[nodiscard]] std::string now() const { return mock_devices::iso8601(mock_.utc_ms()); }
-  [[nodiscard]] ServiceOptions service_options() const {
-    ServiceOptions options;
-    options.clock_speed = kSpeed;
-    options.clock_start = session::from_iso8601(now());
-    return options;
-  }
-  [[nodiscard]] static session::Plan plan(int count, const std::string& set = "G1") {
-    session::PlanOptions options;
-    options.set = set;
-    options.seed = 5;
-    return session::plan_random(geometry::default_rig(), count, options).value();
-  }
-  mock_devices::MockRig& mock() { return mock_; }
-
- private:
-  mock_devices::MockRig mock_;
-};
-
-Json create(LineClient& client, const Rig& rig) {
-  return client.call("session.create", {{"name", "live"}, {"rig_toml", rig.toml()}});
-}
-
-Json start(LineClient& client, const session::Plan& plan) {
-  return client.call(
-      "collect.start", {{"session", "live"}, {"plan_csv", session::plan_csv(plan)}});
-}
-
-Json wait_for_end(LineClient& client) {
-  Json status;
-  do {
-    status = client.call("collect.wait", {{"timeout_s", 60}})["result"];
-  } while (status["state"] == "running" || status["state"] == "starting" ||
-           status["state"] == "stopping");
-  return status;
-}
-
-using Key = std::tuple<std::string, int, int>;
-
-Key key_of(const Json& sample) {
-  return {
-      sample["set"].get<std::string>(), sample["point"].get<int>(),
-      sample["repeat"].get<int>()};
-}
 
 TEST(Collect, AWholePlanIsMeasuredStoredAndShown) {
   Rig rig;
@@ -379,58 +315,6 @@ TEST(Collect, APlanInTwoModesPausesBeforeTheLegsAreBroughtOver) {
   EXPECT_EQ(status["failed"], 0);
 }
 
-/// A real sixdiald process.
-class Daemon {
- public:
-  Daemon(const std::filesystem::path& directory, const std::string& clock_start)
-      : socket_(directory / "s") {
-    const std::string program = std::string(SIXDIAL_BIN_DIR) + "/sixdiald";
-    const std::string database = (directory / "daemon.db").string();
-    std::vector<std::string> words{program,         "--socket",      socket_.string(),
-                                   "--db",          database,        "--log-level",
-                                   "error",         "--clock-speed", std::to_string(kSpeed),
-                                   "--clock-start", clock_start};
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    if (posix_spawn(&pid_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0) {
-      throw std::runtime_error("cannot start " + program);
-    }
-  }
-  ~Daemon() {
-    if (pid_ > 0) end(SIGKILL);
-  }
-  Daemon(const Daemon&) = delete;
-  Daemon& operator=(const Daemon&) = delete;
-
-  /// Waits until it answers.
-  LineClient client() {
-    std::optional<LineClient> connected;
-    if (!eventually([&] {
-          try {
-            connected.emplace(socket_);
-            return connected->call("hello").contains("result");
-          } catch (const std::runtime_error&) {
-            return false;
-          }
-        })) {
-      throw std::runtime_error("sixdiald does not answer");
-    }
-    return *std::move(connected);
-  }
-  /// The wait status after the signal.
-  int end(int signal) {
-    ::kill(pid_, signal);
-    int status = 0;
-    ::waitpid(std::exchange(pid_, -1), &status, 0);
-    return status;
-  }
-
- private:
-  std::filesystem::path socket_;
-  pid_t pid_ = -1;
-};
-
 TEST(Daemon, KilledDuringCollectionItLosesNoAcknowledgedSampleAndCompletes) {
   constexpr int kPoints = 30;
   TempDirectory directory;
@@ -511,19 +395,18 @@ TEST(Daemon, ASignalToEndIsObeyedInTheMiddleOfEverything) {
   EXPECT_FALSE(std::filesystem::exists(directory.path() / "s"));
 }
 
-TEST(Daemon, ASecondOneOnTheSameDatabaseIsRefused) {
+TEST(Daemon, ASecondOneOnTheSameDatabaseIsRefusedInWords) {
   TempDirectory directory;
   Rig rig;
-  Daemon daemon(directory.path(), rig.now());
-  static_cast<void>(daemon.client());
-  ServiceOptions options;
-  options.database = directory.path() / "daemon.db";
-  try {
-    Service second(options);
-    FAIL() << "two services write one database";
-  } catch (const db::StoreError& error) {
-    EXPECT_EQ(error.trouble, db::StoreTrouble::kLocked);
-  }
+  Daemon first(directory.path(), rig.now());
+  LineClient client = first.client();
+  Daemon second(directory.path(), rig.now(), {}, "another");
+  const int status = second.ended();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << status;
+  const std::string said = session::read_file(second.log().string());
+  EXPECT_THAT(said, ::testing::HasSubstr("another Sixdial process"));
+  EXPECT_FALSE(std::filesystem::exists(second.socket()));
+  EXPECT_EQ(error_code_of(create(client, rig)), "") << "the first goes on";
 }
 
 }  // namespace

@@ -84,6 +84,33 @@ TEST(SocketActivation, TheHandedOverSocketIsServedAndNeverTakenAway) {
   ::close(socket);
 }
 
+TEST(SocketActivation, SystemdsOwnLauncherStartsItForItsFirstClient) {
+  const std::filesystem::path launcher = "/usr/bin/systemd-socket-activate";
+  ASSERT_TRUE(std::filesystem::exists(launcher)) << "./run setup installs the package systemd";
+  TempDirectory directory;
+  const std::string path = (directory.path() / "handed-over").string();
+  const std::string database = (directory.path() / "a.db").string();
+  const std::string own = (directory.path() / "own").string();
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    const int quiet = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    ::dup2(quiet, STDERR_FILENO);
+    ::execl(
+        launcher.c_str(), launcher.c_str(), "--listen", path.c_str(), kProgram.c_str(), "--db",
+        database.c_str(), "--socket", own.c_str(), "--log-level", "error", nullptr);
+    ::_exit(99);
+  }
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path); }));
+  EXPECT_FALSE(std::filesystem::exists(database)) << "it starts for a client, not before";
+  LineClient client(path);
+  EXPECT_EQ(client.call("hello")["result"]["service"], "sixdiald");
+  EXPECT_TRUE(std::filesystem::exists(database));
+  EXPECT_FALSE(std::filesystem::exists(own));
+  ::kill(pid, SIGTERM);
+  EXPECT_EQ(ended(pid), 0);
+  EXPECT_TRUE(std::filesystem::exists(path)) << "systemd's socket was unlinked";
+}
+
 TEST(SocketActivation, AVariableMeantForAnotherProcessIsPassedOver) {
   TempDirectory directory;
   const std::string database = (directory.path() / "a.db").string();

@@ -12,6 +12,7 @@
 #include "session/csv.h"
 #include "session/rig_file.h"
 #include "tests/service/rig_for_tests.h"
+#include "tests/support/figure.h"
 
 namespace sixdial::service {
 namespace {
@@ -108,6 +109,86 @@ TEST(Units, GiveTheSocketToItsGroupAndEndInTime) {
       session::read_file(kSource + "/packaging/systemd/sixdiald.service");
   EXPECT_THAT(service, HasSubstr("Requires=sixdiald.socket"));
   EXPECT_THAT(service, HasSubstr("StateDirectory=sixdial"));
+}
+
+struct Ran {
+  int code = -1;
+  std::string said;
+};
+
+Ran run_program(const std::string& command) {
+  Ran ran;
+  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> piece{};
+  for (std::size_t size = 0; (size = std::fread(piece.data(), 1, piece.size(), pipe)) > 0;) {
+    ran.said.append(piece.data(), size);
+  }
+  ran.code = ::pclose(pipe);
+  return ran;
+}
+
+/// The units of a folder with the program of this build in them.
+void copy_units(const std::string& from, const std::filesystem::path& to) {
+  std::filesystem::create_directories(to);
+  for (const char* name : {"sixdiald.service", "sixdiald.socket"}) {
+    std::string text = session::read_file(from + "/" + name);
+    const std::string start = "ExecStart=sixdiald";
+    if (const std::size_t at = text.find(start); at != std::string::npos) {
+      text.replace(at, start.size(), std::string("ExecStart=") + SIXDIAL_BIN_DIR + "/sixdiald");
+    }
+    std::ofstream(to / name) << text;
+  }
+}
+
+TEST(Units, AreUnderstoodBySystemdWithoutAWord) {
+  testing::TempDirectory directory;
+  const std::string place = directory.path().string();
+  copy_units(kSource + "/packaging/systemd", place + "/system");
+  copy_units(kSource + "/packaging/systemd/user", place + "/user");
+  const Ran system = run_program(
+      "systemd-analyze verify --man=no " + place + "/system/sixdiald.service " + place +
+      "/system/sixdiald.socket");
+  EXPECT_EQ(system.code, 0) << system.said;
+  EXPECT_EQ(system.said, "");
+  const Ran user = run_program(
+      "XDG_RUNTIME_DIR=" + place + " systemd-analyze --user verify --man=no " + place +
+      "/user/sixdiald.service " + place + "/user/sixdiald.socket");
+  EXPECT_EQ(user.code, 0) << user.said;
+  EXPECT_EQ(user.said, "");
+}
+
+TEST(Units, ExposeLittleByTheCountOfSystemd) {
+  constexpr double kMost = 3.0;  // of 10; systemd calls up to 4.9 "OK"
+  const Ran ran = run_program(
+      "systemd-analyze security --offline=yes --no-pager " + kSource +
+      "/packaging/systemd/sixdiald.service");
+  const std::string before = "Overall exposure level for sixdiald.service: ";
+  const std::size_t at = ran.said.find(before);
+  ASSERT_NE(at, std::string::npos) << ran.said;
+  const double exposure = std::stod(ran.said.substr(at + before.size()));
+  test::figure("package.exposure", exposure);
+  EXPECT_LE(exposure, kMost) << ran.said;
+}
+
+TEST(Manual, OfEachProgramIsRoffThatManUnderstands) {
+  for (const char* command :
+       {"/sixdial manual", "/sixdiald --print-manual", "/sixdial-mock-rig --print-manual"}) {
+    SCOPED_TRACE(command);
+    const Ran page = run_program(std::string(SIXDIAL_BIN_DIR) + command);
+    EXPECT_EQ(page.code, 0);
+    EXPECT_THAT(page.said, HasSubstr(".SH NAME\nsixdial"));
+    EXPECT_THAT(page.said, HasSubstr(".SH OPTIONS\n"));
+    std::istringstream lines(page.said);
+    const std::set<std::string> known{".TH", ".SH", ".SS", ".TP", ".B", ".I", ".BR", ".\\\""};
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.starts_with('.')) continue;
+      EXPECT_TRUE(known.contains(line.substr(0, line.find(' ')))) << line;
+    }
+  }
+  const Ran mock =
+      run_program(std::string(SIXDIAL_BIN_DIR) + "/sixdial-mock-rig --print-manual");
+  EXPECT_THAT(mock.said, HasSubstr("\\-\\-pty\\-dir"));
+  EXPECT_EQ(mock.said.find("sixdial.db"), std::string::npos) << "it has no database";
 }
 
 }  // namespace
