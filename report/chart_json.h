@@ -10,7 +10,7 @@ namespace sixdial::report {
 
 /// A chart with more marks than this (an arrow counts for two) is thinned: every series to an
 /// equal share, evenly chosen, first and last kept.
-inline constexpr std::size_t kMarksOnChart = 5200;
+inline constexpr std::size_t kMarksOnChart = 3000;
 
 /// Values not finite are left out with their point. Texts are valid UTF-8.
 [[nodiscard]] nlohmann::json chart_json(const Chart& chart);

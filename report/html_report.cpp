@@ -92,7 +92,39 @@ class Page {
                                  "{} to {} \u00B0C", fixed(*h.temperature_min_c, 1),
                                  fixed(*h.temperature_max_c, 1))
                            : "");
+    fact("Instruments", instruments());
+    fact(
+        "Software", h.software_version.empty()
+                        ? ""
+                        : "Sixdial " + h.software_version +
+                              (h.seed ? fmt::format(", seed {}", *h.seed) : ""));
+    fact("Data", short_hash(h.data_hash));
+    fact("Rig file", short_hash(h.rig_hash));
     put("</dl>\n</header>\n");
+  }
+
+  /// "6 digital dial indicators, resolution 0.001 mm": what they share.
+  [[nodiscard]] std::string instruments() const {
+    const auto& all = data_.head.instruments;
+    if (all.empty()) return "";
+    const bool alike = std::ranges::all_of(
+        all, [&](const Instrument& each) { return each.description == all[0].description; });
+    std::string out = fmt::format(
+        "{} {}", all.size(),
+        alike && all.size() > 1 ? all[0].description + "s"
+        : alike                 ? all[0].description
+                                : std::string("dial indicators"));
+    if (all[0].resolution_mm && std::ranges::all_of(all, [&](const Instrument& each) {
+          return each.resolution_mm == all[0].resolution_mm;
+        })) {
+      out += fmt::format(", resolution {} mm", exact(*all[0].resolution_mm));
+    }
+    return out;
+  }
+  /// Enough of it to compare by eye; the whole hash is with the provenance.
+  static std::string short_hash(const std::string& hash) {
+    constexpr std::size_t kLetters = 19;  // "sha256:" and twelve digits
+    return hash.size() > kLetters ? hash.substr(0, kLetters) + "\u2026" : hash;
   }
 
   [[nodiscard]] std::string measured() const {
@@ -186,7 +218,7 @@ class Page {
       if (std::holds_alternative<std::string>(row[column])) return false;
       any = any || std::holds_alternative<Number>(row[column]);
     }
-    return any;
+    return any || !t.columns[column].unit.empty();  // a measure that no row has
   }
 
   void column_heads(const Table& t, const std::vector<bool>& numeric) {
