@@ -277,7 +277,7 @@ std::string causes_markdown() {
   const Book book;
   std::string page =
       "# The causes, one by one\n\n<!-- Printed by `sixdiald --print-causes` from "
-      "simulation/effects/; a test compares. Pictures: scripts/cause_pictures.sh -->\n\n"
+      "simulation/effects/; a test compares. Pictures: scripts/cause_pictures.py -->\n\n"
       "Each physical effect of the catalogue. The picture is the signature that `sixdial "
       "diagnose` found in a simulated session of 150 points with noise of 0.002 mm, which the "
       "command under it makes again; the effect there is three times its plausible size. "
