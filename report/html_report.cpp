@@ -157,11 +157,10 @@ class Page {
       out.after_mm = v.after_mm;
       out.basis = "mean position error before and after, " + v.basis;
     }
-    out.lists = {
-        {"What to do", "to_do", v.to_do},
-        {"How far to trust it", "cautions", v.cautions},
-        {"What could not be judged", "not_judged", v.not_judged}};
-    out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());
+    out.lists = data_.also;
+    out.lists.push_back({"What to do", "to_do", v.to_do});
+    out.lists.push_back({"How far to trust it", "cautions", v.cautions});
+    out.lists.push_back({"What could not be judged", "not_judged", v.not_judged});
     return out;
   }
 
@@ -179,9 +178,7 @@ class Page {
           escape_html(box.basis));
     }
     put("<p class=\"headline\">{}</p>\n", escape_html(box.headline));
-    const auto filled = std::ranges::count_if(
-        box.lists, [](const OpeningList& each) { return !each.lines.empty(); });
-    put("<div class=\"words{}\">\n", filled == 4 ? " four" : "");
+    put("<div class=\"words\">\n");
     for (const OpeningList& each : box.lists) list(each.heading, each.kind, each.lines);
     put("</div>\n</section>\n");
     if (!with_charts_) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "report/figures.h"
@@ -16,10 +17,10 @@ namespace sixdial::report {
 namespace {
 
 constexpr double kDeg = 180.0 / std::numbers::pi;
-constexpr std::size_t kClasses = 6;    // equal counts: enough to see a wave, not the noise
-constexpr std::size_t kFewest = 3;     // points in a class, below which its mean says little
-constexpr double kSeveralTimes = 4.0;  // share over that of chance from which order is said
-constexpr double kApart = 0.12;        // the two components of a side, as drawn
+constexpr std::size_t kClasses = 6;  // equal counts: enough to see a wave, not the noise
+constexpr std::size_t kFewest = 3;   // points in a class, below which its mean says little
+constexpr double kClear = 5.0;   // standard deviations above chance from which order is said
+constexpr double kApart = 0.12;  // the two components of a side, as drawn
 constexpr int kStyleX = kStyleKinematic;
 constexpr int kStyleY = kStyleResult;
 
@@ -101,11 +102,16 @@ double explained(
   return all > 0.0 ? between / all : 0.0;
 }
 
-/// The last method without a residual model up to the delivered one: what a network would
-/// learn away must still be seen.
+/// The delivered parameters without their residual model ("ekf_dqpso" of "ekf_dqpso+anfis"),
+/// else the last method without one: what a network would learn away must still be seen.
 std::optional<std::size_t> kinematic_index(const ReportData& data) {
   const auto result = result_index(data);
   if (!result || *result == 0) return std::nullopt;
+  const std::string& id = data.methods[*result].id;
+  const auto alone = std::ranges::find(data.methods, id.substr(0, id.find('+')), &Method::id);
+  if (alone != data.methods.end() && alone != data.methods.begin()) {
+    return static_cast<std::size_t>(alone - data.methods.begin());
+  }
   for (std::size_t i = *result; i > 0; --i) {
     if (!data.methods[i].has_residual_model) return i;
   }
@@ -156,7 +162,7 @@ std::optional<Figure> residual_by(const ReportData& data) {
           column("to", "to"), column("points", "points"),
           column("mean_x_mm", "mean along x", "mm"), column("mean_y_mm", "mean along y", "mm"),
           column("rms_mm", "rms", "mm")}};
-  double most_times = 0.0;
+  double clearest = -std::numeric_limits<double>::infinity();
   std::string most;
   double low_mm = 0.0;
   double high_mm = 0.0;
@@ -189,8 +195,11 @@ std::optional<Figure> residual_by(const ReportData& data) {
     const double share = explained(values, parts);
     const double chance =
         static_cast<double>(parts.size() - 1) / static_cast<double>(values.size() - 1);
-    if (chance > 0.0 && share / chance > most_times) {
-      most_times = share / chance;
+    // Of noise, share / chance has mean 1 and this standard deviation (two components).
+    const double spread =
+        std::sqrt(1.0 / static_cast<double>(std::max<std::size_t>(1, parts.size() - 1)));
+    if (chance > 0.0 && (share / chance - 1.0) / spread > clearest) {
+      clearest = (share / chance - 1.0) / spread;
       most = fmt::format(
           "Most order by {}: its classes take {} % of the squares, {} % would be by chance",
           by.label, fixed(100.0 * share, 0), fixed(100.0 * chance, 0));
@@ -211,12 +220,12 @@ std::optional<Figure> residual_by(const ReportData& data) {
       "A level cloud about zero in every panel. A slope or a wave over an angle is a joint or "
       "a link, over time a drift, over temperature a growth; two levels by the side of arrival "
       "are backlash.";
-  out.here = most.empty() ? "Nothing to compare."
-                          : fmt::format(
-                                "{}: {}.", most,
-                                most_times >= kSeveralTimes
-                                    ? "an error that the parameters do not contain"
-                                    : "no clear order");
+  out.here = most.empty()
+                 ? "Nothing to compare."
+                 : fmt::format(
+                       "{}: {}.", most,
+                       clearest >= kClear ? "an error that the parameters do not contain"
+                                          : "no clear order");
   return out;
 }
 

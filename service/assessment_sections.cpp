@@ -117,7 +117,6 @@ report::Figure uncertainty_map(const Json& assessment) {
       .name = "least certain place", .mark = report::Mark::kDots, .style = kWorstStyle};
   worst.x = {number_of(map["worst_mm"][0])};
   worst.y = {number_of(map["worst_mm"][1])};
-  worst.label = fmt::format("{:.4g}", high);
   panel.series.push_back(std::move(worst));
   figure.chart.panels.push_back(std::move(panel));
 

@@ -23,7 +23,9 @@ using simulation::Place;
 
 constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr double kShownTimes = 3.0;  // of the plausible size: what the pictures' sessions have
-constexpr double kAlike = 0.5;       // cosine from which two signatures are called alike
+constexpr double kVisible_mm =
+    0.002;                      // and at least so much left after the fit: a dial's noise
+constexpr double kAlike = 0.5;  // cosine from which two signatures are called alike
 constexpr std::size_t kMostNeighbours = 3;
 constexpr int kAcross = 12;  // poses along each side of the rectangle
 
@@ -263,10 +265,12 @@ const Place& shown_place(const Effect& effect, const std::vector<Place>& places)
 }
 
 /// The session of the picture, as `sixdial-mock-rig --hide` takes it.
-std::string hidden(const Effect& effect, const Place& place) {
+std::string hidden(const Book& book, const Effect& effect, const Place& place) {
   std::string text = fmt::format("{}:{}", effect.cause, place.name);
   if (!effect.parameters.empty()) {
-    text += fmt::format(":{:g}", kShownTimes * parameter_at(effect, place, 0).sigma);
+    const double times =
+        std::max(kShownTimes, std::ceil(kVisible_mm / book.left_mm(book.shown(effect, place))));
+    text += fmt::format(":{:g}", times * parameter_at(effect, place, 0).sigma);
   }
   return text;
 }
@@ -299,7 +303,8 @@ std::string causes_markdown() {
     page += fmt::format(
         "![Signature of {}](../pictures/causes/{}.svg)\n\n`sixdial-mock-rig --bundle {} --hide "
         "{} --seed 5`, `sixdial diagnose {}/`\n\n| | |\n|---|---|\n",
-        effect->in_words, effect->cause, effect->cause, hidden(*effect, place), effect->cause);
+        effect->in_words, effect->cause, effect->cause, hidden(book, *effect, place),
+        effect->cause);
     page += fmt::format("| how it shows | {} |\n", effect->signature);
     page += fmt::format("| plausible size | {} |\n", size_words(*effect, place));
     page += fmt::format("| at that size | {} |\n", on_parts(book, book.shown(*effect, place)));

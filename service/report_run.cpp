@@ -232,8 +232,9 @@ void append(std::vector<report::Section>& to, std::vector<report::Section> secti
 void add_diagnosis(report::ReportData& data, const Json& diagnosis) {
   if (!diagnosis.is_object()) {
     data.not_judged.push_back(fmt::format(
-        "The physical cause of what is left: this session was not diagnosed. `sixdial diagnose "
-        "{}` does it.",
+        "The physical cause of what is left: this session was not diagnosed. \"sixdial "
+        "diagnose "
+        "{}\" does it.",
         data.head.session_name));
     return;
   }
@@ -242,9 +243,37 @@ void add_diagnosis(report::ReportData& data, const Json& diagnosis) {
   const auto lines = [&](const char* key) {
     return verdict[key].get<std::vector<std::string>>();
   };
-  data.also.push_back({"Causes found", "cautions", lines("found")});
+  // What is only suspected is named in one line; its own section says the rest.
+  std::vector<std::string> found;
+  std::vector<std::string> suspected;
+  for (std::string& line : lines("found")) {
+    if (line.ends_with("suspected.")) {
+      suspected.push_back(line.substr(0, line.find(':')));
+    } else {
+      found.push_back(std::move(line));
+    }
+  }
+  for (std::string& line : lines("to_do")) {
+    const bool doubtful = std::ranges::any_of(
+        suspected, [&](const std::string& name) { return line.starts_with(name + ":"); });
+    if (!doubtful) data.to_do.push_back(std::move(line));
+  }
+  if (!suspected.empty()) {
+    std::string names;
+    for (const std::string& name : suspected) names += (names.empty() ? "" : "; ") + name;
+    found.push_back(fmt::format(
+        "Suspected, too weak to act on: {}.{}", names,
+        found.empty() ? " Measure again and see whether it comes back." : ""));
+  }
+  data.also.push_back({"Causes found", "cautions", std::move(found)});
+  const bool tied = std::ranges::any_of(
+      diagnosis["causes"], [](const Json& cause) { return !cause["tied_with"].empty(); });
+  if (tied) {
+    data.to_do.push_back(fmt::format(
+        "\"sixdial plan separate {}\" plans the poses that tell the tied causes apart.",
+        data.head.session_name));
+  }
   data.not_judged = lines("not_judged");
-  data.to_do = lines("to_do");
 }
 
 /// Samples whose error after kinematics is over six times the usual (median) one.

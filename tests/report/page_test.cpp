@@ -133,9 +133,9 @@ ReportData hostile_session() {
 
 TEST(Page, IsWellFormed) {
   const json page = tables_of(html_report(sample_session()));
-  EXPECT_EQ(page["counts"]["figure"], 4);
-  EXPECT_EQ(page["counts"]["figcaption"], 4);
-  EXPECT_EQ(page["counts"]["details"], 4);
+  EXPECT_EQ(page["counts"]["figure"], 5);
+  EXPECT_EQ(page["counts"]["figcaption"], 5);
+  EXPECT_EQ(page["counts"]["details"], 5);
 }
 
 TEST(Page, IsWellFormedForEmptyAndSmallSessions) {

@@ -32,7 +32,7 @@ TEST(RigPicture, DrawsEveryDialWithItsNameAtItsTip) {
   EXPECT_EQ(count(svg, "class=\"proximal\""), 2);
   EXPECT_EQ(count(svg, "class=\"distal\""), 2);
   for (const char* words :
-       {"W, B x", "W, B y (table, robot)", "O1", "O2", "O3", "O4", "E tool"}) {
+       {"W table, B robot", "cuboid, 80 mm", ">x<", ">y<", "O1", "O2", "O3", "O4", "E tool"}) {
     EXPECT_THAT(svg, HasSubstr(words));
   }
 }
