@@ -93,7 +93,11 @@ class Drawing {
   void label(
       const Vector2d& p, std::string_view anchor, std::string_view words,
       std::string_view kind = "") {
-    seen(p);
+    constexpr double kLetter_mm = 3.4;  // of a font of 7 mm; the room around takes the rest
+    const double width_mm = kLetter_mm * static_cast<double>(words.size());
+    const double left_mm = anchor == "end" ? width_mm : anchor == "middle" ? width_mm / 2 : 0.0;
+    seen(p - Vector2d(left_mm, 0.0));
+    seen(p + Vector2d(width_mm - left_mm, 0.0));
     put("<text class=\"{}\" x=\"{:.3f}\" y=\"{:.3f}\" text-anchor=\"{}\">{}</text>\n", kind,
         p.x(), -p.y(), anchor, escape_html(words));
   }

@@ -51,6 +51,12 @@ Compared compared(const ReportData& data) {
   return out;
 }
 
+/// Also where the noise is not known: then nothing speaks against it.
+bool is_at_the_noise(const ReportData& data, double after_mm) {
+  return !data.position_noise_mm || !(*data.position_noise_mm > 0.0) ||
+         after_mm <= kAtTheNoise * *data.position_noise_mm;
+}
+
 bool is_far_from_noise(const ReportData& data, double after_mm) {
   return data.position_noise_mm && *data.position_noise_mm > 0.0 &&
          after_mm > kFarFromNoise * *data.position_noise_mm;
@@ -122,9 +128,11 @@ void advise(const ReportData& data, const Compared& c, Verdict& out) {
           length(with), length(without)));
     } else if (with > without * (1.0 - kNoChange)) {
       out.cautions.push_back(fmt::format(
-          "The residual model brings nothing here ({} with it, {} without): the parameters "
-          "explain what can be explained.",
-          length(with), length(without)));
+          "The residual model brings nothing here ({} with it, {} without): {}.", length(with),
+          length(without),
+          is_at_the_noise(data, with)
+              ? "the parameters explain what can be explained"
+              : "what is left is nothing that joint angles alone tell"));
     } else {
       out.to_do.push_back(fmt::format(
           "Use the residual model on top, inside the measured area only: the parameters alone "

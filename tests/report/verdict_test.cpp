@@ -80,6 +80,15 @@ TEST(Verdict, AnErrorFarAboveTheNoiseIsNoCalibratedRobot) {
   EXPECT_EQ(verdict(data).state, RobotState::kCalibrated);
 }
 
+TEST(Verdict, ANetworkThatBringsNothingIsNoProofThatNothingIsLeft) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(0.038, 50);  // as without it
+  data.position_noise_mm = 0.003;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("nothing that joint angles alone")));
+  data.position_noise_mm = 0.03;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("explain what can be explained")));
+}
+
 TEST(Verdict, WhatADiagnosisSaysJoinsItsLists) {
   ReportData data = paper_table_6();
   data.to_do = {"Backlash of joint 2: take up the play."};
