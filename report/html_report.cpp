@@ -41,7 +41,15 @@ class Page {
     put("<main>\n");
     state();
     number_ = 0;
-    for (const Section& s : sections_of(data_)) section(s);
+    const std::vector<Section> sections = sections_of(data_);
+    std::vector<const Chart*> charts;
+    for (const Section& s : sections) {
+      for (const Block& block : s.blocks) {
+        if (const auto* f = std::get_if<Figure>(&block)) charts.push_back(&f->chart);
+      }
+    }
+    marks_ = marks_allowed(charts);
+    for (const Section& s : sections) section(s);
     put("</main>\n");
     foot();
     scripts();
@@ -299,7 +307,7 @@ class Page {
     put("<figure id=\"{}\">\n", id);
     if (with_charts_) {
       put("<div class=\"chart\" data-chart=\"{}\"></div>\n", id);
-      charts_[id] = chart_json(f.chart);
+      charts_[id] = chart_json(f.chart, marks_);
     }
     put("<figcaption>\n<p class=\"figure-title\"><b>Figure {}</b> {}</p>\n<dl>\n", ++figures_,
         escape_html(f.title));
@@ -307,7 +315,7 @@ class Page {
         "dl>\n",
         escape_html(f.shows), escape_html(f.good),
         f.here.empty() ? "nothing to say in a sentence" : escape_html(f.here));
-    if (is_thinned(f.chart)) {
+    if (is_thinned(f.chart, marks_)) {
       put("<p class=\"note\">Too many to draw all: an even choice of each series is "
           "shown.</p>\n");
     }
@@ -341,6 +349,7 @@ class Page {
   const ReportData& data_;
   const bool with_charts_;
   nlohmann::json charts_;
+  std::size_t marks_ = kMarksOnChart;  // of one chart
   std::string out_;
   std::map<std::string, int> ids_{{"state", 1}, {"charts", 1}, {"no_charts", 1}};
   int number_ = 0, tables_ = 0, figures_ = 0;
