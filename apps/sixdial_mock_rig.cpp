@@ -1,5 +1,5 @@
 // sixdial-mock-rig: a rig that is not there. Prints one line of JSON with its ports when ready,
-// serves until SIGINT or SIGTERM.
+// serves until SIGINT or SIGTERM. With --bundle it writes a whole measured session instead.
 #include <fmt/format.h>
 #include <pthread.h>
 
@@ -32,6 +32,8 @@ struct Arguments {
   std::optional<std::uint64_t> hide_seed;
   std::string hide_pool = "catalogue";
   std::string reveal_file;
+  std::string bundle;
+  std::vector<int> points{100, 50};
 };
 
 mock_devices::Pool pool_of(const std::string& name) {
@@ -113,6 +115,26 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->check(CLI::IsMember({"catalogue", "outside", "all"}))
       ->capture_default_str();
   app.add_option("--reveal", arguments.reveal_file, "Write what is hidden to this JSON file");
+  CLI::Option* bundle = app.add_option(
+      "--bundle", arguments.bundle,
+      "Write a session measured on this rig (session.csv, rig.toml) to this folder, and end");
+  app.add_option("--points", arguments.points, "Of the bundle: points of G1 and of G2")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(0, 100000))
+      ->needs(bundle)
+      ->capture_default_str();
+}
+
+/// Random poses, each joint arriving from either side; as a careful operator would bring it.
+void write_session(const Arguments& arguments) {
+  const mock_devices::World& world = arguments.rig.world;
+  mock_devices::write_bundle(
+      arguments.bundle,
+      mock_devices::generate_session(
+          world, mock_devices::random_plan(
+                     world.rig, world.seed, arguments.points[0], arguments.points[1])),
+      world.rig, arguments.rig.start_time);
 }
 
 std::string ready_line(const mock_devices::MockRig& rig, const Arguments& arguments) {
@@ -157,6 +179,10 @@ int main(int argc, char** argv) {
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     make_world(arguments);
+    if (!arguments.bundle.empty()) {
+      write_session(arguments);
+      return 0;
+    }
     mock_devices::MockRig rig(arguments.rig);
     rig.start();
     fmt::print("{}\n", ready_line(rig, arguments));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "report/figures.h"
 #include "report/tables.h"
 #include "report/text.h"
 
@@ -52,6 +53,10 @@ std::vector<CsvFile> csv_report(const ReportData& data) {
        {parameter_table(data, true), accuracy_table(data, true), points_table(data),
         convergence_table(data, false), trace_table(data, false)}) {
     out.push_back({table.id + ".csv", to_csv(table)});
+  }
+  if (const auto by = residual_by(data)) out.push_back({"residual_by.csv", to_csv(by->table)});
+  if (const Table dials = dial_table(data); !dials.rows.empty()) {
+    out.push_back({"residual_by_dial.csv", to_csv(dials)});
   }
   for (const Section& section : data.sections) {
     for (const Block& block : section.blocks) {

@@ -46,7 +46,7 @@ struct Table {
   std::optional<std::size_t> main_row{};  // printed bold
   /// Of a table with more rows than this, the page shows the first half of so many and says
   /// where the others are.
-  std::size_t rows_on_page = 400;
+  std::size_t rows_on_page = 200;
 };
 
 struct Axis {

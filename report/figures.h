@@ -21,6 +21,10 @@ inline constexpr int kStyleG2 = 9;
 [[nodiscard]] std::optional<Figure> error_by_point(const ReportData& data);    // Fig. 10
 [[nodiscard]] std::optional<Figure> convergence(const ReportData& data);       // Fig. 8
 [[nodiscard]] std::optional<Figure> parameter_traces(const ReportData& data);  // Fig. 9
+/// What the parameters leave, by joint angle, time, temperature and side of arrival.
+[[nodiscard]] std::optional<Figure> residual_by(const ReportData& data);
+/// What the parameters leave of each dial's readings; no rows if not known.
+[[nodiscard]] Table dial_table(const ReportData& data);
 
 /// 1, 2 or 5 times a power of ten, the largest not above `value` (> 0).
 [[nodiscard]] double round_down(double value);

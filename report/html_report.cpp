@@ -41,7 +41,15 @@ class Page {
     put("<main>\n");
     state();
     number_ = 0;
-    for (const Section& s : sections_of(data_)) section(s);
+    const std::vector<Section> sections = sections_of(data_);
+    std::vector<const Chart*> charts;
+    for (const Section& s : sections) {
+      for (const Block& block : s.blocks) {
+        if (const auto* f = std::get_if<Figure>(&block)) charts.push_back(&f->chart);
+      }
+    }
+    marks_ = marks_allowed(charts);
+    for (const Section& s : sections) section(s);
     put("</main>\n");
     foot();
     scripts();
@@ -92,7 +100,39 @@ class Page {
                                  "{} to {} \u00B0C", fixed(*h.temperature_min_c, 1),
                                  fixed(*h.temperature_max_c, 1))
                            : "");
+    fact("Instruments", instruments());
+    fact(
+        "Software", h.software_version.empty()
+                        ? ""
+                        : "Sixdial " + h.software_version +
+                              (h.seed ? fmt::format(", seed {}", *h.seed) : ""));
+    fact("Data", short_hash(h.data_hash));
+    fact("Rig file", short_hash(h.rig_hash));
     put("</dl>\n</header>\n");
+  }
+
+  /// "6 digital dial indicators, resolution 0.001 mm": what they share.
+  [[nodiscard]] std::string instruments() const {
+    const auto& all = data_.head.instruments;
+    if (all.empty()) return "";
+    const bool alike = std::ranges::all_of(
+        all, [&](const Instrument& each) { return each.description == all[0].description; });
+    std::string out = fmt::format(
+        "{} {}", all.size(),
+        alike && all.size() > 1 ? all[0].description + "s"
+        : alike                 ? all[0].description
+                                : std::string("dial indicators"));
+    if (all[0].resolution_mm && std::ranges::all_of(all, [&](const Instrument& each) {
+          return each.resolution_mm == all[0].resolution_mm;
+        })) {
+      out += fmt::format(", resolution {} mm", exact(*all[0].resolution_mm));
+    }
+    return out;
+  }
+  /// Enough of it to compare by eye; the whole hash is with the provenance.
+  static std::string short_hash(const std::string& hash) {
+    constexpr std::size_t kLetters = 19;  // "sha256:" and twelve digits
+    return hash.size() > kLetters ? hash.substr(0, kLetters) + "\u2026" : hash;
   }
 
   [[nodiscard]] std::string measured() const {
@@ -125,11 +165,10 @@ class Page {
       out.after_mm = v.after_mm;
       out.basis = "mean position error before and after, " + v.basis;
     }
-    out.lists = {
-        {"What to do", "to_do", v.to_do},
-        {"How far to trust it", "cautions", v.cautions},
-        {"What could not be judged", "not_judged", v.not_judged}};
-    out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());
+    out.lists = data_.also;
+    out.lists.push_back({"What to do", "to_do", v.to_do});
+    out.lists.push_back({"How far to trust it", "cautions", v.cautions});
+    out.lists.push_back({"What could not be judged", "not_judged", v.not_judged});
     return out;
   }
 
@@ -147,9 +186,7 @@ class Page {
           escape_html(box.basis));
     }
     put("<p class=\"headline\">{}</p>\n", escape_html(box.headline));
-    const auto filled = std::ranges::count_if(
-        box.lists, [](const OpeningList& each) { return !each.lines.empty(); });
-    put("<div class=\"words{}\">\n", filled == 4 ? " four" : "");
+    put("<div class=\"words\">\n");
     for (const OpeningList& each : box.lists) list(each.heading, each.kind, each.lines);
     put("</div>\n</section>\n");
     if (!with_charts_) {
@@ -186,7 +223,7 @@ class Page {
       if (std::holds_alternative<std::string>(row[column])) return false;
       any = any || std::holds_alternative<Number>(row[column]);
     }
-    return any;
+    return any || !t.columns[column].unit.empty();  // a measure that no row has
   }
 
   void column_heads(const Table& t, const std::vector<bool>& numeric) {
@@ -270,7 +307,7 @@ class Page {
     put("<figure id=\"{}\">\n", id);
     if (with_charts_) {
       put("<div class=\"chart\" data-chart=\"{}\"></div>\n", id);
-      charts_[id] = chart_json(f.chart);
+      charts_[id] = chart_json(f.chart, marks_);
     }
     put("<figcaption>\n<p class=\"figure-title\"><b>Figure {}</b> {}</p>\n<dl>\n", ++figures_,
         escape_html(f.title));
@@ -278,7 +315,7 @@ class Page {
         "dl>\n",
         escape_html(f.shows), escape_html(f.good),
         f.here.empty() ? "nothing to say in a sentence" : escape_html(f.here));
-    if (is_thinned(f.chart)) {
+    if (is_thinned(f.chart, marks_)) {
       put("<p class=\"note\">Too many to draw all: an even choice of each series is "
           "shown.</p>\n");
     }
@@ -312,6 +349,7 @@ class Page {
   const ReportData& data_;
   const bool with_charts_;
   nlohmann::json charts_;
+  std::size_t marks_ = kMarksOnChart;  // of one chart
   std::string out_;
   std::map<std::string, int> ids_{{"state", 1}, {"charts", 1}, {"no_charts", 1}};
   int number_ = 0, tables_ = 0, figures_ = 0;

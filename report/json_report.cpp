@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/figures.h"
 #include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
@@ -131,6 +132,8 @@ ordered_json points(const ReportData& data) {
          {"measured_mm", pair(p.measured_mm)},
          {"dials", value(p.dials)},
          {"temperature_c", value(p.temperature_c)},
+         {"time_s", value(p.time_s)},
+         {"approach", p.approach},
          {"methods", std::move(by_method)}});
   }
   return out;
@@ -232,6 +235,7 @@ std::string json_report(const ReportData& data) {
         {{"id", value(s.id)}, {"heading", value(s.heading)}, {"blocks", std::move(blocks)}});
   }
   const auto result = result_index(data);
+  const auto by = residual_by(data);
   const ordered_json out{
       {"schema", "sixdial.report"},
       {"schema_version", kJsonSchemaVersion},
@@ -240,6 +244,8 @@ std::string json_report(const ReportData& data) {
       {"result_method", result ? value(data.methods[*result].id) : ordered_json()},
       {"table2", rows(parameter_table(data, true))},
       {"table6", rows(accuracy_table(data, true))},
+      {"residual_by", by ? rows(by->table) : ordered_json::array()},
+      {"residual_by_dial", rows(dial_table(data))},
       {"identification", identification(data)},
       {"convergence", std::move(swarms)},
       {"parameters_by_iteration", rows(trace_table(data, false))},

@@ -9,8 +9,9 @@ namespace sixdial::report {
 
 inline constexpr int kJsonSchemaVersion = 1;
 
-/// One object: schema "sixdial.report", schema_version, head, state, table2, table6, points,
-/// convergence, parameters_by_iteration, identification, data_quality, sections.
+/// One object: schema "sixdial.report", schema_version, head, state, table2, table6,
+/// residual_by, residual_by_dial, points, convergence, parameters_by_iteration, identification,
+/// data_quality, sections.
 [[nodiscard]] std::string json_report(const ReportData& data);
 
 }  // namespace sixdial::report

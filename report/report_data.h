@@ -92,7 +92,18 @@ struct PointRow {
   std::optional<Eigen::Vector2d> measured_mm{};  // in W; empty: contacts allow no position
   std::string dials{};                           // those that gave the position: "CDB"
   std::optional<double> temperature_c{};
+  std::optional<double> time_s{};     // since the first sample
+  std::array<int, 2> approach{0, 0};  // sign of each joint's last move, 0 unknown
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
+};
+
+/// Reading minus simulated reading of one dial by the nominal and by the identified
+/// parameters; robust where a gross error is among them (median, 1.48 times the median
+/// distance from it).
+struct DialRow {
+  std::string dial{};
+  int readings = 0;
+  double before_median_mm = 0.0, median_mm = 0.0, spread_mm = 0.0, largest_mm = 0.0;
 };
 
 /// A swarm's best objective so far, by iteration (paper's Fig. 8).
@@ -150,6 +161,8 @@ struct ReportData {
   std::optional<Opening> opening{};
   /// In the same box below the state of the robot.
   std::vector<OpeningList> also{};
+  /// More of what to do and of what could not be judged, in the same box.
+  std::vector<std::string> to_do{}, not_judged{};
 
   std::vector<ParameterRow> parameters{};
   std::vector<Correlation> correlations{};  // those above 0.9 in absolute value
@@ -171,6 +184,7 @@ struct ReportData {
   std::vector<ParameterTrace> traces{};
 
   std::vector<PointRow> points{};
+  std::vector<DialRow> dials{};
   int samples = 0;  // all that were kept
   std::vector<RejectedRow> rejected{};
   std::vector<BadReading> bad_readings{};

@@ -55,10 +55,10 @@ class Drawing {
     const Vector2d base = base_point(v, 0.0);
     constexpr double kApart_mm = 12.0;  // nearer than that two names would be on one another
     if (base.norm() < kApart_mm) {
-      frame("W, B ", Vector2d(0, 0), 0.0, "table, robot");
+      frame("W table, B robot", Vector2d(0, 0), 0.0);
     } else {
-      frame("W", Vector2d(0, 0), 0.0, "table");
-      frame("B", base, v[geometry::kAlpha], "robot");
+      frame("W table", Vector2d(0, 0), 0.0);
+      frame("B robot", base, v[geometry::kAlpha]);
     }
     if (!pose_) {
       label(
@@ -93,7 +93,11 @@ class Drawing {
   void label(
       const Vector2d& p, std::string_view anchor, std::string_view words,
       std::string_view kind = "") {
-    seen(p);
+    constexpr double kLetter_mm = 3.4;  // of a font of 7 mm; the room around takes the rest
+    const double width_mm = kLetter_mm * static_cast<double>(words.size());
+    const double left_mm = anchor == "end" ? width_mm : anchor == "middle" ? width_mm / 2 : 0.0;
+    seen(p - Vector2d(left_mm, 0.0));
+    seen(p + Vector2d(width_mm - left_mm, 0.0));
     put("<text class=\"{}\" x=\"{:.3f}\" y=\"{:.3f}\" text-anchor=\"{}\">{}</text>\n", kind,
         p.x(), -p.y(), anchor, escape_html(words));
   }
@@ -107,7 +111,7 @@ class Drawing {
         "height=\"{:.3f}\"/>\n",
         c.x() - side / 2, -c.y() - side / 2, side, side);
     label(
-        c + Vector2d(side / 2 - 4, side / 2 - 10), "end",
+        c + Vector2d(side / 2 + 3, -side / 2 + 2), "start",
         fmt::format("cuboid, {} mm", shortest(side)), "soft");
   }
 
@@ -120,7 +124,7 @@ class Drawing {
     for (const Vector2d& p : {pose_->motor_1, pose_->motor_2}) dot(p, 3.6, "motor");
     for (const Vector2d& p : {pose_->elbow_1, pose_->elbow_2}) dot(p, 2.4, "joint");
     dot(pose_->tool, 2.8, "tool");
-    label(pose_->motor_1 + Vector2d(0, -12), "middle", "O1, motor 1");
+    label(pose_->motor_1 + Vector2d(-7, -3), "end", "O1, motor 1");
     label(pose_->motor_2 + Vector2d(7, -3), "start", "O2, motor 2");
     label(pose_->elbow_1 + Vector2d(0, 5), "middle", "O3");
     label(pose_->elbow_2 + Vector2d(0, 5), "middle", "O4");
@@ -142,15 +146,14 @@ class Drawing {
     label(body - kBody_mm * g.axis - Vector2d(0, 3.2), "middle", each.id, "id");
   }
 
-  void frame(std::string_view name, const Vector2d& origin, double angle, std::string_view of) {
+  void frame(std::string_view name, const Vector2d& origin, double angle) {
     const Vector2d x(std::cos(angle), std::sin(angle));
     const Vector2d y(-x.y(), x.x());
     arrow(origin, origin + kAxis_mm * x);
     arrow(origin, origin + kAxis_mm * y);
-    label(origin + kAxis_mm * x - 9.0 * y, "middle", fmt::format("{}x", name), "axis-name");
-    label(
-        origin + (kAxis_mm + 3.0) * y, "middle", fmt::format("{}y ({})", name, of),
-        "axis-name");
+    label(origin + (kAxis_mm + 4.0) * x - 2.0 * y, "middle", "x", "axis-name");
+    label(origin + (kAxis_mm + 2.0) * y - 4.0 * x, "middle", "y", "axis-name");
+    label(origin - 11.0 * y, "middle", name, "axis-name");
   }
   void arrow(const Vector2d& from, const Vector2d& to) {
     line(from, to, "axis");

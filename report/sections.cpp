@@ -33,6 +33,8 @@ Section accuracy(const ReportData& data) {
   if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
   if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
+  if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));
+  if (Table t = dial_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   Table worst = worst_points_table(data, kWorstPoints);
   if (!worst.rows.empty()) out.blocks.emplace_back(std::move(worst));
   return out;

@@ -250,6 +250,9 @@ Table points_table(const ReportData& data) {
   add("y_mm", "mm");
   add("dials", "");
   add("temperature_c", "\u00B0C");
+  add("time_s", "s");
+  add("approach1", "");
+  add("approach2", "");
   for (const Method& m : data.methods) {
     add(key_of(m.id) + "_ex_mm", "mm");
     add(key_of(m.id) + "_ey_mm", "mm");
@@ -262,6 +265,8 @@ Table points_table(const ReportData& data) {
     for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
     row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
     row.push_back(number(p.temperature_c, 2));
+    row.push_back(number(p.time_s, 3));
+    for (const int side : p.approach) row.push_back(whole(side));
     for (std::size_t m = 0; m < data.methods.size(); ++m) {
       const auto e = residual(p, m);
       for (const int i : {0, 1}) row.push_back(component(e, i, kErrorDecimals));

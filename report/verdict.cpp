@@ -13,6 +13,8 @@ constexpr double kClearGain = 2.0;   // before / after from which "calibrated" i
 constexpr double kNoChange = 0.05;   // relative: a residual model that changes less is neutral
 constexpr double kOverfit = 1.5;     // G2 over G1 from which the fit is called too close
 constexpr double kAtTheNoise = 1.5;  // error over noise up to which only noise is left
+constexpr double kFarFromNoise =
+    25.0;  // over the noise: no robot is like that, something is wrong
 constexpr double kAtTheMinimum_mm = 1e-5;  // the accuracy asked of QPSO-2 (issue 2, part 7)
 constexpr double kPoorCondition = 1000.0;
 
@@ -49,6 +51,17 @@ Compared compared(const ReportData& data) {
   return out;
 }
 
+/// Also where the noise is not known: then nothing speaks against it.
+bool is_at_the_noise(const ReportData& data, double after_mm) {
+  return !data.position_noise_mm || !(*data.position_noise_mm > 0.0) ||
+         after_mm <= kAtTheNoise * *data.position_noise_mm;
+}
+
+bool is_far_from_noise(const ReportData& data, double after_mm) {
+  return data.position_noise_mm && *data.position_noise_mm > 0.0 &&
+         after_mm > kFarFromNoise * *data.position_noise_mm;
+}
+
 void judge(const ReportData& data, const Compared& c, Verdict& out) {
   const ErrorStatistics& before = c.of(*c.before);
   const ErrorStatistics& after = c.of(*c.result);
@@ -80,6 +93,19 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
   out.state = !c.on_g2               ? RobotState::kNotValidated
               : factor >= kClearGain ? RobotState::kCalibrated
                                      : RobotState::kImproved;
+  if (is_far_from_noise(data, after.mean_mm)) {
+    out.state = RobotState::kNotImproved;
+    out.title = "Not calibrated: something is wrong";
+    out.headline = fmt::format(
+        "{}. {} still {} on average and {} at worst, {} what the dials can tell ({}). A robot "
+        "that only needs new parameters does not look like that.",
+        missed, now, length(after.mean_mm), length(after.max_mm),
+        times(after.mean_mm / *data.position_noise_mm), length(*data.position_noise_mm));
+    out.to_do.emplace_back(
+        "Do not use the result. Check first that no two dials are exchanged, that each stands "
+        "where the rig file says, and the signs and zeros of the joint angles.");
+    return;
+  }
   out.title = out.state == RobotState::kNotValidated ? "Fitted, not validated"
               : out.state == RobotState::kCalibrated ? "Calibrated"
                                                      : "Slightly improved";
@@ -102,9 +128,11 @@ void advise(const ReportData& data, const Compared& c, Verdict& out) {
           length(with), length(without)));
     } else if (with > without * (1.0 - kNoChange)) {
       out.cautions.push_back(fmt::format(
-          "The residual model brings nothing here ({} with it, {} without): the parameters "
-          "explain what can be explained.",
-          length(with), length(without)));
+          "The residual model brings nothing here ({} with it, {} without): {}.", length(with),
+          length(without),
+          is_at_the_noise(data, with)
+              ? "the parameters explain what can be explained"
+              : "what is left is nothing that joint angles alone tell"));
     } else {
       out.to_do.push_back(fmt::format(
           "Use the residual model on top, inside the measured area only: the parameters alone "
@@ -160,6 +188,7 @@ void question(const ReportData& data, Verdict& out) {
             static_cast<long long>(data.outliers.size()), "measured value is",
             "measured values are")));
   }
+  out.not_judged.insert(out.not_judged.end(), data.not_judged.begin(), data.not_judged.end());
   for (const std::string& direction : data.unidentifiable) {
     out.not_judged.push_back(fmt::format("These poses cannot tell apart: {}.", direction));
   }
@@ -202,6 +231,7 @@ Verdict verdict(const ReportData& data) {
           "is not known. Measure some.");
     }
   }
+  out.to_do.insert(out.to_do.end(), data.to_do.begin(), data.to_do.end());
   question(data, out);
   return out;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "geometry/five_bar.h"
+#include "report/tables.h"
 #include "report/text.h"
 #include "service/calibration_run.h"
 #include "session/trials.h"
@@ -165,7 +166,7 @@ report::Table parameter_table(
       return number(value ? std::optional(shown * *value) : std::nullopt, decimals);
     };
     t.rows.push_back(
-        {std::string(info.name), std::string(info.shown_unit),
+        {report::symbol(info.name), std::string(info.shown_unit),
          scaled(a["identified"].get<double>()), scaled(sd_a),
          scaled(b["identified"].get<double>()), scaled(sd_b), scaled(change), scaled(sd),
          number(times, 1), std::move(verdict)});

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "report/tables.h"
 #include "service/assessment.h"
 #include "service/contour.h"
 
@@ -59,8 +60,9 @@ report::Table parameter_table(const Json& assessment) {
     };
     const auto uncertain = [&](const char* key) { return fixed ? report::Cell{} : cell(key); };
     table.rows.push_back(
-        {each["name"].get<std::string>(), std::string(angle ? "deg" : "mm"), cell("nominal"),
-         cell("identified"), uncertain("sd"), uncertain("low_95"), uncertain("high_95"),
+        {report::symbol(each["name"].get<std::string>()), std::string(angle ? "deg" : "mm"),
+         cell("nominal"), cell("identified"), uncertain("sd"), uncertain("low_95"),
+         uncertain("high_95"),
          fixed                             ? std::string("fixed at nominal")
          : each["partly_held"].get<bool>() ? std::string("leans on nominal")
                                            : std::string()});
@@ -115,7 +117,6 @@ report::Figure uncertainty_map(const Json& assessment) {
       .name = "least certain place", .mark = report::Mark::kDots, .style = kWorstStyle};
   worst.x = {number_of(map["worst_mm"][0])};
   worst.y = {number_of(map["worst_mm"][1])};
-  worst.label = fmt::format("{:.4g}", high);
   panel.series.push_back(std::move(worst));
   figure.chart.panels.push_back(std::move(panel));
 
@@ -144,7 +145,8 @@ report::Table precision_table(const Json& precision) {
   for (const Json& each : precision["parameters"]) {
     const double shown = each["unit"] == "rad" ? kDeg : 1.0;
     table.rows.push_back(
-        {each["name"].get<std::string>(), std::string(each["unit"] == "rad" ? "deg" : "mm"),
+        {report::symbol(each["name"].get<std::string>()),
+         std::string(each["unit"] == "rad" ? "deg" : "mm"),
          number(shown * number_of(each["positions_sd"]), 5),
          number(shown * number_of(each["dials_sd"]), 5), number(number_of(each["ratio"]), 2)});
   }

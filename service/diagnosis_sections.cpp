@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "report/html_report.h"
+#include "report/tables.h"
 #include "service/diagnosis_figures.h"
 #include "service/diagnosis_run.h"
 #include "service/diagnosis_words.h"
@@ -315,7 +316,7 @@ Section parameter_section(const Json& document) {
       return number((angle ? kDeg : 1.0) * number_of(value), angle ? 5 : 4);
     };
     table.rows.push_back(
-        {text_of(before[i]["name"]), std::string(angle ? "deg" : "mm"),
+        {report::symbol(text_of(before[i]["name"])), std::string(angle ? "deg" : "mm"),
          shown(before[i]["nominal"]), shown(before[i]["value"]), shown(before[i]["sd"]),
          shown(after[i]["value"]), shown(after[i]["sd"]), shown(after[i]["moved"]),
          cell(after[i]["moved_sigma"], 1)});

@@ -67,6 +67,10 @@ are never replayed, and a client too slow for them gets the newest (`"live":true
 | live | while a session is collected, the dials as they are now: `dials` {{id: value_mm, quality, reason, `state` (ok, settling, free: touches nothing, stale, lost)}}, `settle` {{spread_mm, limit_mm, settled}} of the last two values shown of the dial that is furthest from rest, `pose` {{x_mm, y_mm, gamma_rad, dials used}} or null |
 | service | `type` (stopping) |
 
+What an event, a job, a session, a collection and every stored document hold to the last key is in the JSON Schemas of
+[doc/schemas/](schemas): [event](schemas/event.json), [job](schemas/job.json), [session](schemas/session.json),
+[collect](schemas/collect.json), [calibration](schemas/calibration.json), [diagnosis](schemas/diagnosis.json).
+
 ## Errors
 
 `error.data` is `{{"code", "at", "retry", "hint"}}`: a stable word, what was at fault (`dial`, `column`,

@@ -16,6 +16,7 @@
 #include "service/clock_text.h"
 #include "service/compare_run.h"
 #include "service/diagnosis_run.h"
+#include "service/dial_residuals.h"
 #include "service/network_json.h"
 #include "service/store_json.h"
 #include "session/bundle.h"
@@ -154,9 +155,10 @@ std::vector<report::Method> methods_of(const Json& document) {
 std::vector<report::PointRow> points_of(const Json& document, const session::Session& session) {
   const std::size_t methods = document["methods"].size();
   std::vector<report::PointRow> rows;
+  const std::vector<simulation::Trial> trials = session::trials_of(session, "");
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const session::Sample& sample = session.samples[i];
-    const simulation::Trial trial = session::trial_of(session.rig, sample, static_cast<int>(i));
+    const simulation::Trial& trial = trials.at(i);
     report::PointRow row;
     row.set = sample.set;
     row.point = sample.point;
@@ -165,6 +167,8 @@ std::vector<report::PointRow> points_of(const Json& document, const session::Ses
     row.target_mm = sample.target_mm;
     row.measured_mm = trial.position_mm;
     row.temperature_c = sample.temperature_c;
+    row.time_s = trial.time_s;
+    row.approach = trial.approach;
     for (const int dial : trial.active_dials) {
       if (dial >= 0) row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
     }
@@ -224,6 +228,60 @@ void add_data_quality(report::ReportData& data, const session::Session& session)
   }
 }
 
+void append(std::vector<report::Section>& to, std::vector<report::Section> sections) {
+  to.insert(
+      to.end(), std::make_move_iterator(sections.begin()),
+      std::make_move_iterator(sections.end()));
+}
+
+/// What a diagnosis found, or that there was none, in the box that is read first.
+void add_diagnosis(report::ReportData& data, const Json& diagnosis) {
+  if (!diagnosis.is_object()) {
+    data.not_judged.push_back(fmt::format(
+        "The physical cause of what is left: this session was not diagnosed. \"sixdial "
+        "diagnose "
+        "{}\" does it.",
+        data.head.session_name));
+    return;
+  }
+  append(data.sections, diagnosis_sections(diagnosis));
+  const Json& verdict = diagnosis["verdict"];
+  const auto lines = [&](const char* key) {
+    return verdict[key].get<std::vector<std::string>>();
+  };
+  // What is only suspected is named in one line; its own section says the rest.
+  std::vector<std::string> found;
+  std::vector<std::string> suspected;
+  for (std::string& line : lines("found")) {
+    if (line.ends_with("suspected.")) {
+      suspected.push_back(line.substr(0, line.find(':')));
+    } else {
+      found.push_back(std::move(line));
+    }
+  }
+  for (std::string& line : lines("to_do")) {
+    const bool doubtful = std::ranges::any_of(
+        suspected, [&](const std::string& name) { return line.starts_with(name + ":"); });
+    if (!doubtful) data.to_do.push_back(std::move(line));
+  }
+  if (!suspected.empty()) {
+    std::string names;
+    for (const std::string& name : suspected) names += (names.empty() ? "" : "; ") + name;
+    found.push_back(fmt::format(
+        "Suspected, too weak to act on: {}.{}", names,
+        found.empty() ? " Measure again and see whether it comes back." : ""));
+  }
+  data.also.push_back({"Causes found", "cautions", std::move(found)});
+  const bool tied = std::ranges::any_of(
+      diagnosis["causes"], [](const Json& cause) { return !cause["tied_with"].empty(); });
+  if (tied) {
+    data.to_do.push_back(fmt::format(
+        "\"sixdial plan separate {}\" plans the poses that tell the tied causes apart.",
+        data.head.session_name));
+  }
+  data.not_judged = lines("not_judged");
+}
+
 /// Samples whose error after kinematics is over six times the usual (median) one.
 void add_outliers(report::ReportData& data) {
   constexpr double kTimesUsual = 6.0;
@@ -261,12 +319,6 @@ void add_gross_errors(report::ReportData& data, const Json& gross_errors) {
          .residual_mm = each["size_mm"].get<double>(),
          .times_usual = each["times_sigma"].get<double>()});
   }
-}
-
-void append(std::vector<report::Section>& to, std::vector<report::Section> sections) {
-  to.insert(
-      to.end(), std::make_move_iterator(sections.begin()),
-      std::make_move_iterator(sections.end()));
 }
 
 std::optional<double> position_noise(const session::Session& session) {
@@ -348,6 +400,12 @@ report::ReportData report_data(
   data.least_squares_rmse_mm = number_or_none(document, "least_squares_rmse_mm");
   add_swarms(data, document);
   data.points = points_of(document, session);
+  geometry::ParameterVector identified;
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    identified[i] =
+        document["parameters"].at(static_cast<std::size_t>(i))["identified"].get<double>();
+  }
+  data.dials = dial_residuals(session, session.rig.robot.nominal, identified);
   add_data_quality(data, session);
   if (document.contains("gross_errors")) {
     add_gross_errors(data, document["gross_errors"]);
@@ -365,12 +423,7 @@ report::ReportData report_data(
         assessment_sections(
             document["assessment"], document["precision"], document["gross_errors"]));
   }
-  if (diagnosis.is_object()) {
-    append(data.sections, diagnosis_sections(diagnosis));
-    data.also.push_back(
-        {"What the simulation gets wrong", "cautions",
-         diagnosis["verdict"]["found"].get<std::vector<std::string>>()});
-  }
+  add_diagnosis(data, diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
   return data;
 }
@@ -382,6 +435,11 @@ std::vector<std::string> write_report(
   report::ReportData data =
       report_data(document, session, operator_name, comparison, diagnosis);
   // As found, as left is what such a report is made for: it comes first.
+  for (const report::Section& section : more) {
+    const auto* words =
+        section.blocks.empty() ? nullptr : std::get_if<std::string>(&section.blocks.front());
+    if (words != nullptr) data.also.push_back({section.heading, "cautions", {*words}});
+  }
   data.sections.insert(
       data.sections.begin(), std::make_move_iterator(more.begin()),
       std::make_move_iterator(more.end()));

@@ -93,6 +93,8 @@ struct Effect {
   std::string_view advice;       // what to repair, enter or do
   std::string_view
       why_not_learned;  // why a network on joint angles cannot learn it; may be empty
+  std::string_view told_apart = {};  // from the causes that look like it
+  std::string_view helps = {};       // which poses or measurements show it best
 };
 
 /// Every effect, in alphabetical order of cause.

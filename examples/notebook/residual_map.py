@@ -55,9 +55,14 @@ def draw(rows, title):
     longest = max((rows["dx_mm"] ** 2 + rows["dy_mm"] ** 2).max() ** 0.5, 1e-9)
     times = 4.0 / longest
     left, right, low, high = rows["x_mm"].min() - 6, rows["x_mm"].max() + 6, rows["y_mm"].min() - 6, rows["y_mm"].max() + 6
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{left:.2f} {-high - 4:.2f} {right - left:.2f} {high - low + 4:.2f}" width="560">',
-           f'<text x="{left + 1:.2f}" y="{-high:.2f}" font-size="1.7" font-family="sans-serif">{title}: longest {longest:.4f} mm, '
-           f'drawn {times:.0f} times as long; x and y of the table in mm</text>']
+    text = 'font-size="1.1" font-family="sans-serif"'
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{left - 3:.2f} {-high - 6:.2f} {right - left + 4:.2f} {high - low + 10:.2f}" width="560">',
+           f'<text x="{left:.2f}" y="{-high - 3.6:.2f}" {text}>{title}: longest {longest:.4f} mm, drawn {times:.3g} times as long</text>',
+           f'<text x="{left:.2f}" y="{-high - 1.6:.2f}" {text}>table frame, mm; <tspan fill="#0b4f82">G1 fitted</tspan>, '
+           f'<tspan fill="#d55e00">G2 not</tspan></text>',
+           f'<rect x="{left:.2f}" y="{-high:.2f}" width="{right - left:.2f}" height="{high - low:.2f}" fill="none" stroke="#c9d1d9" stroke-width="0.1"/>']
+    out += [f'<text x="{x}" y="{-low + 1.6:.2f}" text-anchor="middle" {text}>{x}</text>' for x in range(int(left // 10 + 1) * 10, int(right) + 1, 10)]
+    out += [f'<text x="{left - 0.4:.2f}" y="{-y + 0.4}" text-anchor="end" {text}>{y}</text>' for y in range(int(low // 10 + 1) * 10, int(high) + 1, 10)]
     for row in rows.itertuples():
         colour = "#0b4f82" if row.set == "G1" else "#d55e00"
         x, y = row.x_mm, -row.y_mm

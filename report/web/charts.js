@@ -91,7 +91,15 @@
     return Math.max(small ? 40 : 46, 7.2 * letters + 12 + (y.label ? 20 : 0));
   }
 
+  // A map keeps its proportions: it is drawn no higher than half a printed page.
+  function map_width(panel, width) {
+    const [x, y] = ["x", "y"].map((name) => domain(panel[name], panel.series.flatMap((s) => s[name] || [])));
+    const most_height = 460, margins = 60;
+    return Math.round(Math.min(width, margins + (most_height * (x[1] - x[0])) / (y[1] - y[0])));
+  }
+
   function draw_panel(panel, width, height, small) {
+    if (panel.equal) width = map_width(panel, width);
     const of = (name) => panel.series.flatMap((s) => s[name] || []);
     const ys = [...of("y"), ...of("high")];
     const x = {label: title_of(panel.x), domain: domain(panel.x, of("x")), ticks: small ? 3 : Math.min(10, width / 70)};
@@ -122,6 +130,7 @@
     });
     svg.setAttribute("class", "plot");
     svg.setAttribute("role", "img");
+    svg.style.maxWidth = `${width}px`;
     const box = document.createElement("div");
     box.className = "panel";
     const title = document.createElement("p");

@@ -27,8 +27,12 @@ bool looks_like_number(const std::string& text) {
 
 void Console::print_json(std::string_view schema, const Json& document) const {
   Json whole = document;
-  whole["schema"] = fmt::format("sixdial.{}", schema);
-  whole["schema_version"] = kSchemaVersion;
+  const std::string name = fmt::format("sixdial.{}", schema);
+  // A document that is one of this schema already knows its version.
+  if (whole.value("schema", std::string()) != name || !whole.contains("schema_version")) {
+    whole["schema"] = name;
+    whole["schema_version"] = kSchemaVersion;
+  }
   out << to_line(whole) << '\n';
 }
 

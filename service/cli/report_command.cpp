@@ -10,6 +10,7 @@
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
 #include "service/compare_run.h"
+#include "service/diagnosis_run.h"
 #include "service/report_pdf.h"
 #include "service/report_run.h"
 #include "service/server.h"
@@ -25,6 +26,7 @@ struct ReportOptions {
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
   bool compare = false;
+  bool diagnose = false;
 };
 
 void print_files(Cli& cli, const ReportOptions& options, Json answer) {
@@ -61,6 +63,15 @@ ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string
       line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
     });
   }
+  Json diagnosis;
+  if (options.diagnose) {
+    ProgressLine line(cli.console);
+    DiagnosisRequest request;
+    request.seed = options.seed;
+    diagnosis = diagnose(session, request, [&](const JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+  }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
     const session::Session other =
@@ -74,7 +85,8 @@ ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string
     more = against_sections({document, session}, {other_document, other});
   }
   const auto files = write_report(
-      document, session, operator_of(::getuid()), folder, comparison, nullptr, std::move(more));
+      document, session, operator_of(::getuid()), folder, comparison, diagnosis,
+      std::move(more));
   print_files(cli, options, {{"path", folder}, {"files", files}});
   return ExitCode::kOk;
 }
@@ -96,6 +108,10 @@ void add_report_command(CLI::App& app, Cli& cli) {
   command->add_flag(
       "--compare", options->compare,
       "compare all methods now and show them; a stored comparison is shown anyway");
+  command->add_flag(
+      "--diagnose", options->diagnose,
+      "look for the physical cause of what is left now, and show it; a stored diagnosis is "
+      "shown anyway");
   command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
       ->capture_default_str();
   command->add_option(
@@ -116,6 +132,11 @@ void add_report_command(CLI::App& app, Cli& cli) {
       if (options->compare) {
         const Json job =
             cli.call("compare.start", {{"session", options->subject}, {"seed", options->seed}});
+        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+      }
+      if (options->diagnose) {
+        const Json job = cli.call(
+            "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
         static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
       }
       Json params{{"session", options->subject}, {"path", folder}};

@@ -34,6 +34,12 @@ constinit const Effect base_drift{
         "between parts.",
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with different "
-        "errors at different times."};
+        "errors at different times.",
+    .told_apart =
+        "A step jumps at one sample, drift goes on all the time; thermal growth follows "
+        "temperature, not the clock.",
+    .helps =
+        "A few anchor points measured again at the start, in the middle and at the end; a "
+        "temperature that does not rise with the clock."};
 
 }  // namespace sixdial::simulation

@@ -28,6 +28,12 @@ constinit const Effect cuboid_offset{
     .advice =
         "Centre the cuboid on the tool axis or measure the offset by turning the cuboid by 90 "
         "degrees.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "Encoder offset and link l22 take up most of it, since the cuboid turns with that "
+        "link; only what is left of it counts.",
+    .helps =
+        "Several working modes, where the same place is measured with the cuboid turned "
+        "otherwise."};
 
 }  // namespace sixdial::simulation

@@ -26,6 +26,10 @@ constinit const Effect cuboid_size{
         "Dials on opposite faces are off to the same side of their scale by equal amounts.",
     .consequence = "None on parts; positions from one face and from its opposite disagree.",
     .advice = "Measure the cuboid with a micrometer and enter side_mm.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "A wrong dial position moves one dial alone; a wrong tip radius grows with rotation, "
+        "a wrong size does not.",
+    .helps = "Samples with dials on opposite faces in contact at once."};
 
 }  // namespace sixdial::simulation

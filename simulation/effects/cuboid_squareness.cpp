@@ -27,6 +27,10 @@ constinit const Effect cuboid_squareness{
         "the face.",
     .consequence = "None on parts; measured x and y are not independent.",
     .advice = "Measure the cuboid's squareness, enter it or use a better cuboid.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "Skew of the frame acts wherever the cuboid stands; squareness acts by the distance "
+        "from the middle of the face and turns with it.",
+    .helps = "Large rotation of the cuboid and two dials of one face in contact."};
 
 }  // namespace sixdial::simulation

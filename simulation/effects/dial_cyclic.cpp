@@ -66,6 +66,12 @@ constinit const Effect dial_cyclic{
     .advice =
         "Check the dial's scale against gauge blocks at steps smaller than the period; replace "
         "it or enter the wave.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "A wrong scale is a straight line over the reading, this is a wave; hysteresis has "
+        "two levels at every reading.",
+    .helps =
+        "Readings spread over many periods of the scale, not a grid whose step is a multiple "
+        "of it."};
 
 }  // namespace sixdial::simulation

@@ -27,6 +27,12 @@ constinit const Effect dial_gain{
     .signature = "One dial's residual grows in proportion to its reading.",
     .consequence = "None on parts; positions that use this dial are stretched.",
     .advice = "Check the dial against gauge blocks; repair, or enter its factor.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "Lean of the dial needs rotation of the cuboid too; a cyclic error comes back to zero "
+        "each period.",
+    .helps =
+        "Readings of that dial over its whole travel, at small and at large rotation of the "
+        "cuboid."};
 
 }  // namespace sixdial::simulation

@@ -31,6 +31,10 @@ constinit const Effect dial_hysteresis{
         "Clean or replace the dial's plunger guide, or always approach from the same side.",
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with two different "
-        "readings."};
+        "readings.",
+    .told_apart =
+        "Backlash shows on all dials and by the direction of the joint; this shows on one "
+        "dial and by the direction of its own plunger.",
+    .helps = "Each place approached with the plunger going in and coming out."};
 
 }  // namespace sixdial::simulation

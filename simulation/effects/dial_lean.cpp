@@ -30,6 +30,10 @@ constinit const Effect dial_lean{
         "One dial's residual grows with the product of its reading and the cuboid's rotation.",
     .consequence = "None on parts; positions that use this dial are bent.",
     .advice = "Square the dial's holder, or enter its axis.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "A wrong scale does not care about rotation; a wrong tip radius bends all dials "
+        "alike.",
+    .helps = "Large readings of that dial at both signs of the cuboid's rotation."};
 
 }  // namespace sixdial::simulation

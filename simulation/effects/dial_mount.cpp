@@ -27,6 +27,11 @@ constinit const Effect dial_mount{
     .signature = "One dial is off by a constant that the others do not share.",
     .consequence = "None on parts; positions that use this dial are shifted.",
     .advice = "Set the dial's zero again on the reference, or enter its position.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "A wrong cuboid shifts the dials of both faces; a step begins in the middle of a "
+        "session.",
+    .helps =
+        "Four or more dials in contact at once, so that one can be held against the others."};
 
 }  // namespace sixdial::simulation

@@ -25,6 +25,10 @@ constinit const Effect dial_swap{
     .signature = "Two dials are off by large amounts of opposite course.",
     .consequence = "Positions are wrong by millimetres.",
     .advice = "Exchange the two connections in the rig file, or the plugs.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "No other cause is so large; two dials exchange their courses, which no smooth effect "
+        "does.",
+    .helps = "None needed; any session over more than a few millimetres shows it."};
 
 }  // namespace sixdial::simulation

@@ -27,6 +27,10 @@ constinit const Effect frame_skew{
     .signature = "Residuals in x grow with y.",
     .consequence = "Squares come out as rhombs.",
     .advice = "Square the dials' holders against a reference square and enter their axes.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "The base's rotation and the links take up part of it; squareness of the cuboid turns "
+        "with the cuboid, skew does not.",
+    .helps = "A large area in x and y, and several working modes."};
 
 }  // namespace sixdial::simulation

@@ -32,6 +32,10 @@ constinit const Effect joint_backlash{
         "side.",
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with two different "
-        "errors, by the direction of arrival."};
+        "errors, by the direction of arrival.",
+    .told_apart =
+        "Clearance of the elbows follows the tool's direction of travel, hysteresis one "
+        "dial's plunger; backlash follows one joint's direction.",
+    .helps = "Every place approached from both sides of that joint (`--approach both-sides`)."};
 
 }  // namespace sixdial::simulation

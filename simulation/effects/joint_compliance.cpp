@@ -33,6 +33,11 @@ constinit const Effect joint_compliance{
     .advice =
         "Stiffen the joints or the drives' control loop; use dials with a lighter spring, or "
         "enter the stiffness.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "The forces change with which dials touch and how far; effects of the joint angle "
+        "alone do not.",
+    .helps =
+        "The same joint angles with a light and with a heavy load, or other dials in contact."};
 
 }  // namespace sixdial::simulation

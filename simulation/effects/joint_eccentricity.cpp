@@ -36,6 +36,10 @@ constinit const Effect joint_eccentricity{
     .advice =
         "Check the run-out of the joint's gear or encoder disc, re-centre it, or enter the "
         "wave as an angle correction.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "The second harmonic turns twice as fast; over less than half a turn of the joint "
+        "both, and a wrong ratio, look alike and are given as a set.",
+    .helps = "The widest range of that joint that the dials allow, in several working modes."};
 
 }  // namespace sixdial::simulation

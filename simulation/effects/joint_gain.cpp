@@ -27,6 +27,10 @@ constinit const Effect joint_gain{
     .signature = "An angle error that grows in proportion to the joint's angle.",
     .consequence = "Moves come out too long or too short in proportion to the joint's travel.",
     .advice = "Check the encoder's counts per turn and the gear ratio in the controller.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "An eccentricity over a small range is nearly a straight line as well; the encoder "
+        "offset takes up the rest.",
+    .helps = "The widest range of that joint, in several working modes."};
 
 }  // namespace sixdial::simulation

@@ -36,6 +36,10 @@ constinit const Effect joint_second_harmonic{
     .advice =
         "Check the harmonic drive's assembly and preload, or enter the wave as an angle "
         "correction.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart =
+        "An eccentricity is half as fast; over a small range both look alike and are given as "
+        "a set.",
+    .helps = "The widest range of that joint, in several working modes."};
 
 }  // namespace sixdial::simulation

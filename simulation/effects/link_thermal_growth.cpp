@@ -31,6 +31,10 @@ constinit const Effect link_thermal_growth{
         "the expansion coefficient.",
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with different "
-        "errors at different temperatures."};
+        "errors at different temperatures.",
+    .told_apart =
+        "Drift of the base goes with the clock; with a temperature that only rises the two "
+        "look alike.",
+    .helps = "A temperature that goes up and down again, with anchor points revisited."};
 
 }  // namespace sixdial::simulation

@@ -28,6 +28,10 @@ constinit const Effect passive_clearance{
     .advice = "Replace or preload the elbow bearings, or always approach from the same side.",
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with different "
-        "errors, by the direction of the last move."};
+        "errors, by the direction of the last move.",
+    .told_apart =
+        "Backlash goes by the direction of one joint; clearance by the direction of the "
+        "tool's last move.",
+    .helps = "The same places reached from four directions."};
 
 }  // namespace sixdial::simulation

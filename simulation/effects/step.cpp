@@ -72,6 +72,9 @@ constinit const Effect step{
     .why_not_learned =
         "A network on joint angles cannot learn this: the same angles come with different "
         "errors "
-        "before and after the event."};
+        "before and after the event.",
+    .told_apart = "Drift goes on all the time; a step is there from one sample on.",
+    .helps =
+        "Anchor points measured again before and after the event, at more than one place."};
 
 }  // namespace sixdial::simulation

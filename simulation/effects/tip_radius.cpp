@@ -28,6 +28,8 @@ constinit const Effect tip_radius{
     .signature = "Residuals grow with the cuboid's rotation, alike on all dials.",
     .consequence = "None on parts; positions are wrong where the cuboid is turned.",
     .advice = "Measure a tip and enter tip_radius_mm.",
-    .why_not_learned = ""};
+    .why_not_learned = "",
+    .told_apart = "A wrong cuboid size does not depend on rotation; lean belongs to one dial.",
+    .helps = "Rotation of the cuboid to both sides, with dials of all faces."};
 
 }  // namespace sixdial::simulation

@@ -1,12 +1,15 @@
-"""Runs the manual: manual_test.py page|causes|map SOURCE_DIR BIN_DIR [PAGE]."""
+"""Runs the manual: manual_test.py page|causes|sessions|map|links|columns SOURCE_DIR BIN_DIR [PAGE]."""
 import csv
+import json
 import os
 import pathlib
 import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
+import xml.dom.minidom
 
 
 def shell(script, source, binaries, folder):
@@ -49,8 +52,105 @@ def causes(source, binaries):
     kept = pathlib.Path(source, "doc/manual/causes.md").read_text(encoding="utf-8")
     if printed != kept:
         sys.exit("doc/manual/causes.md is not what sixdiald --print-causes prints: print it anew")
-    if printed.count("\n## ") < 15 or "| action |  |" in printed or "| signature |  |" in printed:
+    causes_named = re.findall(r"^## .* \(`(\w+)`\)$", printed, re.M)
+    if len(causes_named) < 15 or re.search(r"^\| [^|]+ \|  \|$", printed, re.M):
         sys.exit("a cause has no words")
+    for cause in causes_named:
+        picture = pathlib.Path(source, "doc/pictures/causes", cause + ".svg")
+        if not picture.is_file():
+            sys.exit(f"{picture} is missing: scripts/cause_pictures.py {cause}")
+        svg = picture.read_text(encoding="utf-8")
+        xml.dom.minidom.parseString(svg)
+        command = re.search(rf"`sixdial-mock-rig (--bundle {cause} [^`]*)`", printed).group(1)
+        if f"<title>{cause}: {command}</title>" not in svg or len(svg) > 100_000:
+            sys.exit(f"{picture} is of another session, or too large: scripts/cause_pictures.py {cause}")
+
+
+def cause_sessions(source, binaries):
+    """The commands under the pictures: every session is made, three kinds are named again by the diagnosis."""
+    page = pathlib.Path(source, "doc/manual/causes.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^`(sixdial-mock-rig --bundle (\w+) [^`]*)`, `(sixdial diagnose [^`]*)`$", page, re.M)
+    if len(commands) < 15:
+        sys.exit(f"{len(commands)} commands in causes.md; is the pattern still right?")
+    script = "\n".join(f"{make}\ntest -s {cause}/session.csv" for make, cause, _ in commands)
+    for _, cause, diagnose in commands:
+        if cause in ("joint_backlash", "dial_gain", "base_drift"):
+            script += f"\n{diagnose} --quiet --bootstrap 0 --no-gain -o {cause}.json"
+    with tempfile.TemporaryDirectory(prefix="sixdial-causes-", ignore_cleanup_errors=True) as folder:
+        shell(script, source, binaries, folder)
+        for cause in ("joint_backlash", "dial_gain", "base_drift"):
+            found = json.loads(pathlib.Path(folder, cause + ".json").read_text(encoding="utf-8"))["causes"]
+            if cause not in [each["cause"] for each in found]:
+                sys.exit(f"{cause} is not found in its own session: {[each['cause'] for each in found]}")
+
+
+def anchors(text):
+    """What a heading is called in a link, and explicit anchors."""
+    names = set(re.findall(r'<a id="([^"]+)">', text))
+    for heading in re.findall(r"^#+ (.*)$", text, re.M):
+        words = re.sub(r"[^\w\- ]", "", heading.lower()).strip()
+        names.add(words.replace(" ", "-"))
+    return names
+
+
+def links(source, _):
+    """Every relative link and picture of every page leads somewhere, and every page of the manual is linked."""
+    pages = [*pathlib.Path(source).glob("*.md"), *pathlib.Path(source, "doc").rglob("*.md")]
+    troubles, followed, reached = [], 0, set()
+    for page in pages:
+        text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+        for target in re.findall(r"\]\(([^)\s]+)\)", text):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            aim = (page.parent / path).resolve() if path else page
+            followed += 1
+            if not aim.exists():
+                troubles.append(f"{page.relative_to(source)}: {target} is not there")
+            elif anchor and aim.suffix == ".md" and anchor not in anchors(aim.read_text(encoding="utf-8")):
+                troubles.append(f"{page.relative_to(source)}: {target}: no such heading")
+            reached.add(aim)
+    for page in pathlib.Path(source, "doc").rglob("*.md"):
+        if page.resolve() not in reached and "decisions" not in page.parts:
+            troubles.append(f"{page.relative_to(source)}: no page links to it")
+    if troubles or followed < 60:
+        sys.exit("\n".join(troubles) or f"only {followed} links; is the pattern still right?")
+
+
+def columns(source, binaries):
+    """Each column of the views and of a report's own CSV files stands in files.md."""
+    page = pathlib.Path(source, "doc/manual/files.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([^`]+)`", page))
+    script = """
+sixdiald --db sixdial.db 2> log & until sixdial hello > hello.txt 2>&1; do sleep 0.1; done
+sixdial session import "$SIXDIAL_SOURCE/tests/data/sessions/00" --name one
+sixdial calibrate one --quiet --seed 1 --particles 8 --qpso1-iterations 3 --qpso2-iterations 5 --anfis-epochs 5
+sixdial report one -o report
+sixdial shutdown"""
+    troubles, checked = [], 0
+    with tempfile.TemporaryDirectory(prefix="sixdial-columns-", ignore_cleanup_errors=True) as folder:
+        shell(script, source, binaries, folder)
+        base = sqlite3.connect(f"file:{folder}/sixdial.db?mode=ro", uri=True)
+        views = [row[0] for row in base.execute("SELECT name FROM sqlite_master WHERE type = 'view' AND name LIKE 'v\\_%' ESCAPE '\\'")]
+        found = {view: [each[0] for each in base.execute(f"SELECT * FROM {view} LIMIT 0").description] for view in views}
+        base.close()
+        for name in ("points", "table2", "table6", "residual_by", "residual_by_dial", "convergence", "parameters_by_iteration", "schema"):
+            with open(os.path.join(folder, "report", name + ".csv"), encoding="utf-8") as file:
+                found[name + ".csv"] = next(csv.reader(file))
+        with open(os.path.join(source, "tests/data/sessions/00/session.csv"), encoding="utf-8") as file:
+            found["session.csv"] = [c for c in next(csv.reader(file)) if not c.startswith("dial_")]
+    for where, names in found.items():
+        if where not in named:
+            troubles.append(f"{where} is not in files.md")
+        for column in names:
+            checked += 1
+            plain = re.sub(r"^g[12]_", "...", column) if where == "table6.csv" else column
+            plain = re.sub(r"^.*(_e[xy]_mm|_error_mm)$", r"...\1", plain)
+            plain = plain.replace("......", "...")
+            if not {plain, plain.replace("...", "..._")} & named:
+                troubles.append(f"{where}: column {column} is not in files.md")
+    if troubles or len(views) < 4 or checked < 80:
+        sys.exit("\n".join(troubles) or f"{len(views)} views, {checked} columns; is the pattern still right?")
 
 
 def residual_map(source, binaries):
@@ -88,4 +188,5 @@ if __name__ == "__main__":
     if what == "page":
         run_page(source_dir, bin_dir, sys.argv[4])
     else:
-        {"causes": causes, "map": residual_map}[what](source_dir, bin_dir)
+        {"causes": causes, "sessions": cause_sessions, "map": residual_map, "links": links,
+         "columns": columns}[what](source_dir, bin_dir)

@@ -24,7 +24,8 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int kPanels = 3 + 2 + 2 + 10;  // maps, error by set, swarms, parameters
+constexpr int kPanels =
+    3 + 2 + 3 + 2 + 10;  // maps, error by set, what is left by angle ..., swarms, parameters
 
 int count(const std::string& text, const std::string& what) {
   int n = 0;
@@ -81,7 +82,7 @@ TEST_F(Browser, AComplaintOnTheConsoleWouldBeSeen) {
 TEST_F(Browser, DrawsEveryChart) {
   ASSERT_TRUE(has_chart_libraries()) << "built without npm: there are no charts to draw";
   const std::string page = dom(html_report(sample_session()));
-  EXPECT_EQ(count(page, "data-drawn=\"yes\""), 4);
+  EXPECT_EQ(count(page, "data-drawn=\"yes\""), 5);
   EXPECT_EQ(count(page, "data-drawn=\"no\""), 0);
   EXPECT_EQ(count(page, "<svg class=\"plot\""), kPanels);
   EXPECT_EQ(count(page, "NaN"), count(html_report(sample_session()), "NaN"));  // no broken path
@@ -94,7 +95,7 @@ TEST_F(Browser, ShowsTablesWithoutJavaScript) {
   const std::string page = seen["dom"];
   EXPECT_EQ(count(page, "data-drawn"), 0);  // no script ran
   EXPECT_EQ(count(page, "<svg"), 0);
-  EXPECT_EQ(count(page, "<details open"), 4);
+  EXPECT_EQ(count(page, "<details open"), 5);
   // What is laid out, not what the file says: every cell of the figures' tables is seen.
   const auto texts = seen["text"].get<std::vector<std::string>>();
   const std::set<std::string> shown_texts{texts.begin(), texts.end()};
@@ -137,7 +138,7 @@ TEST_F(Browser, HostileTextRunsNothing) {
   const std::string page = dom(html_report(data));
   EXPECT_THAT(page, Not(HasSubstr("<title>taken")));
   EXPECT_EQ(count(page, "<img"), 0);
-  EXPECT_EQ(count(page, "data-drawn=\"yes\""), has_chart_libraries() ? 4 : 0);
+  EXPECT_EQ(count(page, "data-drawn=\"yes\""), has_chart_libraries() ? 5 : 0);
 }
 
 TEST_F(Browser, DrawsALargeSessionAndAnEmptyOne) {
@@ -157,7 +158,7 @@ TEST_F(Browser, AChartThatFailsSaysSoAndKeepsItsTable) {
   }
   const std::string drawn = dom(page);
   EXPECT_EQ(count(drawn, "data-drawn=\"no\""), 1);
-  EXPECT_EQ(count(drawn, "data-drawn=\"yes\""), 3);
+  EXPECT_EQ(count(drawn, "data-drawn=\"yes\""), 4);
   EXPECT_EQ(count(drawn, "<details open"), 1);
   EXPECT_THAT(drawn, HasSubstr("could not be drawn"));
 }

@@ -133,9 +133,9 @@ ReportData hostile_session() {
 
 TEST(Page, IsWellFormed) {
   const json page = tables_of(html_report(sample_session()));
-  EXPECT_EQ(page["counts"]["figure"], 4);
-  EXPECT_EQ(page["counts"]["figcaption"], 4);
-  EXPECT_EQ(page["counts"]["details"], 4);
+  EXPECT_EQ(page["counts"]["figure"], 5);
+  EXPECT_EQ(page["counts"]["figcaption"], 5);
+  EXPECT_EQ(page["counts"]["details"], 5);
 }
 
 TEST(Page, IsWellFormedForEmptyAndSmallSessions) {
@@ -175,6 +175,26 @@ TEST(Page, IsUnderAMegabyteForAnySession) {
   EXPECT_THAT(page, HasSubstr("of 10000 rows"));
   EXPECT_THAT(page, HasSubstr("an even choice of each series"));
   EXPECT_EQ(read_csv(csv_file(csv_report(large), "points.csv")).size(), 10001U);
+}
+
+TEST(Page, IsUnderAMegabyteWithManyCharts) {
+  // A diagnosis of a long session has a chart for each of its causes.
+  ReportData large = sample_session({.g1_points = 1500, .g2_points = 500});
+  Figure figure{.id = "signature", .title = "signature"};
+  Series series{.name = "points", .mark = Mark::kDots};
+  for (int i = 0; i < 6000; ++i) {
+    series.x.push_back(i + 0.123456);
+    series.y.push_back(0.00123456 * i);
+  }
+  figure.chart.panels.push_back({.title = "one", .series = {series}});
+  Section section{.id = "causes", .heading = "Causes"};
+  for (int i = 0; i < 12; ++i) section.blocks.emplace_back(figure);
+  large.sections.push_back(section);
+  const std::string page = html_report(large);
+  EXPECT_LT(page.size(), kLargestPage);
+  std::vector<const Chart*> charts(12, &figure.chart);
+  EXPECT_LE(12 * marks_allowed(charts), kMarksOnPage);
+  EXPECT_EQ(marks_allowed({&figure.chart}), kMarksOnChart);  // alone it may have them all
 }
 
 TEST(Page, CarriesItsLibrariesOnceOrSaysThatItHasNone) {

@@ -32,7 +32,7 @@ TEST(RigPicture, DrawsEveryDialWithItsNameAtItsTip) {
   EXPECT_EQ(count(svg, "class=\"proximal\""), 2);
   EXPECT_EQ(count(svg, "class=\"distal\""), 2);
   for (const char* words :
-       {"W, B x", "W, B y (table, robot)", "O1", "O2", "O3", "O4", "E tool"}) {
+       {"W table, B robot", "cuboid, 80 mm", ">x<", ">y<", "O1", "O2", "O3", "O4", "E tool"}) {
     EXPECT_THAT(svg, HasSubstr(words));
   }
 }
@@ -54,6 +54,26 @@ TEST(RigPicture, LinksHaveTheirLengthInMillimetres) {
       4);
   constexpr double kPrinted_mm = 0.002;  // three decimals of four numbers
   EXPECT_NEAR(std::hypot(x2 - x1, y2 - y1), rig.robot.nominal[geometry::kL11], kPrinted_mm);
+}
+
+TEST(RigPicture, HasRoomForEveryWord) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.dials.resize(1);  // dial A alone: nothing stands left of the robot but a name
+  const std::string svg = rig_svg(rig);
+  double left = 0, top = 0, width = 0, height = 0;
+  const std::size_t box = svg.find("viewBox=");
+  ASSERT_NE(box, std::string::npos);
+  ASSERT_EQ(
+      std::sscanf(
+          svg.c_str() + box, "viewBox=\"%lf %lf %lf %lf\"", &left, &top, &width, &height),
+      4);
+  const std::size_t word = svg.find(">O1, motor 1<");
+  ASSERT_NE(word, std::string::npos);
+  const std::size_t at = svg.rfind("x=\"", word);
+  double end = 0;
+  ASSERT_EQ(std::sscanf(svg.c_str() + at, "x=\"%lf\"", &end), 1);
+  constexpr double kWords_mm = 12 * 3.9;  // twelve letters as a browser sets them
+  EXPECT_GE(end - kWords_mm, left);
 }
 
 TEST(RigPicture, SaysWhyNoLinksAreDrawn) {

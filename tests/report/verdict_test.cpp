@@ -64,6 +64,40 @@ TEST(Verdict, ACalibrationThatDoesNotHelpIsNotToBeUsed) {
   EXPECT_THAT(v.to_do, Contains(HasSubstr("Do not use")));
 }
 
+TEST(Verdict, AnErrorFarAboveTheNoiseIsNoCalibratedRobot) {
+  // Two dials exchanged: 3.9 mm become 1.5 mm, which is a gain, and nonsense.
+  ReportData data = paper_table_6();
+  data.methods[0].g2 = errors(3.9, 50);
+  data.methods[2].g2 = errors(1.5, 50);
+  data.position_noise_mm = 0.003;
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.state, RobotState::kNotImproved);
+  EXPECT_THAT(v.title, HasSubstr("something is wrong"));
+  EXPECT_THAT(v.headline, HasSubstr("500 times what the dials can tell"));
+  EXPECT_THAT(v.to_do, Contains(HasSubstr("no two dials are exchanged")));
+  EXPECT_THAT(v.to_do, Not(Contains(HasSubstr("Enter the identified"))));
+  data.methods[2].g2 = errors(0.022, 50);  // the paper's: 7 times the noise
+  EXPECT_EQ(verdict(data).state, RobotState::kCalibrated);
+}
+
+TEST(Verdict, ANetworkThatBringsNothingIsNoProofThatNothingIsLeft) {
+  ReportData data = paper_table_6();
+  data.methods[2].g2 = errors(0.038, 50);  // as without it
+  data.position_noise_mm = 0.003;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("nothing that joint angles alone")));
+  data.position_noise_mm = 0.03;
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("explain what can be explained")));
+}
+
+TEST(Verdict, WhatADiagnosisSaysJoinsItsLists) {
+  ReportData data = paper_table_6();
+  data.to_do = {"Backlash of joint 2: take up the play."};
+  data.not_judged = {"Eccentricity of joint 1: not seen on these poses."};
+  const Verdict v = verdict(data);
+  EXPECT_THAT(v.to_do, Contains(data.to_do[0]));
+  EXPECT_THAT(v.not_judged, Contains(data.not_judged[0]));
+}
+
 TEST(Verdict, ASmallGainIsCalledSmall) {
   ReportData data = paper_table_6();
   data.methods[2].g2 = errors(2.0, 50);

@@ -119,7 +119,8 @@ TEST_P(EveryEffect, IsSmoothInItsParameters) {
 TEST_P(EveryEffect, SaysWhatItIsInWords) {
   const Effect& effect = *GetParam().effect;
   for (const auto text :
-       {effect.cause, effect.in_words, effect.signature, effect.consequence, effect.advice}) {
+       {effect.cause, effect.in_words, effect.signature, effect.consequence, effect.advice,
+        effect.told_apart, effect.helps}) {
     EXPECT_FALSE(text.empty());
   }
   std::set<std::string_view> names;
