@@ -152,9 +152,10 @@ ExitCode conclude(Cli& cli, const Json& status) {
 void make_session(Cli& cli, const CollectOptions& options) {
   if (options.rig_file.empty()) return;
   try {
-    cli.call(
-        "session.create",
-        {{"name", options.session}, {"rig_toml", session::read_file(options.rig_file)}});
+    call_about(
+        cli, "session.create",
+        {{"name", options.session}, {"rig_toml", session::read_file(options.rig_file)}},
+        "rig.toml", options.rig_file);
     cli.console.note(fmt::format("new session {}", options.session));
   } catch (const RemoteError& error) {
     if (error.error()["data"]["code"] != error_kind(ErrorCode::kAlreadyExists).code) throw;
@@ -171,7 +172,7 @@ ExitCode collect(Cli& cli, const CollectOptions& options) {
   if (options.settle_spread_mm > 0.0) params["settle_spread_mm"] = options.settle_spread_mm;
   if (options.settle_timeout_ms > 0) params["settle_timeout_ms"] = options.settle_timeout_ms;
   cli.call("events.subscribe", {{"topics", screen_topics(cli.console)}});
-  cli.call("collect.start", params);
+  call_about(cli, "collect.start", params, "plan", options.plan_file);
   Screen screen(cli.console);
   return conclude(cli, follow(cli, screen));
 }

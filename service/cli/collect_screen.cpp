@@ -1,7 +1,6 @@
 #include "service/cli/collect_screen.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
@@ -22,12 +21,6 @@ constexpr std::size_t kPlainWidth = 25;  // of a dial in one line
 constexpr std::array<std::string_view, 3> kDigits{
     " _     _  _     _  _  _  _  _ ", "| |  | _| _||_||_ |_   ||_||_|",
     "|_|  ||_  _|  | _||_|  ||_| _|"};
-
-std::size_t terminal_width() {
-  winsize size{};
-  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  return known ? size.ws_col - 1U : 79U;
-}
 
 std::string large_row(std::string_view text, std::size_t row) {
   std::string line;
@@ -147,17 +140,22 @@ std::vector<std::string> screen_topics(const Console& console) {
 }
 
 void Block::show() {
-  if (!console_.terminal || on_screen_ > 0 || lines_.empty()) return;
+  if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return;
   // A line that the terminal would wrap could not be taken away again.
   const std::size_t width = terminal_width();
-  console_.err << "\r\x1b[K";
-  for (const std::string& line : lines_) console_.err << line.substr(0, width) << '\n';
-  on_screen_ = lines_.size();
+  for (const std::string& line : lines_) {
+    const std::string shown = line.substr(0, width);
+    console_.err << shown << '\n';
+    on_screen_.push_back(shown.size());
+  }
 }
 
 void Block::clear() {
-  if (on_screen_ > 0) console_.err << "\r\x1b[" << on_screen_ << "A\x1b[J" << std::flush;
-  on_screen_ = 0;
+  if (on_screen_.empty()) return;
+  std::size_t rows = 0;
+  for (const std::size_t letters : on_screen_) rows += rows_of(letters, terminal_width() + 1);
+  console_.err << "\r\x1b[" << rows << "A\x1b[J" << std::flush;
+  on_screen_.clear();
 }
 
 void Screen::show_state(const Json& state) {

@@ -33,7 +33,7 @@ class Block {
  private:
   const Console& console_;
   std::vector<std::string> lines_;
-  std::size_t on_screen_ = 0;
+  std::vector<std::size_t> on_screen_;  // letters of each line
 };
 
 class Screen {

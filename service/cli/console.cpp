@@ -1,6 +1,8 @@
 #include "service/cli/console.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +13,9 @@ namespace sixdial::service::cli {
 namespace {
 
 constexpr int kSchemaVersion = 1;
-constexpr int kBarCells = 24;
+constexpr std::size_t kBarCells = 24;
+constexpr std::size_t kLeastCells = 6;
+constexpr std::size_t kLeastBar = kLeastCells + 3;
 
 /// Columns of a UTF-8 text on a terminal, for the letters used here.
 std::size_t shown_width(std::string_view text) {
@@ -58,7 +62,10 @@ void Console::error(const Json& error_object) const {
         << '\n';
   }
   const std::string hint = data.value("hint", std::string());
-  if (!hint.empty()) err << "  " << hint << '\n';
+  // Some say in the message what to do, and once is enough.
+  const bool said =
+      error_object.value("message", std::string()).find(hint) != std::string::npos;
+  if (!hint.empty() && !said) err << "  " << hint << '\n';
   if (json) print_json("error", {{"error", error_object}});
 }
 
@@ -99,6 +106,27 @@ std::string duration_text(double seconds) {
              : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
+std::size_t terminal_width() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return known ? size.ws_col - 1U : 79U;
+}
+
+std::size_t rows_of(std::size_t letters, std::size_t width) {
+  return letters == 0 ? 1 : (letters + width - 1) / width;
+}
+
+std::string progress_text(
+    double fraction, const std::string& text, std::size_t width, std::string_view remark) {
+  const std::string whole = remark.empty() ? text : fmt::format("{}  {}", text, remark);
+  const std::string& said = whole.size() + kLeastBar <= width ? whole : text;
+  const std::size_t room = width > said.size() + 3 ? width - said.size() - 3 : 0;
+  const std::size_t cells = std::min<std::size_t>(room, kBarCells);
+  if (cells < kLeastCells) return said.substr(0, width);
+  const auto full = static_cast<std::size_t>(fraction * static_cast<double>(cells));
+  return fmt::format("[{}{}] {}", std::string(full, '#'), std::string(cells - full, '.'), said);
+}
+
 void ProgressLine::show(
     std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
     std::string_view remark) {
@@ -107,18 +135,17 @@ void ProgressLine::show(
       total > 0 ? std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0)
                 : 0.0;
   std::string text = fmt::format("{} {}/{}", stage, done, total);
-  if (!remark.empty()) text += fmt::format("  {}", remark);
   constexpr double kNotWorthSaying_s = 1.0;
   if (eta_s && *eta_s >= kNotWorthSaying_s)
     text += fmt::format("  {} left", duration_text(*eta_s));
   if (console_.terminal) {
-    const int full = static_cast<int>(fraction * kBarCells);
-    console_.err << "\r\x1b[K[" << std::string(static_cast<std::size_t>(full), '#')
-                 << std::string(static_cast<std::size_t>(kBarCells - full), '.') << "] " << text
-                 << std::flush;
-    on_screen_ = true;
+    clear();
+    const std::string line = progress_text(fraction, text, terminal_width(), remark);
+    console_.err << line << std::flush;
+    on_screen_ = line.size();
     return;
   }
+  if (!remark.empty()) text += fmt::format("  {}", remark);
   const auto tenth = static_cast<std::int64_t>(fraction * 10.0);
   if (stage == shown_stage_ && tenth == shown_tenth_) return;
   shown_stage_ = stage;
@@ -127,8 +154,12 @@ void ProgressLine::show(
 }
 
 void ProgressLine::clear() {
-  if (on_screen_) console_.err << "\r\x1b[K" << std::flush;
-  on_screen_ = false;
+  if (on_screen_ == 0) return;
+  // A terminal that was made narrower has wrapped it.
+  const std::size_t rows = rows_of(on_screen_, terminal_width() + 1);
+  if (rows > 1) console_.err << "\x1b[" << rows - 1 << 'A';
+  console_.err << "\r\x1b[J" << std::flush;
+  on_screen_ = 0;
 }
 
 }  // namespace sixdial::service::cli
