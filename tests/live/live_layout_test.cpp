@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <set>
 
 #include "tests/live/shown_session.h"
@@ -50,6 +51,11 @@ TEST(LivePageLayout, FitsEveryScreenWithTargetsForFingersAndNothingCut) {
                                .get<double>();
     const bool tablet = size.touch && size.wide >= 1024;
     EXPECT_GE(font_px, tablet ? kReadableOnATablet_px : 30.0) << size.wide;
+    // SIXDIAL_SHOTS=FOLDER keeps what was looked at.
+    if (const char* folder = std::getenv("SIXDIAL_SHOTS")) {
+      shown.browser().tell(
+          {{"shot", std::string(folder) + "/" + std::to_string(size.wide) + ".png"}});
+    }
   }
 }
 

@@ -354,7 +354,8 @@ TEST(LivePageBrowser, AWholeSessionIsDrivenFromThePage) {
   browser.until("document.body.innerText.includes('tablet')");
   EXPECT_TRUE(browser.run("document.querySelectorAll('figure svg').length > 3"));
   EXPECT_THAT(
-      browser.run("document.body.innerText").get<std::string>(), HasSubstr("What the simulation gets wrong"));
+      browser.run("document.body.innerText").get<std::string>(),
+      HasSubstr("What the simulation gets wrong"));
   EXPECT_TRUE(browser.complaints_here().empty()) << browser.complaints_here();
 }
 
