@@ -128,6 +128,11 @@ std::string estimate_summary(const Json& estimate) {
   if (estimate["set_aside"].get<int>() > 0) {
     text += fmt::format("; {} set aside", estimate["set_aside"].get<int>());
   }
+  if (estimate["last_unusual"] == false && estimate["last_times_usual"].is_number()) {
+    text += fmt::format(
+        "; the last residual is {:.1f} times the usual",
+        estimate["last_times_usual"].get<double>());
+  }
   if (estimate["last_unusual"] == true) {
     text += fmt::format(
         "; the last looks {:.0f} times usual: r to retake",
@@ -136,17 +141,16 @@ std::string estimate_summary(const Json& estimate) {
   return text;
 }
 
-std::vector<std::string> estimate_parameters(const Json& estimate) {
-  constexpr std::size_t kInLine = 3;
+std::vector<std::string> estimate_parameters(const Json& estimate, std::size_t in_line) {
   std::vector<std::string> lines;
   const Json& parameters = estimate["parameters"];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Json& each = parameters[i];
     const bool angle = each["unit"] == "rad";
     const double shown = angle ? kDeg : 1.0;
-    if (i % kInLine == 0) lines.emplace_back();
+    if (i % in_line == 0) lines.emplace_back();
     lines.back() += fmt::format(
-        "{}{} {:.4f} +- {:.4f} {}", i % kInLine == 0 ? "  " : "   ",
+        "{}{} {:.4f} +- {:.4f} {}", i % in_line == 0 ? "  " : "   ",
         each["name"].get<std::string>(), shown * each["value"].get<double>(),
         shown * each["sd"].get<double>(), angle ? "deg" : "mm");
   }

@@ -69,8 +69,9 @@ class LiveEstimate {
   std::optional<double> last_times_usual_;
 };
 
-/// For people: "after 43 samples: position sd ..." and the parameters in lines of three.
+/// For people: "after 43 samples: position sd ..." and the parameters, so many in a line.
 [[nodiscard]] std::string estimate_summary(const Json& estimate);
-[[nodiscard]] std::vector<std::string> estimate_parameters(const Json& estimate);
+[[nodiscard]] std::vector<std::string> estimate_parameters(
+    const Json& estimate, std::size_t in_line = 3);
 
 }  // namespace sixdial::service

@@ -77,12 +77,25 @@ bool has_ended(const Json& status) {
   return state == "done" || state == "stopped" || state == "failed" || state == "idle";
 }
 
+/// The map is only drawn on a terminal.
+void load_plan(Cli& cli, Screen& screen, const std::string& session) {
+  if (!cli.console.terminal || cli.console.json || cli.console.quiet || session.empty()) return;
+  std::int64_t offset = 0, total = 1;
+  while (offset < total) {
+    const Json page = cli.call("session.plan", {{"session", session}, {"offset", offset}});
+    total = page["total"].get<std::int64_t>();
+    if (page["points"].empty()) break;
+    offset += std::ssize(page["points"]);
+    screen.show_plan(page["points"]);
+  }
+}
+
 /// Until the collection has ended; returns its last status.
 Json follow(Cli& cli, Screen& screen) {
   constexpr auto kLookForKeys = std::chrono::milliseconds(200);
   const Keys keys;
-  if (keys.active() && cli.console.terminal) screen.note(kKeyHelp);
   Json status = cli.call("collect.status");
+  load_plan(cli, screen, status["session"].get<std::string>());
   bool quitting = false;
   while (!has_ended(status)) {
     std::optional<Json> event;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <numbers>
 
@@ -107,6 +108,7 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
   const bool large = width >= kDialsInRow * kLargeWidth;
   const std::size_t cell = large ? kLargeWidth : kPlainWidth;
   std::vector<std::string> rows(large ? 4 : 1);
+  const std::size_t most = std::clamp<std::size_t>(width / cell, 1, kDialsInRow);
   std::size_t in_row = 0;
   const auto flush = [&] {
     for (std::string& row : rows) {
@@ -126,10 +128,10 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
           "{0:<{1}.{2}}", fmt::format("{} {} {}", id, value_text(dial), state_text(dial)), cell,
           cell - 1);
     }
-    if (++in_row == kDialsInRow) flush();
+    if (++in_row == most) flush();
   }
   flush();
-  lines.push_back(pose_line(live).substr(0, width));
+  for (const std::string& each : wrapped(pose_line(live), width)) lines.push_back(each);
   return lines;
 }
 
@@ -165,6 +167,7 @@ void Screen::show_state(const Json& state) {
   if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
     note(fmt::format("{}{}: {}", point_text(state), type, message));
   }
+  if (type == "skipped" && state["point"].is_object()) map_.mark(state["point"], "left");
   if (type == "move" && state["move_to_rad"].is_array()) {
     note(fmt::format(
         "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "
@@ -187,25 +190,73 @@ void Screen::redraw() {
 
 void Screen::show_sample(const Json& sample) {
   if (console_.json || console_.quiet) return;
+  map_.take_sample(sample);
   note(sample_line(sample));
+}
+
+std::vector<std::string> Screen::lines(std::size_t width, std::size_t height) const {
+  constexpr std::size_t kOthers = 3;  // the progress line, and room for a sample
+  constexpr std::size_t kGap = 2, kMapRows = 9, kLeastMap = 26, kMostMap = 42;
+  constexpr std::size_t kParameterWidth = 28;
+  const std::size_t dials_width = kDialsInRow * kLargeWidth;
+  const Json next = state_.is_object() ? state_.value("point", Json()) : Json();
+  std::vector<std::string> all;
+  bool map_beside = false;
+  if (live_.is_object()) {
+    all = dial_lines(live_, width);
+    const std::size_t free = width > dials_width + kGap ? width - dials_width - kGap : 0;
+    if (free >= kLeastMap) {
+      const auto map = map_.lines(std::min(free, kMostMap), kMapRows, next);
+      map_beside = !map.empty();
+      // Not beside the line of the pose, which is the last and may be long.
+      for (std::size_t i = 0; i < map.size(); ++i) {
+        if (i + 1 >= all.size()) all.insert(all.end() - 1, "");
+        all[i] = fmt::format("{:<{}}{}", all[i], dials_width + kGap, map[i]);
+      }
+    }
+  }
+  std::vector<std::string> keys;
+  if (::isatty(STDIN_FILENO) != 0) keys = wrapped(kKeyHelp, width);
+  const auto fits = [&](std::size_t more) {
+    return all.size() + more + keys.size() + kOthers <= height;
+  };
+  if (estimate_.is_object()) {
+    const auto summary = wrapped(estimate_summary(estimate_), width);
+    const auto parameters =
+        estimate_parameters(estimate_, std::clamp<std::size_t>(width / kParameterWidth, 1, 3));
+    if (fits(parameters.size() + summary.size())) {
+      for (const std::string& each : parameters) all.push_back(each.substr(0, width));
+    }
+    if (fits(summary.size())) all.insert(all.end(), summary.begin(), summary.end());
+  }
+  if (!map_beside && fits(kMapRows)) {
+    const auto map = map_.lines(std::min(width, kMostMap), kMapRows, next);
+    all.insert(all.end(), map.begin(), map.end());
+  }
+  all.insert(all.end(), keys.begin(), keys.end());
+  // What is higher than the terminal could not be taken away again.
+  if (height > kOthers && all.size() > height - kOthers) all.resize(height - kOthers);
+  return all;
 }
 
 void Screen::show_dials(const Json& live) {
   if (!console_.terminal || console_.json || console_.quiet) return;
   live_ = live;
-  std::vector<std::string> lines = dial_lines(live, terminal_width());
-  lines.insert(lines.end(), estimate_lines_.begin(), estimate_lines_.end());
-  if (::isatty(STDIN_FILENO) != 0) lines.emplace_back(kKeyHelp);
+  show_block();
+}
+
+void Screen::show_block() {
   line_.clear();
   block_.clear();
-  block_.set(std::move(lines));
+  block_.set(lines(terminal_width(), terminal_height()));
   redraw();
 }
 
 void Screen::note(const std::string& text) {
   line_.clear();
   block_.clear();
-  console_.note(text);
+  if (!console_.terminal) return console_.note(text);
+  for (const std::string& each : wrapped(text, terminal_width())) console_.note(each);
 }
 
 void Screen::end() {
@@ -215,16 +266,13 @@ void Screen::end() {
 
 void Screen::show_estimate(const Json& estimate) {
   if (console_.json || console_.quiet) return;
-  std::vector<std::string> lines = estimate_parameters(estimate);
-  lines.push_back(estimate_summary(estimate));
+  estimate_ = estimate;
   if (console_.terminal) {
-    estimate_lines_ = std::move(lines);
-    if (live_.is_object()) return show_dials(live_);
-    line_.clear();
-    block_.clear();
-    block_.set(estimate_lines_);
+    show_block();
     return;
   }
+  std::vector<std::string> lines = estimate_parameters(estimate);
+  lines.push_back(estimate_summary(estimate));
   constexpr int kParametersEvery = 10;
   if (estimate["samples"].get<int>() % kParametersEvery != 0) {
     lines.erase(lines.begin(), lines.end() - 1);

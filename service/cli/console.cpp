@@ -112,6 +112,28 @@ std::size_t terminal_width() {
   return known ? size.ws_col - 1U : 79U;
 }
 
+std::size_t terminal_height() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0;
+  return known ? size.ws_row : 24U;
+}
+
+std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
+  const std::string indent = width > 20 ? "    " : "";
+  std::vector<std::string> lines;
+  std::string rest = text;
+  while (rest.size() > width) {
+    std::size_t end = rest.rfind(' ', width);
+    if (end == std::string::npos || rest.find_first_not_of(' ') >= end) end = width;
+    lines.push_back(rest.substr(0, end));
+    const std::size_t next = rest.find_first_not_of(' ', end);
+    rest = next == std::string::npos ? "" : indent + rest.substr(next);
+    if (rest.empty()) return lines;
+  }
+  lines.push_back(rest);
+  return lines;
+}
+
 std::size_t rows_of(std::size_t letters, std::size_t width) {
   return letters == 0 ? 1 : (letters + width - 1) / width;
 }

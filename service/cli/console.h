@@ -41,6 +41,10 @@ struct Console {
 
 /// Letters that fit into a line of the terminal at stderr, one less than it has; 79 elsewhere.
 [[nodiscard]] std::size_t terminal_width();
+/// Lines of the terminal at stderr; 24 elsewhere.
+[[nodiscard]] std::size_t terminal_height();
+/// The text in lines of at most `width` letters, broken at spaces; the later ones are indented.
+[[nodiscard]] std::vector<std::string> wrapped(const std::string& text, std::size_t width);
 /// Rows that a line takes in a terminal of `width` columns.
 [[nodiscard]] std::size_t rows_of(std::size_t letters, std::size_t width);
 /// "[######....] text  remark" in at most `width` letters: the bar shrinks, the remark goes

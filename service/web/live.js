@@ -29,6 +29,8 @@
     return `${Math.round(seconds / 60)} min left`;
   }
   const keyOf = (p) => `${p.set} ${p.point}.${p.repeat}`;
+  const nameOf = (p) => `${p.set} point ${p.point}${p.repeat ? ` repeat ${p.repeat}` : ''}`;
+  const kAt = { moving: 'moving to', settling: 'settling at', paused: 'paused at', stored: 'stored', skipped: 'skipped', failed: 'could not measure' };
 
   // ---- the link ---------------------------------------------------------------------------------
   const link = openLink({
@@ -97,7 +99,7 @@
   function onSample(data, time) {
     const place = data.position_mm ? `x ${fixed(data.position_mm[0], 3)}  y ${fixed(data.position_mm[1], 3)} mm` : 'no position';
     const remarks = data.remarks.length ? '; ' + data.remarks.join('; ') : '';
-    note(`${data.retaken ? 'retaken' : 'stored'} ${keyOf(data)}: ${place}${remarks}`, time);
+    note(`${data.retaken ? 'retaken' : 'stored'} ${nameOf(data)}: ${place}${remarks}`, time);
     const known = points.get(keyOf(data));
     if (data.session !== session || !known) return;
     known.state = data.doubt ? 'suspect' : 'done';
@@ -117,7 +119,7 @@
     if (data.type === 'estimate') {
       estimate = data.estimate;
       if (estimate && estimate.last_unusual && data.point && kActive.includes(data.state)) {
-        note(`${keyOf(data.point)} looks ${estimate.last_times_usual.toFixed(0)} times the usual residual: r to retake`, time);
+        note(`${nameOf(data.point)} looks ${estimate.last_times_usual.toFixed(0)} times the usual residual: r to retake`, time);
       }
       showEstimate();
     }
@@ -139,8 +141,9 @@
 
   function tellState() {
     const error = collect.error || {};
-    const wish = collect.message && /accept/.test(collect.message) ? ' Store it as it is: Accept (a).' : '';
-    if (collect.state === 'paused') say(`❚❚ Paused. ${sentence(collect.message)} Go on: Continue (c). Measure it again: Retake (r). Leave it out: Skip (s).${wish}`);
+    if (collect.state === 'paused' && /accept/.test(collect.message || '')) say(`❚❚ Paused: ${sentence(collect.message)} Mend it, then Continue (c) measures this point again. Accept (a) stores it with the fault, Skip (s) leaves it out.`);
+    else if (collect.state === 'paused' && collect.message) say(`❚❚ Paused: ${sentence(collect.message)} Then Continue (c).`);
+    else if (collect.state === 'paused') say('❚❚ Paused. Continue (c) goes on with the plan.');
     else if (collect.state === 'failed') say(`✕ The collection failed: ${sentence(error.message || collect.ended_because)} ${sentence((error.data || {}).hint)} What was stored is kept. Start (g) goes on at the next open point.`, true);
     else if (collect.move_to_rad) say(`Move the robot to theta1 ${fixed(collect.move_to_rad[0], 6)}, theta2 ${fixed(collect.move_to_rad[1], 6)} rad, then: Moved (m).`);
     else if (collect.state === 'done' && collect.session === session) say('✓ The plan is finished: nothing is left to measure. Next: Calibrate (k), then Diagnose (d).');
@@ -149,7 +152,7 @@
   }
   // The collector's words name its commands; the buttons stand beside.
   function sentence(text) {
-    const plain = (text || '').split('; resume measures')[0].trim();
+    const plain = (text || '').replace(/; resume [^;]*$/, '').trim();
     return plain && !/[.!?]$/.test(plain) ? plain + '.' : plain;
   }
 
@@ -214,7 +217,7 @@
       const page = await call('session.plan', { session: name, limit: 200, offset });
       total = page.total;
       for (const p of page.points) {
-        fresh.set(keyOf(p), { name: keyOf(p), x: p.target_mm[0], y: p.target_mm[1], state: p.state, why: p.why });
+        fresh.set(keyOf(p), { name: nameOf(p), x: p.target_mm[0], y: p.target_mm[1], state: p.state, why: p.why });
       }
     }
     if (asked !== planAsked) return;  // a newer question is under way
@@ -247,10 +250,10 @@
       card.dataset.state = state;
       card.querySelector('span').textContent = `${kSymbols[state]} ${kWords[state]}`;
       const value = card.querySelector('.value');
-      value.textContent = dial && typeof dial.value_mm === 'number' ? fixed(dial.value_mm, 3) : '–––';
+      value.textContent = dial && typeof dial.value_mm === 'number' ? fixed(dial.value_mm, 3) : '––.–––';
       element(value, 'small', '', ' mm');
       const why = card.querySelector('.why');
-      why.textContent = !dial || state === 'free' ? '' : dial.detail || dial.reason || '';
+      why.textContent = !dial || state === 'free' ? '' : dial.detail || (dial.reason === 'stale' ? 'the newest reading is too old' : dial.reason || '');
       why.title = why.textContent;
     }
     const pose = reading ? live.pose : null;
@@ -259,7 +262,7 @@
     for (const [name, value, digits, unit] of rows) {
       const cell = element($('pose'), 'div');
       element(cell, 'small', '', `${name} `);
-      cell.append(pose ? fixed(value, digits) : '–––');
+      cell.append(pose ? fixed(value, digits) : '––.–––');
       element(cell, 'small', '', ` ${unit}`);
     }
     showSettle(reading);
@@ -295,7 +298,7 @@
     const done = [...points.values()].filter((p) => p.state === 'done' || p.state === 'suspect').length;
     $('state').textContent = { idle: '○ idle', starting: '▶ starting', running: '▶ collecting', paused: '❚❚ PAUSED', stopping: '■ stopping', done: '✓ collected', stopped: '■ stopped', failed: '✕ FAILED' }[collect.state] + (active && !here ? ` ${collect.session}` : '');
     if (active && here) {
-      const point = collect.point ? `${collect.stage} ${keyOf(collect.point)}` : collect.stage;
+      const point = collect.point ? `${kAt[collect.stage] || collect.stage} ${nameOf(collect.point)}` : collect.stage;
       $('progress').textContent = [`${collect.done} of ${collect.total} points`, duration(collect.eta_s), point].filter(Boolean).join(' · ');
       $('bar').value = collect.done;
       $('bar').max = collect.total || 1;
@@ -426,6 +429,7 @@
   };
   const kHelp = { pause: 'after this point', resume: 'with the plan', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', moved: 'the robot is there', undo: 'withdraw a sample', stop: 'goes on later', start: 'at the next open point', calibrate: 'find the parameters', diagnose: 'name the causes', cancel: 'end the job', report: 'in a new tab' };
   async function run(name) {
+    if (name in kNeedsSession && session && choices[name] === undefined && link.state().open) await askChoices().catch(() => {});
     const why = reason(name);
     if (why) { say(`“${commands[name][0]}” cannot be done now: ${why}.`); return; }
     say('');

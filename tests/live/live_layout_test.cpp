@@ -130,9 +130,9 @@ TEST(LivePageLayout, EveryControlIsReachedByTabWithAFocusThatIsSeen) {
 TEST(LivePageLayout, WhatCannotBeDoneSaysWhyAndKeysAreListed) {
   ShownSession shown;
   shown.open();
-  EXPECT_EQ(
-      shown.browser().run("document.querySelector('[data-do=report]').title"),
-      "Not now: calibrate or diagnose first.");
+  shown.browser().until(
+      "document.querySelector('[data-do=report]').title === 'Not now: calibrate or diagnose "
+      "first.'");
   shown.browser().keys("o");
   shown.browser().until(
       "document.getElementById('notice').textContent.includes('calibrate or diagnose first')");
@@ -178,7 +178,7 @@ TEST(LivePageLayout, TheSettleBarShowsTheServicesValueAgainstItsLimit) {
       "37.5%");  // half of the bar is the limit
   EXPECT_EQ(
       shown.browser().run("document.getElementById('progress').textContent"),
-      "20 of 32 points · 65 s left · paused G1 20.0");
+      "20 of 32 points · 65 s left · paused at G1 point 20");
 }
 
 }  // namespace

@@ -317,7 +317,7 @@ TEST(LivePageBrowser, AWholeSessionIsDrivenFromThePage) {
   EXPECT_EQ(rows.size(), live + 1);  // the retake is a row of its own
   EXPECT_EQ(
       browser.run("[...document.querySelectorAll('#events li')]"
-                  ".filter(e => /(stored|retaken) G\\d/.test(e.textContent)).length"),
+                  ".filter(e => /(stored|retaken) G\\d point/.test(e.textContent)).length"),
       33);  // none missed, none twice
 
   // Undo opens the last point again; start measures it.
