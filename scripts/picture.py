@@ -25,7 +25,7 @@ def main():
             if kind == "live":
                 page.open(source, 1280, 900)
                 page.until(f"document.getElementById('bar').value >= {int(sys.argv[4])} &&"
-                           " document.getElementById('settle').textContent.includes('✓ settled')")
+                           " !document.getElementById('settle-bar').hidden")
                 page.shot(out, True)
             elif kind == "text":
                 shown = pathlib.Path(folder, "terminal.html")

@@ -134,7 +134,7 @@ TEST(LiveReadings, CarryTheCollectorsJudgementAndTheEstimateFollowsAnUndo) {
        {"plan_csv",
         session::plan_csv(session::plan_random(geometry::default_rig(), 12, plan).value())}});
   int moving = 0, judged = 0, samples = 0;
-  for (Json data; data.value("state", "") != "done";) {
+  for (Json data = Json::object(); data.value("state", "") != "done";) {
     const Json params = watcher.read()["params"];
     data = params.value("data", Json::object());
     ASSERT_NE(data.value("state", ""), "failed") << data;
