@@ -30,8 +30,8 @@ def main():
             elif kind == "text":
                 shown = pathlib.Path(folder, "terminal.html")
                 shown.write_text(kTerminal % html.escape(pathlib.Path(source).read_text()))
-                page.open(shown.as_uri(), 1060, 640)
-                page.shot(out, False)
+                page.open(shown.as_uri(), 1120, 400)
+                page.shot(out, True)
             else:
                 page.open(pathlib.Path(source).resolve().as_uri(), 1000, 1900)
                 page.shot(out, False)

@@ -72,7 +72,7 @@ Json session_choices(Service& service, const std::string& name) {
     start = "every point of the plan is measured";
   }
   if (here) {
-    undo = "it is being collected: retake measures the last point again";
+    undo = "it is being collected: retake instead";
   } else if (session.samples.empty()) {
     undo = "nothing is measured yet";
   }

@@ -100,6 +100,9 @@ std::string sample_line(const Json& sample) {
                 : fmt::format(" {} -", id);
   }
   for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
+  if (sample["remarks"].empty() && !sample.value("doubt", std::string()).empty()) {
+    text += "; " + sample["doubt"].get<std::string>() + ": r to retake";
+  }
   return text;
 }
 

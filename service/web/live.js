@@ -269,7 +269,9 @@
   }
 
   function showSettle(reading) {
-    const settle = reading ? live.settle : null, from = reading && live.pose ? `; position from dials ${live.pose.dials.join(', ')}` : '';
+    const settle = reading ? live.settle : null;
+    const from = reading && live.pose ? `Position from dials ${live.pose.dials.join(', ')}` : reading ? 'No position: fewer than three dials tell' : '';
+    if ($('pose-from').textContent !== from) $('pose-from').textContent = from;
     const bar = $('settle-bar'), share = settle && settle.limit_mm ? settle.spread_mm / settle.limit_mm : 0;
     bar.hidden = !(settle && settle.limit_mm);
     bar.firstElementChild.style.width = `${Math.min(100, 50 * share)}%`;
@@ -277,10 +279,10 @@
     bar.dataset.settled = !!(settle && settle.settled);
     let words = '';
     if (!reading) words = kActive.includes(collect.state) ? '… waiting for the dials' : 'The dials are read while a session is collected.';
-    else if (settle.limit_mm) words = `${settle.settled ? '✓ settled' : '≈ settling'}: dial ${settle.dial} moves within ${fixed(settle.spread_mm, 3)} mm, ${fixed(settle.limit_mm, 3)} allowed${from}`;
+    else if (settle.limit_mm) words = `${settle.settled ? '✓ settled' : '≈ settling'}: dial ${settle.dial} moves within ${fixed(settle.spread_mm, 3)} mm, ${fixed(settle.limit_mm, 3)} allowed`;
     else if (live.stage === 'moving') words = '→ the robot is moving';
-    else if (live.stage === 'paused') words = `❚❚ paused: readings as they are${from}`;
-    else words = `≈ settling: too few readings yet${from}`;
+    else if (live.stage === 'paused') words = '❚❚ paused: readings as they are';
+    else words = '≈ settling: too few readings yet';
     if ($('settle-words').textContent !== words) $('settle-words').textContent = words;
   }
 
@@ -349,7 +351,7 @@
     $('estimate').hidden = !estimate;
     if (!estimate) { $('estimate-words').textContent = 'Comes with the first sample of set G1.'; return; }
     const sd = estimate.position_sd_mm, open = estimate.undetermined;
-    $('estimate-words').textContent = `After ${estimate.samples} samples the tool is known to ${fixed(sd.mean, 3)} mm on average, ${fixed(sd.max, 3)} mm at the worst place (1 sd).` + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
+    $('estimate-words').textContent = `After ${estimate.samples} samples${estimate.last_times_usual === null ? '' : `, the last ${fixed(estimate.last_times_usual, 1)} times the usual residual,`} the tool is known to ${fixed(sd.mean, 3)} mm on average, ${fixed(sd.max, 3)} mm at the worst place (1 sd).` + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
     const body = $('estimate').tBodies[0];
     body.replaceChildren();
     for (const p of estimate.parameters) {
