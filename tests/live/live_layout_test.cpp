@@ -51,6 +51,12 @@ TEST(LivePageLayout, FitsEveryScreenWithTargetsForFingersAndNothingCut) {
                                .get<double>();
     const bool tablet = size.touch && size.wide >= 1024;
     EXPECT_GE(font_px, tablet ? kReadableOnATablet_px : 30.0) << size.wide;
+    // The buttons come before the map where one stands below the other.
+    EXPECT_TRUE(
+        shown.browser().run("document.getElementById('control').getBoundingClientRect().top <= "
+                            "document.getElementById('plan').getBoundingClientRect().top + 700 "
+                            "* (innerWidth > 1200)"))
+        << size.wide;
     // SIXDIAL_SHOTS=FOLDER keeps what was looked at.
     if (const char* folder = std::getenv("SIXDIAL_SHOTS")) {
       shown.browser().tell(
