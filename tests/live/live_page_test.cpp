@@ -183,7 +183,8 @@ TEST_F(LivePageDoor, AFrameBeyondTheLimitEndsItsConnectionOnly) {
   // A masked text frame that says it has 2 MiB; the request limit is 1 MiB.
   const std::string frame{'\x81', '\xff', 0, 0, 0, 0, 0, 0x20, 0, 0, 'm', 'a', 's', 'k'};
   asio::write(socket, asio::buffer(frame));
-  socket.shutdown(asio::ip::tcp::socket::shutdown_send);  // nothing else ends a wait for the rest
+  socket.shutdown(
+      asio::ip::tcp::socket::shutdown_send);  // nothing else ends a wait for the rest
   std::string rest;
   boost::system::error_code end;
   asio::read(socket, asio::dynamic_buffer(rest), end);

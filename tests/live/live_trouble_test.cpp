@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include <cstdlib>
 
+#include "mock_devices/iso_time.h"
+#include "mock_devices/mock_rig.h"
 #include "tests/live/shown_session.h"
 
 namespace sixdial::service {
@@ -99,6 +101,41 @@ TEST(LivePageTrouble, AFinishedPlanAndAFailedStoreSayWhatToDo) {
       shown.browser(), "notice",
       "The collection failed: database or disk is full. make room. What was stored is kept.");
   EXPECT_EQ(text_of(shown.browser(), "state"), "✕ FAILED");
+}
+
+TEST(LivePageTrouble, ADatabaseThatRefusesASampleStopsTheCollectionInWords) {
+  mock_devices::MockRigOptions options;
+  options.world.rig = geometry::default_rig();
+  options.world.robot.parameters = geometry::table_2_robot();
+  options.clock_speed = 5.0;
+  mock_devices::MockRig mock(options);
+  mock.start();
+  testing::TempDirectory directory;
+  const std::string database = (directory.path() / "sixdial.db").string();
+  RunningService running(
+      {}, {.database = database,
+           .clock_speed = options.clock_speed,
+           .clock_start = session::from_iso8601(mock_devices::iso8601(mock.utc_ms()))});
+  running.service().store().create_session(
+      "monday", session::write_rig(mock.connected_rig("modbus-tcp")), {});
+  const LivePage page({.socket_path = running.socket_path(), .port = 0});
+  BrowserPage browser;
+  browser.open(page.url());
+  browser.until(
+      "document.querySelector('[data-do=start]').getAttribute('aria-disabled') === 'false'");
+  browser.keys("g");
+  browser.until("document.querySelectorAll('#map [data-mark=done]').length >= 2");
+  // As a full disk would: the store takes no further sample.
+  const std::string refuse =
+      "python3 -c \"import sqlite3; d = sqlite3.connect('" + database +
+      "', timeout=30); d.execute('CREATE TRIGGER full BEFORE INSERT ON samples BEGIN SELECT "
+      "RAISE(ABORT, \\\"no room\\\"); END'); d.commit()\"";
+  ASSERT_EQ(std::system(refuse.c_str()), 0);
+  wait_for_words(browser, "notice", "The collection failed");
+  EXPECT_THAT(
+      text_of(browser, "notice"),
+      ::testing::AllOf(HasSubstr("no room"), HasSubstr("What was stored is kept")));
+  EXPECT_EQ(text_of(browser, "state"), "✕ FAILED");
 }
 
 TEST(LivePageClients, WhatAnotherClientDoesIsSeenAtOnce) {

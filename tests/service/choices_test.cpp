@@ -81,8 +81,9 @@ TEST(Choices, AReportIsOfTheSamplesThatThereAre) {
   EXPECT_TRUE(after["report_of"].is_null());
   EXPECT_EQ(
       after["choices"]["report"], "samples have changed since: calibrate or diagnose again");
-  const Json refused =
-      client.call("report.write", {{"session", "monday"}, {"path", "/tmp/no"}});
+  const Json refused = client.call(
+      "report.write",
+      {{"session", "monday"}, {"path", (running.directory() / "report").string()}});
   EXPECT_EQ(testing::error_code_of(refused), "bad_data");  // the words are true
 }
 
