@@ -39,18 +39,22 @@ class History {
       moments_.pop_front();
     }
   }
-  [[nodiscard]] bool settled(int least, DeviceTime window, double spread_mm) const {
-    if (moments_.size() < static_cast<std::size_t>(least)) return false;
-    if (moments_.back().requested - moments_.front().requested < window) return false;
+  [[nodiscard]] DialSettling judged(int least, DeviceTime window, double limit_mm) const {
+    DialSettling judged{.spread_mm = {}, .limit_mm = limit_mm};
+    if (moments_.size() < 2) return judged;
     const bool touching = moments_.front().value_mm.has_value();
     double low = moments_.front().value_mm.value_or(0.0);
     double high = low;
     for (const Moment& each : moments_) {
-      if (each.value_mm.has_value() != touching) return false;
+      if (each.value_mm.has_value() != touching) return judged;
       low = std::min(low, each.value_mm.value_or(low));
       high = std::max(high, each.value_mm.value_or(high));
     }
-    return high - low <= spread_mm;
+    if (touching) judged.spread_mm = high - low;
+    judged.settled = moments_.size() >= static_cast<std::size_t>(least) &&
+                     moments_.back().requested - moments_.front().requested >= window &&
+                     high - low <= limit_mm;
+    return judged;
   }
 
  private:
@@ -182,6 +186,7 @@ Collector::Outcome Collector::point(std::size_t index, const std::stop_token& st
 Collector::Outcome Collector::measure(
     std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
   if (const auto outcome = change_branch(index, here, stop)) return *outcome;
+  settling_.clear();
   report(CollectorStage::kMoving, index);
   if (const auto there = go(index, here, stop); !there) return there.error();
   auto measured = settle(index, here, stop);
@@ -331,6 +336,7 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
   const DeviceTime deadline = clock_.monotonic() + settings_.settle_timeout;
   std::vector<History> histories(count);
   std::vector<int> faults(count, 0);
+  settling_.assign(count, {});
   for (;;) {
     Measured measured{dials_.read_since(clock_.monotonic(), here), {}};
     if (here.stop_requested()) return tl::unexpected(interrupted(index, stop));
@@ -338,6 +344,11 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
     bool late = clock_.monotonic() >= deadline;
     for (std::size_t i = 0; i < count; ++i) {
       Reading& reading = measured.readings[i];
+      const double spread_mm =
+          settings_.settle_spread_mm > 0
+              ? settings_.settle_spread_mm
+              : std::max(kLeastSpread_mm, kSpreadPerSigma * rig_.dials[i].repeatability_mm);
+      settling_[i] = {.spread_mm = {}, .limit_mm = spread_mm};
       if (is_fault(reading)) {
         measured.faulty.push_back(i);
         histories[i].forget();
@@ -346,13 +357,9 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
       }
       faults[i] = 0;
       histories[i].add(reading, settings_.settle_readings, settings_.settle_window);
-      const double spread_mm =
-          settings_.settle_spread_mm > 0
-              ? settings_.settle_spread_mm
-              : std::max(kLeastSpread_mm, kSpreadPerSigma * rig_.dials[i].repeatability_mm);
-      if (histories[i].settled(settings_.settle_readings, settings_.settle_window, spread_mm)) {
-        continue;
-      }
+      settling_[i] =
+          histories[i].judged(settings_.settle_readings, settings_.settle_window, spread_mm);
+      if (settling_[i].settled) continue;
       ready = false;
       if (late && reading.quality == Quality::kGood) {
         reading.quality = Quality::kUncertain;
@@ -478,6 +485,7 @@ Collector::Wish Collector::wait_paused(
     wish_ = Wish::kNone;
   }
   const DeviceTime start = clock_.monotonic();
+  settling_.clear();
   report(CollectorStage::kPaused, index, why);
   std::unique_lock lock(mutex_);
   changed_.wait(lock, stop, [&] { return !pause_wanted_; });
@@ -557,6 +565,7 @@ void Collector::report(
   progress.eta_s = eta_s();
   progress.message = std::move(message);
   progress.readings = std::move(readings);
+  progress.settling = settling_;
   callbacks_.progress(progress);
 }
 

@@ -72,6 +72,13 @@ enum class CollectorStage {
 };
 [[nodiscard]] std::string_view to_string(CollectorStage stage);
 
+/// How near a dial is to rest, as the collector judges it.
+struct DialSettling {
+  std::optional<double> spread_mm;  // of its newest readings; empty: too few, or not touching
+  double limit_mm = 0.0;            // settled within this
+  bool settled = false;
+};
+
 struct CollectorProgress {
   CollectorStage stage = CollectorStage::kMoving;
   std::size_t done = 0;      // stored, also before this run, skipped, failed or left out
@@ -81,6 +88,7 @@ struct CollectorProgress {
   std::optional<double> eta_s;  // on the wall
   std::string message;          // what is wrong, or worth knowing
   std::vector<Reading> readings;
+  std::vector<DialSettling> settling;  // by dial; empty where nobody waits for them to rest
 };
 
 struct CollectedSample {
@@ -200,6 +208,7 @@ class Collector {
   std::size_t done_ = 0;
   std::optional<std::size_t> last_stored_;
   std::vector<Reading> last_readings_;
+  std::vector<DialSettling> settling_;  // at the point in hand
   std::vector<ExpectedDial> last_expected_;
   std::array<int, 2> last_move_{0, 0};  // sign of each joint's
   std::optional<Eigen::Vector2d> last_q_rad_;

@@ -25,13 +25,13 @@ def main():
             if kind == "live":
                 page.open(source, 1280, 900)
                 page.until(f"document.getElementById('bar').value >= {int(sys.argv[4])} &&"
-                           " document.getElementById('settle').textContent.includes('✓ settled')")
+                           " !document.getElementById('settle-bar').hidden")
                 page.shot(out, True)
             elif kind == "text":
                 shown = pathlib.Path(folder, "terminal.html")
                 shown.write_text(kTerminal % html.escape(pathlib.Path(source).read_text()))
-                page.open(shown.as_uri(), 1060, 640)
-                page.shot(out, False)
+                page.open(shown.as_uri(), 1120, 400)
+                page.shot(out, True)
             else:
                 page.open(pathlib.Path(source).resolve().as_uri(), 1000, 1900)
                 page.shot(out, False)

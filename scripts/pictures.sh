@@ -52,12 +52,12 @@ sixdial plan random --rig "$work/rig.toml" --set G2 --count 30 --seed 2 -o "$wor
 sixdial session create monday --rig "$work/rig.toml" >/dev/null
 
 # The terminal shows the same collection that the live page shows.
-tmux -L "sixdial-$$" -f /dev/null new-session -d -x 110 -y 30 \
+tmux -L "sixdial-$$" -f /dev/null new-session -d -x 116 -y 36 \
   "env PS1='\$ ' LC_ALL=C.UTF-8 '$bin/sixdial' --socket '$socket' collect '$work/plan.csv' --session monday; sleep 600"
 picture() {  # picture.py's arguments
   python3 scripts/picture.py "$@"
 }
-picture live "$url" "$pictures/live.png" 30
+picture live "$url" "$pictures/live.png" 24
 tmux -L "sixdial-$$" capture-pane -p >"$work/terminal.txt"
 picture text "$work/terminal.txt" "$pictures/terminal.png"
 collected() { sixdial --json collection status | grep -q '"state": *"done"'; }

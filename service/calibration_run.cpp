@@ -308,7 +308,9 @@ void use_noise_of(const Json& assessment, Json& document) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw Error(
       cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
-      {{"session", session}});
+      {{"session", session}},
+      cancelled ? ""
+                : "Measure more points of set G1: collect.start, or look at the rig file.");
 }
 
 }  // namespace

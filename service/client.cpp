@@ -32,6 +32,12 @@ void interrupt_on_signals() {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
+bool take_interruption() {
+  if (interrupted == 0) return false;
+  interrupted = 0;
+  return true;
+}
+
 Client::Client(const std::filesystem::path& socket_path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -111,10 +117,7 @@ std::optional<Json> Client::read_line(std::optional<std::chrono::milliseconds> t
     }
     pollfd ready{.fd = fd_, .events = POLLIN, .revents = 0};
     const int found = ::poll(&ready, 1, wait_ms);
-    if (interrupted != 0) {
-      interrupted = 0;
-      throw Interrupted();
-    }
+    if (take_interruption()) throw Interrupted();
     if (found <= 0) {
       if (timeout && std::chrono::steady_clock::now() >= end) return std::nullopt;
       continue;

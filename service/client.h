@@ -45,5 +45,7 @@ class Client {
 
 /// Ctrl-C and SIGTERM end a wait of a Client by Interrupted from now on.
 void interrupt_on_signals();
+/// Such a signal has come since it was last asked.
+[[nodiscard]] bool take_interruption();
 
 }  // namespace sixdial::service

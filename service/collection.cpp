@@ -167,6 +167,7 @@ Json Collection::start(CollectRequest request) {
   progress_.total = run->plan.points.size();
   stored_ = skipped_ = failed_ = left_out_ = 0;
   estimate_ = nullptr;
+  unusual_.clear();
   ended_because_.clear();
   troubles_ = Json::array();
   clock_steps_ = Json::array();
@@ -209,7 +210,7 @@ void Collection::run(Run& run, const std::stop_token& stop) {
     run.estimate.emplace(run.rig, run.plan.points);
     bool told = false;
     for (const session::Sample& sample : store_.load_session(run.id).samples) {
-      told = run.estimate->add(sample) || told;
+      told = take_in(run, sample) || told;
     }
     if (told) show_estimate(run);
     const acquisition::CollectorResult result = run.collector->run(stop);
@@ -239,6 +240,39 @@ std::string Collection::why_ended(
       "for, after {} samples of G1; {} points of the plan were left out",
       run.estimate->uncertainty().max_mm, *run.stop_below_mm, run.estimate->filter().samples(),
       result.left_out);
+}
+
+bool Collection::take_in(Run& run, const session::Sample& sample) {
+  const bool told = run.estimate->add(sample);
+  const db::PointKey key{sample.set, sample.point, sample.repeat};
+  const std::optional<double> times = run.estimate->last_times_usual();
+  const std::lock_guard lock(mutex_);
+  unusual_.erase(key);
+  if (told && times && *times > kUnusual) unusual_[key] = *times;
+  return told;
+}
+
+std::string Collection::unusual(const std::string& session, const db::PointKey& point) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = unusual_.find(point);
+  if (session != session_ || found == unusual_.end()) return "";
+  return fmt::format("{:.0f} times the usual residual", found->second);
+}
+
+void Collection::samples_changed(const std::string& session) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (session != session_ || is_active(state_) || !run_) return;
+    unusual_.clear();
+    estimate_ = nullptr;
+  }
+  run_->estimate.emplace(run_->rig, run_->plan.points);
+  bool told = false;
+  for (const session::Sample& sample : store_.load_session(run_->id).samples) {
+    told = take_in(*run_, sample) || told;
+  }
+  if (told) show_estimate(*run_);
+  publish("estimate");
 }
 
 void Collection::show_estimate(const Run& run) {
@@ -334,6 +368,7 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
     throw acquisition::StoreLater(fmt::format(
         "{}; nothing is lost: make room and resume, and this sample is stored", error.what()));
   }
+  const bool told = take_in(run, collected.sample);
   std::size_t number = 0;
   std::vector<std::string> remarks = collected.remarks;
   {
@@ -349,8 +384,14 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   data["plan_index"] = collected.plan_index;
   data["retaken"] = retaken;
   data["remarks"] = std::move(remarks);
+  data["doubt"] = doubt_of(run.rig, collected.sample);
+  if (const std::string odd = unusual(
+          session_, {collected.sample.set, collected.sample.point, collected.sample.repeat});
+      data["doubt"] == "" && !odd.empty()) {
+    data["doubt"] = odd;
+  }
   events_.publish("sample", std::move(data));
-  if (!run.estimate->add(collected.sample)) return;
+  if (!told) return;
   show_estimate(run);
   publish("estimate");
 }
@@ -386,14 +427,16 @@ void Collection::publish_live(const std::stop_token& stop, Run& run) {
   std::mutex mutex;
   std::condition_variable_any over;
   std::unique_lock lock(mutex);
-  LiveDials shown(run.rig, run.settings.settle_spread_mm);
+  const LiveDials shown(run.rig);
   while (!over.wait_for(lock, stop, kLiveEvery, [&] { return stop.stop_requested(); })) {
-    std::optional<std::size_t> index;
+    acquisition::CollectorProgress now;
     {
       const std::lock_guard state_lock(mutex_);
-      index = progress_.plan_index;
+      now = progress_;
     }
-    Json data = shown.show(run.dials->latest(), index ? &run.plan.points.at(*index) : nullptr);
+    Json data = shown.show(
+        run.dials->latest(), now.plan_index ? &run.plan.points.at(*now.plan_index) : nullptr,
+        now);
     data["type"] = "dials";
     data["session"] = session_;
     events_.publish(kLiveTopic, std::move(data));

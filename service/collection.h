@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -60,6 +61,12 @@ class Collection {
   Json start(CollectRequest request);
   [[nodiscard]] Json status() const;
   [[nodiscard]] bool active() const;
+  /// Why a sample of the session collected now, or last, is worth another look: its residual
+  /// against the fit so far. Empty: it is not.
+  [[nodiscard]] std::string unusual(
+      const std::string& session, const db::PointKey& point) const;
+  /// A sample was withdrawn: the estimate is made anew from what is left.
+  void samples_changed(const std::string& session);
 
   // Commands of an active collection; throw Error wrong_state otherwise.
   void pause();
@@ -81,6 +88,7 @@ class Collection {
   struct Run;  // what one collection owns: robot, dials, collector
   void run(Run& run, const std::stop_token& stop);
   void finish(CollectState state, Json error, std::string why);
+  bool take_in(Run& run, const session::Sample& sample);
   void show_estimate(const Run& run);
   [[nodiscard]] std::string why_ended(
       const Run& run, CollectState state, const acquisition::CollectorResult& result) const;
@@ -109,6 +117,7 @@ class Collection {
   std::string operator_name_;
   acquisition::CollectorProgress progress_;
   std::size_t stored_ = 0, skipped_ = 0, failed_ = 0, left_out_ = 0;  // in this run
+  std::map<db::PointKey, double> unusual_;  // times the usual residual
   Json estimate_;                           // LiveEstimate::json; null: nothing of G1 so far
   std::string ended_because_;               // empty while it runs
   Json clock_steps_ = Json::array();        // when the time of day was changed, in this run

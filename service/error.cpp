@@ -82,7 +82,9 @@ constexpr std::array kTable{
     ErrorKind{
         ErrorCode::kUnreachable, -32019, "unreachable", true, ExitCode::kUnreachable,
         "No service answers on the socket.",
-        "Start sixdiald, or name its socket with --socket."},
+        "Start it: sixdiald & (or systemctl --user start sixdiald.socket). sixdial doctor "
+        "finds "
+        "what is wrong. --socket names another place."},
 };
 
 ErrorCode code_of(db::StoreTrouble trouble) {

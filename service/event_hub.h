@@ -18,9 +18,10 @@
 namespace sixdial::service {
 
 /// "job": stages, progress and ends of jobs. "sample": each stored sample. "collect": state of
-/// a collection. "live": the dials as they are now; never replayed, the newest wins. "service".
-inline constexpr std::array<std::string_view, 5> kTopics{
-    "job", "sample", "collect", "live", "service"};
+/// a collection. "session": one was created, imported, or had a sample withdrawn. "live": the
+/// dials as they are now; never replayed, the newest wins. "service".
+inline constexpr std::array<std::string_view, 6> kTopics{"job",     "sample", "collect",
+                                                         "session", "live",   "service"};
 inline constexpr std::string_view kLiveTopic = "live";
 
 struct Event {

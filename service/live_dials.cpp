@@ -1,16 +1,9 @@
 #include "service/live_dials.h"
 
-#include <algorithm>
-
 #include "session/trials.h"
 
 namespace sixdial::service {
 namespace {
-
-// Values that must agree: shown every 0.2 s, so over longer than the collector's window.
-constexpr std::size_t kLast = 2;
-constexpr double kTimesRepeatability = 6.0;      // likewise
-constexpr double kLeastSettleSpread_mm = 0.005;  // likewise
 
 DialState state_of(const acquisition::Reading& reading, bool moving) {
   if (reading.value_mm) return moving ? DialState::kSettling : DialState::kOk;
@@ -36,40 +29,27 @@ std::string_view to_string(DialState state) {
   return "";
 }
 
-LiveDials::LiveDials(const geometry::Rig& rig, double settle_spread_mm)
-    : rig_(rig), settle_spread_mm_(settle_spread_mm), recent_(rig.dials.size()) {}
-
-double LiveDials::limit_mm(std::size_t dial) const {
-  if (settle_spread_mm_ > 0.0) return settle_spread_mm_;
-  return std::max(
-      kTimesRepeatability * rig_.dials[dial].repeatability_mm, kLeastSettleSpread_mm);
-}
-
 Json LiveDials::show(
-    const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point) {
+    const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point,
+    const acquisition::CollectorProgress& now) const {
+  const bool under_way = now.stage == acquisition::CollectorStage::kMoving;
   Json dials = Json::object();
-  Json settle{{"spread_mm", nullptr}, {"limit_mm", nullptr}, {"settled", nullptr}};
+  Json settle{
+      {"spread_mm", nullptr}, {"limit_mm", nullptr}, {"settled", nullptr}, {"dial", nullptr}};
   double worst = -1.0;  // spread over its limit
   bool settled = true;
   for (std::size_t i = 0; i < readings.size() && i < rig_.dials.size(); ++i) {
     const acquisition::Reading& reading = readings[i];
-    Recent& recent = recent_[i];
-    if (!reading.value_mm) recent.values_mm.clear();
-    if (reading.value_mm && reading.sequence != recent.sequence) {
-      recent.values_mm.push_back(*reading.value_mm);
-      if (recent.values_mm.size() > kLast) recent.values_mm.pop_front();
-    }
-    recent.sequence = reading.sequence;
-    bool moving = false;
-    if (!recent.values_mm.empty()) {
-      const auto [low, high] = std::ranges::minmax(recent.values_mm);
-      moving = recent.values_mm.size() < kLast || high - low > limit_mm(i);
-      const double times = (high - low) / limit_mm(i);
-      settled = settled && !moving;
-      if (times > worst) {
-        worst = times;
-        settle["spread_mm"] = high - low;
-        settle["limit_mm"] = limit_mm(i);
+    bool moving = under_way;
+    if (i < now.settling.size()) {
+      const acquisition::DialSettling& judged = now.settling[i];
+      moving = !judged.settled;
+      settled = settled && (judged.settled || !reading.value_mm);
+      if (judged.spread_mm && *judged.spread_mm / judged.limit_mm > worst) {
+        worst = *judged.spread_mm / judged.limit_mm;
+        settle["spread_mm"] = *judged.spread_mm;
+        settle["limit_mm"] = judged.limit_mm;
+        settle["dial"] = rig_.dials[i].id;
       }
       settle["settled"] = settled;
     }
@@ -82,6 +62,7 @@ Json LiveDials::show(
     dials[rig_.dials[i].id] = std::move(row);
   }
   return {
+      {"stage", acquisition::to_string(now.stage)},
       {"dials", std::move(dials)},
       {"settle", std::move(settle)},
       {"pose", pose(readings, point)}};

@@ -2,11 +2,10 @@
 // state in one word, how far they are from rest, and where the readings put the tool.
 #pragma once
 
-#include <cstdint>
-#include <deque>
 #include <string_view>
 #include <vector>
 
+#include "acquisition/collector.h"
 #include "acquisition/reading.h"
 #include "geometry/rig.h"
 #include "service/error.h"
@@ -25,27 +24,22 @@ enum class DialState {
 
 class LiveDials {
  public:
-  /// `settle_spread_mm` as in acquisition::CollectorSettings: 0 is by each dial.
-  LiveDials(const geometry::Rig& rig, double settle_spread_mm);
+  explicit LiveDials(const geometry::Rig& rig) : rig_(rig) {}
 
-  /// {dials {id: {value_mm, quality, reason, detail?, state}}, settle {spread_mm, limit_mm,
-  /// settled}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `point`: the one in hand,
-  /// null before the first; it says which way the cuboid is held.
+  /// {stage, dials {id: {value_mm, quality, reason, detail?, state}}, settle {spread_mm,
+  /// limit_mm, dial: that of the dial furthest from rest, settled; all null while nobody waits
+  /// for them}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `point`: the one in hand,
+  /// null before the first; it says which way the cuboid is held. Whether a dial rests is what
+  /// the collector judged last.
   [[nodiscard]] Json show(
-      const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point);
+      const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point,
+      const acquisition::CollectorProgress& now) const;
 
  private:
-  struct Recent {
-    std::deque<double> values_mm;
-    std::uint64_t sequence = 0;
-  };
-  [[nodiscard]] double limit_mm(std::size_t dial) const;
   [[nodiscard]] Json pose(
       const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point) const;
 
   const geometry::Rig rig_;
-  const double settle_spread_mm_;
-  std::vector<Recent> recent_;
 };
 
 }  // namespace sixdial::service

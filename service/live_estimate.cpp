@@ -16,8 +16,6 @@ constexpr int kGrid = 7;  // poses along each side of the workspace
 // The filter judges the noise by residuals from ten degrees of freedom on: ten positions.
 constexpr int kLeastSamples = 10;
 constexpr double kDeg = 180.0 / std::numbers::pi;
-// A sample this far off is worth a look.
-constexpr double kUnusual = 4.0;
 
 bool is_angle(int parameter) { return parameter >= geometry::kAlpha; }
 
@@ -109,7 +107,8 @@ Json LiveEstimate::json() const {
         {"worst_mm", std::move(worst)}}},
       {"condition", std::isfinite(condition) ? Json(condition) : Json(nullptr)},
       {"undetermined", std::move(undetermined)},
-      {"last_times_usual", last_times_usual_ ? Json(*last_times_usual_) : Json(nullptr)}};
+      {"last_times_usual", last_times_usual_ ? Json(*last_times_usual_) : Json(nullptr)},
+      {"last_unusual", last_times_usual_ && *last_times_usual_ > kUnusual}};
 }
 
 std::string estimate_summary(const Json& estimate) {
@@ -129,8 +128,12 @@ std::string estimate_summary(const Json& estimate) {
   if (estimate["set_aside"].get<int>() > 0) {
     text += fmt::format("; {} set aside", estimate["set_aside"].get<int>());
   }
-  if (estimate["last_times_usual"].is_number() &&
-      estimate["last_times_usual"].get<double>() > kUnusual) {
+  if (estimate["last_unusual"] == false && estimate["last_times_usual"].is_number()) {
+    text += fmt::format(
+        "; the last residual is {:.1f} times the usual",
+        estimate["last_times_usual"].get<double>());
+  }
+  if (estimate["last_unusual"] == true) {
     text += fmt::format(
         "; the last looks {:.0f} times usual: r to retake",
         estimate["last_times_usual"].get<double>());
@@ -138,17 +141,16 @@ std::string estimate_summary(const Json& estimate) {
   return text;
 }
 
-std::vector<std::string> estimate_parameters(const Json& estimate) {
-  constexpr std::size_t kInLine = 3;
+std::vector<std::string> estimate_parameters(const Json& estimate, std::size_t in_line) {
   std::vector<std::string> lines;
   const Json& parameters = estimate["parameters"];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Json& each = parameters[i];
     const bool angle = each["unit"] == "rad";
     const double shown = angle ? kDeg : 1.0;
-    if (i % kInLine == 0) lines.emplace_back();
+    if (i % in_line == 0) lines.emplace_back();
     lines.back() += fmt::format(
-        "{}{} {:.4f} +- {:.4f} {}", i % kInLine == 0 ? "  " : "   ",
+        "{}{} {:.4f} +- {:.4f} {}", i % in_line == 0 ? "  " : "   ",
         each["name"].get<std::string>(), shown * each["value"].get<double>(),
         shown * each["sd"].get<double>(), angle ? "deg" : "mm");
   }

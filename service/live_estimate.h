@@ -28,6 +28,9 @@ struct WorkingArea {
 /// both left out.
 [[nodiscard]] std::vector<session::PlanPoint> points_of(const session::Session& session);
 
+/// A sample whose residual is more than this times the usual one is worth another look.
+inline constexpr double kUnusual = 4.0;
+
 class LiveEstimate {
  public:
   /// `points`: what is, or was, to be measured.
@@ -43,6 +46,9 @@ class LiveEstimate {
   /// The largest of it is below the limit, by enough samples to judge their own noise.
   [[nodiscard]] bool below(double limit_mm) const;
 
+  /// Residual of the sample added last, in times of the usual; empty while nothing is usual
+  /// yet.
+  [[nodiscard]] std::optional<double> last_times_usual() const { return last_times_usual_; }
   [[nodiscard]] const calibration::OnlineEstimator& filter() const { return filter_; }
   [[nodiscard]] const WorkingArea& area() const { return area_; }
   [[nodiscard]] const std::vector<calibration::WorkspacePose>& workspace() const {
@@ -51,7 +57,7 @@ class LiveEstimate {
 
   /// {samples, set_aside, noise_times, parameters [{name, unit, value, sd}], position_sd_mm
   /// {mean, max, worst_mm}, condition (null: infinite), undetermined [names],
-  /// last_times_usual}.
+  /// last_times_usual, last_unusual (above kUnusual)}.
   [[nodiscard]] Json json() const;
 
  private:
@@ -63,8 +69,9 @@ class LiveEstimate {
   std::optional<double> last_times_usual_;
 };
 
-/// For people: "after 43 samples: position sd ..." and the parameters in lines of three.
+/// For people: "after 43 samples: position sd ..." and the parameters, so many in a line.
 [[nodiscard]] std::string estimate_summary(const Json& estimate);
-[[nodiscard]] std::vector<std::string> estimate_parameters(const Json& estimate);
+[[nodiscard]] std::vector<std::string> estimate_parameters(
+    const Json& estimate, std::size_t in_line = 3);
 
 }  // namespace sixdial::service

@@ -113,11 +113,17 @@ Reply refusal(
           escaped(what), escaped(advice)));
 }
 
-std::string report_request(const std::string& session, const std::filesystem::path& folder) {
-  const Json params{{"session", session}, {"path", folder.string()}};
-  return to_line(
-             {{"jsonrpc", "2.0"}, {"id", 1}, {"method", "report.write"}, {"params", params}}) +
-         '\n';
+asio::awaitable<Json> ask(
+    LocalSocket& service, std::string_view method, const std::string& session,
+    const std::filesystem::path& path) {
+  const Json params{{"session", session}, {"path", path.string()}};
+  const std::string line =
+      to_line({{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}) + '\n';
+  co_await asio::async_write(service, asio::buffer(line), use_awaitable);
+  std::string reply;
+  co_await asio::async_read_until(
+      service, asio::dynamic_buffer(reply, kMaxLineBytes), '\n', use_awaitable);
+  co_return Json::parse(reply);
 }
 
 asio::awaitable<LocalSocket> connect_to_service(const std::filesystem::path& path) {
@@ -293,7 +299,7 @@ class LivePage::Site {
           "Content-Security-Policy",
           fmt::format(
               "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-              "connect-src ws://127.0.0.1:{0} ws://localhost:{0}; base-uri 'none'; "
+              "connect-src 'self' ws://127.0.0.1:{0} ws://localhost:{0}; base-uri 'none'; "
               "form-action 'none'; frame-ancestors 'none'",
               port_));
       return reply;
@@ -306,6 +312,7 @@ class LivePage::Site {
     if (place.empty()) co_return text("text/html", files::page());
     if (place == "live.css") co_return text("text/css", files::stylesheet());
     if (place == "live.js") co_return text("text/javascript", files::script());
+    if (place == "link.js") co_return text("text/javascript", files::link());
     if (place == "drawing.js") co_return text("text/javascript", files::drawing());
     constexpr std::string_view kReport = "report/";
     if (place.starts_with(kReport)) {
@@ -314,28 +321,33 @@ class LivePage::Site {
     co_return refusal(question, http::status::not_found, "Nothing is here", "");
   }
 
-  /// report.write, asked of the service like anybody else, and its page.
+  /// report.write, asked of the service like anybody else, and its page; without a calibration
+  /// the page of the diagnosis.
   asio::awaitable<Reply> report(const Question& question, std::string_view encoded_session) {
     const auto session = percent_decoded(encoded_session);
     if (!session) {
       co_return refusal(question, http::status::bad_request, "This is no session's name", "");
     }
-    const std::filesystem::path folder = reports_ / std::to_string(++report_number_);
+    const std::string number = std::to_string(++report_number_);
+    const std::filesystem::path folder = reports_ / number;
     std::string what, advice;
     try {
       LocalSocket service = co_await connect_to_service(options_.socket_path);
-      const std::string line = report_request(*session, folder);
-      co_await asio::async_write(service, asio::buffer(line), use_awaitable);
-      std::string reply;
-      co_await asio::async_read_until(
-          service, asio::dynamic_buffer(reply, kMaxLineBytes), '\n', use_awaitable);
-      const Json json = Json::parse(reply);
+      std::filesystem::path file = folder / "report.html";
+      Json json = co_await ask(service, "report.write", *session, folder);
+      if (json.contains("error") &&
+          json["error"]["data"]["code"] == error_kind(ErrorCode::kNotFound).code) {
+        file = reports_ / (number + ".html");
+        const Json page = co_await ask(service, "diagnose.report", *session, file);
+        if (page.contains("result")) json = page;
+      }
       if (json.contains("result")) {
         Reply page = answer(
             question, http::status::ok, "text/html; charset=utf-8",
-            session::read_file((folder / "report.html").string()));
+            session::read_file(file.string()));
         std::error_code ignored;
         std::filesystem::remove_all(folder, ignored);
+        std::filesystem::remove(file, ignored);
         co_return page;
       }
       what = json["error"]["message"].get<std::string>();

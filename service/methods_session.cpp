@@ -10,6 +10,7 @@
 
 #include "service/sample_json.h"
 #include "service/service.h"
+#include "service/session_choices.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
 #include "session/bundle.h"
@@ -56,6 +57,7 @@ Json create(const Call& call) {
   check_session_name(name);
   const db::SessionId id = call.service.store().create_session(
       name, call.params.at("rig_toml").get<std::string>(), to_operator(call.caller));
+  call.service.events().publish("session", {{"type", "created"}, {"session", name}});
   return info_json(call.service, id);
 }
 
@@ -116,6 +118,7 @@ Json import_bundle(const Call& call) {
   check_session_name(read.name);
   const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
   Json answer = info_json(call.service, id);
+  call.service.events().publish("session", {{"type", "imported"}, {"session", read.name}});
   answer["rejected"] = Json::array();
   constexpr std::size_t kMostShown = 100;
   for (const session::RejectedRow& row : read.rejected) {
@@ -133,20 +136,6 @@ Json export_bundle(const Call& call) {
       {"path", path.string()},
       {"files", {"session.csv", "rig.toml"}},
       {"samples", session.samples.size()}};
-}
-
-/// What makes a stored sample worth another look; empty: nothing.
-std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
-  std::string doubt;
-  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
-    const session::DialValue& value = sample.dials[i];
-    if (value.quality == session::Quality::kGood || value.reason == "no contact") continue;
-    doubt += fmt::format(
-        "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
-        value.reason.empty() ? session::to_string(value.quality) : value.reason);
-  }
-  if (session::trial_of(rig, sample).position_mm) return doubt;
-  return doubt.empty() ? "three dials that touch are needed" : "no position: " + doubt;
 }
 
 Json planned(const Call& call) {
@@ -172,7 +161,11 @@ Json planned(const Call& call) {
         {"state", "open"}};
     const auto found = measured.find({point.set, point.point, point.repeat});
     if (found != measured.end()) {
-      const std::string doubt = doubt_of(session.rig, *found->second);
+      std::string doubt = doubt_of(session.rig, *found->second);
+      if (doubt.empty()) {
+        doubt = call.service.collection().unusual(
+            session.name, {point.set, point.point, point.repeat});
+      }
       row["state"] = doubt.empty() ? "done" : "suspect";
       if (!doubt.empty()) row["why"] = doubt;
     }
@@ -195,8 +188,19 @@ Json undo(const Call& call) {
       id, param_or<std::string>(call.params, "reason", "undo"), to_operator(call.caller));
   Json answer = info_json(service, id);
   answer["undone"] = undone ? Json(undone->value) : Json(nullptr);
+  if (undone) {
+    service.collection().samples_changed(session_name(call));
+    service.events().publish(
+        "session", {{"type", "undone"},
+                    {"session", session_name(call)},
+                    {"sample", undone->value},
+                    {"samples", answer["samples"]},
+                    {"operator", call.caller.operator_name}});
+  }
   return answer;
 }
+
+Json choices(const Call& call) { return session_choices(call.service, session_name(call)); }
 
 session::PlanOptions plan_options(const Json& params) {
   session::PlanOptions options;
@@ -273,6 +277,7 @@ constexpr std::array kImportParams{
         .doc = "leave bad rows out and list them, instead of refusing the bundle"}};
 constexpr std::array kExportParams{
     kSession, Param{.name = "path", .required = true, .doc = "absolute path of the folder"}};
+constexpr std::array kOnlySession{kSession};
 constexpr std::array kUndoParams{kSession, Param{.name = "reason", .doc = "kept with the row"}};
 constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate", "both-sides"};
 constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
@@ -366,7 +371,8 @@ constexpr std::array kMethods{
         .summary = "The session's planned points and which of them are measured, by page.",
         .params = kPlannedParams,
         .result = "session, total, points [{set, point, repeat, target_mm, state (open, done, "
-                  "suspect: a dial was doubtful, or there is no position), why}]",
+                  "suspect: a dial was doubtful, there is no position, or the residual is "
+                  "unusual), why}]",
         .example = R"({"session": "demo", "limit": 200, "offset": 0})",
         .run = planned},
     Method{
@@ -404,6 +410,14 @@ constexpr std::array kMethods{
         .result = "as session.show, and undone: the sample's number, null if there was none",
         .example = R"({"session": "demo", "reason": "the dial slipped"})",
         .run = undo},
+    Method{
+        .name = "session.choices",
+        .summary = "What can be done with a session now, and what each of the rest waits for.",
+        .params = kOnlySession,
+        .result = "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
+                  "cannot be done now}, report_of (calibration, diagnosis or null)",
+        .example = R"({"session": "demo"})",
+        .run = choices},
     Method{
         .name = "plan.grid",
         .summary = "A plan over a grid of targets that the session's rig can measure.",

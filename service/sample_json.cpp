@@ -1,5 +1,7 @@
 #include "service/sample_json.h"
 
+#include <fmt/format.h>
+
 #include "session/trials.h"
 
 namespace sixdial::service {
@@ -15,6 +17,19 @@ Json or_null(const std::optional<T>& value) {
 }
 
 }  // namespace
+
+std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
+  std::string doubt;
+  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
+    const session::DialValue& value = sample.dials[i];
+    if (value.quality == session::Quality::kGood || value.reason == "no contact") continue;
+    doubt += fmt::format(
+        "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
+        value.reason.empty() ? session::to_string(value.quality) : value.reason);
+  }
+  if (session::trial_of(rig, sample).position_mm) return doubt;
+  return doubt.empty() ? "three dials that touch are needed" : "no position: " + doubt;
+}
 
 Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
   Json dials = Json::object();

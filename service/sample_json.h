@@ -2,6 +2,8 @@
 // tool.
 #pragma once
 
+#include <string>
+
 #include "service/error.h"
 #include "session/session.h"
 
@@ -12,5 +14,8 @@ namespace sixdial::service {
 /// null: no times), position_mm and gamma_rad (null: contacts
 /// allow none).
 [[nodiscard]] Json sample_json(const geometry::Rig& rig, const session::Sample& sample);
+
+/// What makes a stored sample worth another look: a doubtful dial, no position. Empty: nothing.
+[[nodiscard]] std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample);
 
 }  // namespace sixdial::service

@@ -2,12 +2,12 @@
 // code.
 #include <fmt/format.h>
 
-#include <csignal>
 #include <fstream>
 
 #include "service/assessment.h"
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
+#include "service/cli/local_run.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 
@@ -75,35 +75,13 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
       document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
 }
 
-/// Ctrl-C ends a calibration that runs in this process.
-std::stop_source& interruption() {
-  static std::stop_source source;
-  return source;
-}
-volatile std::sig_atomic_t stop_wanted = 0;
-
 ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  std::signal(SIGINT, [](int) { stop_wanted = 1; });
-  ProgressLine line(cli.console);
-  Json document;
-  try {
-    document = calibrate(
-        session, request_of(options),
-        [&](const JobProgress& progress) {
-          if (stop_wanted != 0) interruption().request_stop();
-          line.show(
-              progress.stage, progress.done, progress.total, progress.eta_s,
-              progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm)
-                               : std::string());
-        },
-        interruption().get_token());
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled && stop_wanted != 0) throw Interrupted();
-    throw;
-  }
-  line.clear();
+  const Json document =
+      run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+        return calibrate(session, request_of(options), progress, std::move(stop));
+      });
   print_calibration(cli, document, options.output);
   return ExitCode::kOk;
 }

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
+#include <string_view>
+#include <vector>
 
+#include "service/cli/usage.h"
 #include "service/method.h"
 #include "service/server.h"
 #include "session/bundle.h"
+#include "session/csv.h"
 
 namespace sixdial::service::cli {
 namespace {
@@ -58,20 +63,31 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);
   add_service_commands(app, cli);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? code(ExitCode::kOk) : code(ExitCode::kUsage);
-  }
   cli.console.terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) != 0;
   cli.console.colour = cli.console.terminal && colour_wanted();
+  // "sixdial help plan" as "sixdial plan --help".
+  std::vector<const char*> words(argv, argv + argc);
+  if (words.size() > 1 && std::string_view(words[1]) == "help") {
+    words.erase(words.begin() + 1);
+    words.push_back("--help");
+  }
+  try {
+    app.parse(static_cast<int>(words.size()), words.data());
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error, out, err);  // help, version
+    const auto last = argv + argc;
+    cli.console.json = std::any_of(
+        argv, last, [](const char* word) { return std::string_view(word) == "--json"; });
+    cli.console.error(usage_error(app, error));
+    return code(ExitCode::kUsage);
+  }
   try {
     return code(cli.action());
   } catch (const Interrupted&) {
     cli.console.note("interrupted");
     return code(ExitCode::kInterrupted);
   } catch (...) {
-    const Json error = to_error_object(std::current_exception());
+    const Json error = in_commands(to_error_object(std::current_exception()));
     cli.console.error(error);
     return code(exit_code_of(error));
   }
@@ -119,6 +135,36 @@ Json call_for_files(Cli& cli, std::string_view method, Json params) {
             std::filesystem::copy_options::overwrite_existing);
     answer["path"] = wanted.string();
     return answer;
+  }
+}
+
+Json call_about(
+    Cli& cli, std::string_view method, const Json& params, const std::string& alias,
+    const std::string& file) {
+  try {
+    return cli.call(method, params);
+  } catch (const RemoteError& remote) {
+    Json error = remote.error();
+    if (!error.contains("data") || error["data"]["at"].value("file", "") != alias) throw;
+    error["data"]["at"]["file"] = file;
+    std::string message = "\n" + error["message"].get<std::string>();
+    const std::string said = "\n" + alias + ":";
+    for (std::size_t at = message.find(said); at != std::string::npos;
+         at = message.find(said, at + 1)) {
+      message.replace(at + 1, alias.size(), file);
+    }
+    error["message"] = message.substr(1);
+    throw RemoteError(error);
+  }
+}
+
+Json read_document(const std::string& path) {
+  try {
+    return Json::parse(session::read_file(path));
+  } catch (const Json::parse_error& trouble) {
+    throw Error(
+        ErrorCode::kBadData, fmt::format("{} is no JSON document", path), {{"file", path}},
+        "The -o of sixdial calibrate and sixdial diagnose writes such a file.");
   }
 }
 

@@ -56,6 +56,12 @@ void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
 /// A bundle; rows that were left out are warned of by line.
 [[nodiscard]] session::Session read_bundle_with_warnings(
     Cli& cli, const std::string& path, bool skip_bad_rows);
+/// A call with the text of a file, which its errors call `alias`: they name the file.
+Json call_about(
+    Cli& cli, std::string_view method, const Json& params, const std::string& alias,
+    const std::string& file);
+/// A result that a command wrote by -o. Throws Error bad_data where it is no JSON.
+[[nodiscard]] Json read_document(const std::string& path);
 /// As the service must get it: it runs in another directory.
 [[nodiscard]] std::string absolute(const std::string& path);
 /// Follows a job with a progress line until it has ended; prints nothing else. Returns

@@ -77,12 +77,25 @@ bool has_ended(const Json& status) {
   return state == "done" || state == "stopped" || state == "failed" || state == "idle";
 }
 
+/// The map is only drawn on a terminal.
+void load_plan(Cli& cli, Screen& screen, const std::string& session) {
+  if (!cli.console.terminal || cli.console.json || cli.console.quiet || session.empty()) return;
+  std::int64_t offset = 0, total = 1;
+  while (offset < total) {
+    const Json page = cli.call("session.plan", {{"session", session}, {"offset", offset}});
+    total = page["total"].get<std::int64_t>();
+    if (page["points"].empty()) break;
+    offset += std::ssize(page["points"]);
+    screen.show_plan(page["points"]);
+  }
+}
+
 /// Until the collection has ended; returns its last status.
 Json follow(Cli& cli, Screen& screen) {
   constexpr auto kLookForKeys = std::chrono::milliseconds(200);
   const Keys keys;
-  if (keys.active() && cli.console.terminal) screen.note(kKeyHelp);
   Json status = cli.call("collect.status");
+  load_plan(cli, screen, status["session"].get<std::string>());
   bool quitting = false;
   while (!has_ended(status)) {
     std::optional<Json> event;
@@ -152,9 +165,10 @@ ExitCode conclude(Cli& cli, const Json& status) {
 void make_session(Cli& cli, const CollectOptions& options) {
   if (options.rig_file.empty()) return;
   try {
-    cli.call(
-        "session.create",
-        {{"name", options.session}, {"rig_toml", session::read_file(options.rig_file)}});
+    call_about(
+        cli, "session.create",
+        {{"name", options.session}, {"rig_toml", session::read_file(options.rig_file)}},
+        "rig.toml", options.rig_file);
     cli.console.note(fmt::format("new session {}", options.session));
   } catch (const RemoteError& error) {
     if (error.error()["data"]["code"] != error_kind(ErrorCode::kAlreadyExists).code) throw;
@@ -171,7 +185,7 @@ ExitCode collect(Cli& cli, const CollectOptions& options) {
   if (options.settle_spread_mm > 0.0) params["settle_spread_mm"] = options.settle_spread_mm;
   if (options.settle_timeout_ms > 0) params["settle_timeout_ms"] = options.settle_timeout_ms;
   cli.call("events.subscribe", {{"topics", screen_topics(cli.console)}});
-  cli.call("collect.start", params);
+  call_about(cli, "collect.start", params, "plan", options.plan_file);
   Screen screen(cli.console);
   return conclude(cli, follow(cli, screen));
 }

@@ -1,9 +1,9 @@
 #include "service/cli/collect_screen.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <numbers>
 
@@ -22,12 +22,6 @@ constexpr std::size_t kPlainWidth = 25;  // of a dial in one line
 constexpr std::array<std::string_view, 3> kDigits{
     " _     _  _     _  _  _  _  _ ", "| |  | _| _||_||_ |_   ||_||_|",
     "|_|  ||_  _|  | _||_|  ||_| _|"};
-
-std::size_t terminal_width() {
-  winsize size{};
-  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  return known ? size.ws_col - 1U : 79U;
-}
 
 std::string large_row(std::string_view text, std::size_t row) {
   std::string line;
@@ -106,6 +100,9 @@ std::string sample_line(const Json& sample) {
                 : fmt::format(" {} -", id);
   }
   for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
+  if (sample["remarks"].empty() && !sample.value("doubt", std::string()).empty()) {
+    text += "; " + sample["doubt"].get<std::string>() + ": r to retake";
+  }
   return text;
 }
 
@@ -114,6 +111,7 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
   const bool large = width >= kDialsInRow * kLargeWidth;
   const std::size_t cell = large ? kLargeWidth : kPlainWidth;
   std::vector<std::string> rows(large ? 4 : 1);
+  const std::size_t most = std::clamp<std::size_t>(width / cell, 1, kDialsInRow);
   std::size_t in_row = 0;
   const auto flush = [&] {
     for (std::string& row : rows) {
@@ -133,10 +131,10 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
           "{0:<{1}.{2}}", fmt::format("{} {} {}", id, value_text(dial), state_text(dial)), cell,
           cell - 1);
     }
-    if (++in_row == kDialsInRow) flush();
+    if (++in_row == most) flush();
   }
   flush();
-  lines.push_back(pose_line(live).substr(0, width));
+  for (const std::string& each : wrapped(pose_line(live), width)) lines.push_back(each);
   return lines;
 }
 
@@ -147,17 +145,22 @@ std::vector<std::string> screen_topics(const Console& console) {
 }
 
 void Block::show() {
-  if (!console_.terminal || on_screen_ > 0 || lines_.empty()) return;
+  if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return;
   // A line that the terminal would wrap could not be taken away again.
   const std::size_t width = terminal_width();
-  console_.err << "\r\x1b[K";
-  for (const std::string& line : lines_) console_.err << line.substr(0, width) << '\n';
-  on_screen_ = lines_.size();
+  for (const std::string& line : lines_) {
+    const std::string shown = line.substr(0, width);
+    console_.err << shown << '\n';
+    on_screen_.push_back(shown.size());
+  }
 }
 
 void Block::clear() {
-  if (on_screen_ > 0) console_.err << "\r\x1b[" << on_screen_ << "A\x1b[J" << std::flush;
-  on_screen_ = 0;
+  if (on_screen_.empty()) return;
+  std::size_t rows = 0;
+  for (const std::size_t letters : on_screen_) rows += rows_of(letters, terminal_width() + 1);
+  console_.err << "\r\x1b[" << rows << "A\x1b[J" << std::flush;
+  on_screen_.clear();
 }
 
 void Screen::show_state(const Json& state) {
@@ -168,6 +171,7 @@ void Screen::show_state(const Json& state) {
     note(fmt::format("{}{}: {}", point_text(state), type, message));
   }
   if (type == "clock_step") note("warning: " + message);
+  if (type == "skipped" && state["point"].is_object()) map_.mark(state["point"], "left");
   if (type == "move" && state["move_to_rad"].is_array()) {
     note(fmt::format(
         "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "
@@ -190,25 +194,73 @@ void Screen::redraw() {
 
 void Screen::show_sample(const Json& sample) {
   if (console_.json || console_.quiet) return;
+  map_.take_sample(sample);
   note(sample_line(sample));
+}
+
+std::vector<std::string> Screen::lines(std::size_t width, std::size_t height) const {
+  constexpr std::size_t kOthers = 3;  // the progress line, and room for a sample
+  constexpr std::size_t kGap = 2, kMapRows = 9, kLeastMap = 26, kMostMap = 42;
+  constexpr std::size_t kParameterWidth = 28;
+  const std::size_t dials_width = kDialsInRow * kLargeWidth;
+  const Json next = state_.is_object() ? state_.value("point", Json()) : Json();
+  std::vector<std::string> all;
+  bool map_beside = false;
+  if (live_.is_object()) {
+    all = dial_lines(live_, width);
+    const std::size_t free = width > dials_width + kGap ? width - dials_width - kGap : 0;
+    if (free >= kLeastMap) {
+      const auto map = map_.lines(std::min(free, kMostMap), kMapRows, next);
+      map_beside = !map.empty();
+      // Not beside the line of the pose, which is the last and may be long.
+      for (std::size_t i = 0; i < map.size(); ++i) {
+        if (i + 1 >= all.size()) all.insert(all.end() - 1, "");
+        all[i] = fmt::format("{:<{}}{}", all[i], dials_width + kGap, map[i]);
+      }
+    }
+  }
+  std::vector<std::string> keys;
+  if (::isatty(STDIN_FILENO) != 0) keys = wrapped(kKeyHelp, width);
+  const auto fits = [&](std::size_t more) {
+    return all.size() + more + keys.size() + kOthers <= height;
+  };
+  if (estimate_.is_object()) {
+    const auto summary = wrapped(estimate_summary(estimate_), width);
+    const auto parameters =
+        estimate_parameters(estimate_, std::clamp<std::size_t>(width / kParameterWidth, 1, 3));
+    if (fits(parameters.size() + summary.size())) {
+      for (const std::string& each : parameters) all.push_back(each.substr(0, width));
+    }
+    if (fits(summary.size())) all.insert(all.end(), summary.begin(), summary.end());
+  }
+  if (!map_beside && fits(kMapRows)) {
+    const auto map = map_.lines(std::min(width, kMostMap), kMapRows, next);
+    all.insert(all.end(), map.begin(), map.end());
+  }
+  all.insert(all.end(), keys.begin(), keys.end());
+  // What is higher than the terminal could not be taken away again.
+  if (height > kOthers && all.size() > height - kOthers) all.resize(height - kOthers);
+  return all;
 }
 
 void Screen::show_dials(const Json& live) {
   if (!console_.terminal || console_.json || console_.quiet) return;
   live_ = live;
-  std::vector<std::string> lines = dial_lines(live, terminal_width());
-  lines.insert(lines.end(), estimate_lines_.begin(), estimate_lines_.end());
-  if (::isatty(STDIN_FILENO) != 0) lines.emplace_back(kKeyHelp);
+  show_block();
+}
+
+void Screen::show_block() {
   line_.clear();
   block_.clear();
-  block_.set(std::move(lines));
+  block_.set(lines(terminal_width(), terminal_height()));
   redraw();
 }
 
 void Screen::note(const std::string& text) {
   line_.clear();
   block_.clear();
-  console_.note(text);
+  if (!console_.terminal) return console_.note(text);
+  for (const std::string& each : wrapped(text, terminal_width())) console_.note(each);
 }
 
 void Screen::end() {
@@ -218,16 +270,13 @@ void Screen::end() {
 
 void Screen::show_estimate(const Json& estimate) {
   if (console_.json || console_.quiet) return;
-  std::vector<std::string> lines = estimate_parameters(estimate);
-  lines.push_back(estimate_summary(estimate));
+  estimate_ = estimate;
   if (console_.terminal) {
-    estimate_lines_ = std::move(lines);
-    if (live_.is_object()) return show_dials(live_);
-    line_.clear();
-    block_.clear();
-    block_.set(estimate_lines_);
+    show_block();
     return;
   }
+  std::vector<std::string> lines = estimate_parameters(estimate);
+  lines.push_back(estimate_summary(estimate));
   constexpr int kParametersEvery = 10;
   if (estimate["samples"].get<int>() % kParametersEvery != 0) {
     lines.erase(lines.begin(), lines.end() - 1);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "service/cli/console.h"
+#include "service/cli/plan_map.h"
 #include "service/error.h"
 
 namespace sixdial::service::cli {
@@ -15,8 +16,9 @@ inline constexpr const char* kKeyHelp =
 
 /// "G1 12.0  x 23.412  y 37.871 mm  A 10.490 ...; remarks".
 [[nodiscard]] std::string sample_line(const Json& sample);
-/// The data of a live event in large digits, three dials a row, and the pose; in one line a row
-/// where the terminal is too narrow for that. Each line has at most `width` letters.
+/// The data of a live event in large digits, three dials a row, and the pose; in plain ones, as
+/// many a row as fit, where the terminal is too narrow for that. Each line has at most `width`
+/// letters.
 [[nodiscard]] std::vector<std::string> dial_lines(const Json& live, std::size_t width);
 /// Live readings only where they can be shown in place.
 [[nodiscard]] std::vector<std::string> screen_topics(const Console& console);
@@ -33,7 +35,7 @@ class Block {
  private:
   const Console& console_;
   std::vector<std::string> lines_;
-  std::size_t on_screen_ = 0;
+  std::vector<std::size_t> on_screen_;  // letters of each line
 };
 
 class Screen {
@@ -44,18 +46,23 @@ class Screen {
   void show_state(const Json& state);
   void show_sample(const Json& sample);
   void show_dials(const Json& live);
+  /// Rows of session.plan, for the map.
+  void show_plan(const Json& points) { map_.add(points); }
+  /// What stands above the progress line in a terminal of this size.
+  [[nodiscard]] std::vector<std::string> lines(std::size_t width, std::size_t height) const;
   void note(const std::string& text);
   void end();
 
  private:
   void show_estimate(const Json& estimate);
   void redraw();
+  void show_block();
 
   const Console& console_;
   Block block_;
   ProgressLine line_;
-  Json live_, state_;
-  std::vector<std::string> estimate_lines_;
+  Json live_, state_, estimate_;
+  PlanMap map_;
 };
 
 }  // namespace sixdial::service::cli

@@ -2,10 +2,9 @@
 // here on a bundle; the same code.
 #include <fmt/format.h>
 
-#include <csignal>
-
 #include "service/assessment.h"
 #include "service/cli/cli.h"
+#include "service/cli/local_run.h"
 #include "service/compare_run.h"
 #include "session/csv.h"
 
@@ -66,32 +65,13 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
       document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
 }
 
-/// Ctrl-C ends a comparison that runs in this process.
-volatile std::sig_atomic_t stop_wanted = 0;
-
 ExitCode compare_bundle(Cli& cli, const CompareOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  std::signal(SIGINT, [](int) { stop_wanted = 1; });
-  std::stop_source interruption;
-  ProgressLine line(cli.console);
-  Json document;
-  try {
-    document = compare(
-        session, options.request,
-        [&](const JobProgress& progress) {
-          if (stop_wanted != 0) interruption.request_stop();
-          line.show(
-              progress.stage, progress.done, progress.total, progress.eta_s,
-              progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm)
-                               : std::string());
-        },
-        interruption.get_token());
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled && stop_wanted != 0) throw Interrupted();
-    throw;
-  }
-  line.clear();
+  const Json document =
+      run_here(cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
+        return compare(session, options.request, progress, std::move(stop));
+      });
   print_comparison(cli, document, options.output);
   return ExitCode::kOk;
 }

@@ -4,6 +4,7 @@
 
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
+#include "service/cli/local_run.h"
 #include "service/compensation_run.h"
 #include "service/diagnosis_run.h"
 #include "service/extended_command.h"
@@ -61,16 +62,16 @@ ExitCode extend_bundle(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
   Json document;
   if (options.diagnosis_file.empty()) {
-    ProgressLine line(cli.console);
     DiagnosisRequest request;
     request.seed = options.seed;
     request.bootstrap = 0;
     request.with_gain = false;
-    document = diagnose(session, request, [&](const JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    document =
+        run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+          return diagnose(session, request, progress, std::move(stop));
+        });
   } else {
-    document = Json::parse(session::read_file(options.diagnosis_file));
+    document = read_document(options.diagnosis_file);
   }
   const ExtendedCommand command(document, session.rig);
   if (!options.plan_file.empty()) {
@@ -99,14 +100,14 @@ ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   if (options.by == "extended") return extend_bundle(cli, options, session);
   Json document;
   if (options.result_file.empty()) {
-    ProgressLine line(cli.console);
     CalibrationRequest request;
     request.seed = options.seed;
-    document = calibrate(session, request, [&](const JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    document = run_here(
+        cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+          return calibrate(session, request, progress, std::move(stop));
+        });
   } else {
-    document = Json::parse(session::read_file(options.result_file));
+    document = read_document(options.result_file);
   }
   const CompensateBy by = *compensate_by_from(options.by);
   const calibration::CompensationModel model = compensation_model(document, by);

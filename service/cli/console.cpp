@@ -1,6 +1,8 @@
 #include "service/cli/console.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +13,9 @@ namespace sixdial::service::cli {
 namespace {
 
 constexpr int kSchemaVersion = 1;
-constexpr int kBarCells = 24;
+constexpr std::size_t kBarCells = 24;
+constexpr std::size_t kLeastCells = 6;
+constexpr std::size_t kLeastBar = kLeastCells + 3;
 
 /// Columns of a UTF-8 text on a terminal, for the letters used here.
 std::size_t shown_width(std::string_view text) {
@@ -62,7 +66,10 @@ void Console::error(const Json& error_object) const {
         << '\n';
   }
   const std::string hint = data.value("hint", std::string());
-  if (!hint.empty()) err << "  " << hint << '\n';
+  // Some say in the message what to do, and once is enough.
+  const bool said =
+      error_object.value("message", std::string()).find(hint) != std::string::npos;
+  if (!hint.empty() && !said) err << "  " << hint << '\n';
   if (json) print_json("error", {{"error", error_object}});
 }
 
@@ -103,6 +110,49 @@ std::string duration_text(double seconds) {
              : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
+std::size_t terminal_width() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return known ? size.ws_col - 1U : 79U;
+}
+
+std::size_t terminal_height() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0;
+  return known ? size.ws_row : 24U;
+}
+
+std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
+  const std::string indent = width > 20 ? "    " : "";
+  std::vector<std::string> lines;
+  std::string rest = text;
+  while (rest.size() > width) {
+    std::size_t end = rest.rfind(' ', width);
+    if (end == std::string::npos || rest.find_first_not_of(' ') >= end) end = width;
+    lines.push_back(rest.substr(0, end));
+    const std::size_t next = rest.find_first_not_of(' ', end);
+    rest = next == std::string::npos ? "" : indent + rest.substr(next);
+    if (rest.empty()) return lines;
+  }
+  lines.push_back(rest);
+  return lines;
+}
+
+std::size_t rows_of(std::size_t letters, std::size_t width) {
+  return letters == 0 ? 1 : (letters + width - 1) / width;
+}
+
+std::string progress_text(
+    double fraction, const std::string& text, std::size_t width, std::string_view remark) {
+  const std::string whole = remark.empty() ? text : fmt::format("{}  {}", text, remark);
+  const std::string& said = whole.size() + kLeastBar <= width ? whole : text;
+  const std::size_t room = width > said.size() + 3 ? width - said.size() - 3 : 0;
+  const std::size_t cells = std::min<std::size_t>(room, kBarCells);
+  if (cells < kLeastCells) return said.substr(0, width);
+  const auto full = static_cast<std::size_t>(fraction * static_cast<double>(cells));
+  return fmt::format("[{}{}] {}", std::string(full, '#'), std::string(cells - full, '.'), said);
+}
+
 void ProgressLine::show(
     std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
     std::string_view remark) {
@@ -111,18 +161,17 @@ void ProgressLine::show(
       total > 0 ? std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0)
                 : 0.0;
   std::string text = fmt::format("{} {}/{}", stage, done, total);
-  if (!remark.empty()) text += fmt::format("  {}", remark);
   constexpr double kNotWorthSaying_s = 1.0;
   if (eta_s && *eta_s >= kNotWorthSaying_s)
     text += fmt::format("  {} left", duration_text(*eta_s));
   if (console_.terminal) {
-    const int full = static_cast<int>(fraction * kBarCells);
-    console_.err << "\r\x1b[K[" << std::string(static_cast<std::size_t>(full), '#')
-                 << std::string(static_cast<std::size_t>(kBarCells - full), '.') << "] " << text
-                 << std::flush;
-    on_screen_ = true;
+    clear();
+    const std::string line = progress_text(fraction, text, terminal_width(), remark);
+    console_.err << line << std::flush;
+    on_screen_ = line.size();
     return;
   }
+  if (!remark.empty()) text += fmt::format("  {}", remark);
   const auto tenth = static_cast<std::int64_t>(fraction * 10.0);
   if (stage == shown_stage_ && tenth == shown_tenth_) return;
   shown_stage_ = stage;
@@ -131,8 +180,12 @@ void ProgressLine::show(
 }
 
 void ProgressLine::clear() {
-  if (on_screen_) console_.err << "\r\x1b[K" << std::flush;
-  on_screen_ = false;
+  if (on_screen_ == 0) return;
+  // A terminal that was made narrower has wrapped it.
+  const std::size_t rows = rows_of(on_screen_, terminal_width() + 1);
+  if (rows > 1) console_.err << "\x1b[" << rows - 1 << 'A';
+  console_.err << "\r\x1b[J" << std::flush;
+  on_screen_ = 0;
 }
 
 }  // namespace sixdial::service::cli

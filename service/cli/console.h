@@ -39,6 +39,19 @@ struct Console {
 /// "1:05", "2:03:04".
 [[nodiscard]] std::string duration_text(double seconds);
 
+/// Letters that fit into a line of the terminal at stderr, one less than it has; 79 elsewhere.
+[[nodiscard]] std::size_t terminal_width();
+/// Lines of the terminal at stderr; 24 elsewhere.
+[[nodiscard]] std::size_t terminal_height();
+/// The text in lines of at most `width` letters, broken at spaces; the later ones are indented.
+[[nodiscard]] std::vector<std::string> wrapped(const std::string& text, std::size_t width);
+/// Rows that a line takes in a terminal of `width` columns.
+[[nodiscard]] std::size_t rows_of(std::size_t letters, std::size_t width);
+/// "[######....] text  remark" in at most `width` letters: the bar shrinks, the remark goes
+/// first, then the bar.
+[[nodiscard]] std::string progress_text(
+    double fraction, const std::string& text, std::size_t width, std::string_view remark);
+
 /// A line that is rewritten on a terminal; elsewhere a plain line at each new stage and tenth.
 class ProgressLine {
  public:
@@ -57,7 +70,7 @@ class ProgressLine {
   const Console& console_;
   std::string shown_stage_;
   std::int64_t shown_tenth_ = -1;
-  bool on_screen_ = false;
+  std::size_t on_screen_ = 0;  // letters
 };
 
 }  // namespace sixdial::service::cli

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <csignal>
-
 #include "service/cli/cli.h"
+#include "service/cli/local_run.h"
 #include "service/diagnosis_run.h"
 #include "service/diagnosis_words.h"
 #include "service/server.h"
@@ -36,29 +35,13 @@ void print_diagnosis(Cli& cli, const Json& document, const DiagnoseOptions& opti
       document["seconds"].get<double>()));
 }
 
-/// Ctrl-C ends a diagnosis that runs in this process.
-volatile std::sig_atomic_t stop_wanted = 0;
-
 ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  std::signal(SIGINT, [](int) { stop_wanted = 1; });
-  std::stop_source interruption;
-  ProgressLine line(cli.console);
-  Json document;
-  try {
-    document = diagnose(
-        session, options.request,
-        [&](const JobProgress& progress) {
-          if (stop_wanted != 0) interruption.request_stop();
-          line.show(progress.stage, progress.done, progress.total, std::nullopt, "");
-        },
-        interruption.get_token());
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled && stop_wanted != 0) throw Interrupted();
-    throw;
-  }
-  line.clear();
+  const Json document =
+      run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+        return diagnose(session, options.request, progress, std::move(stop));
+      });
   if (!options.report.empty()) {
     session::write_file(
         options.report, diagnosis_page(document, session, operator_of(::getuid())));

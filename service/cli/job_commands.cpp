@@ -72,7 +72,9 @@ Json follow_job(Cli& cli, std::int64_t job) {
     } catch (const Interrupted&) {
       line.clear();
       cli.console.note(fmt::format(
-          "job {0} goes on in the service: sixdial job wait {0}, sixdial job cancel {0}", job));
+          "job {0} goes on in the service and keeps its result: sixdial job wait {0} shows it, "
+          "sixdial job cancel {0} ends it",
+          job));
       throw;
     }
     if (!event || (*event)["method"] != "events.event") {

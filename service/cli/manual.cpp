@@ -72,9 +72,21 @@ std::string words_of(const CLI::App& app) {
   return words;
 }
 
+/// Takes the name of a session that there is.
+bool takes_session(const CLI::App& app) {
+  return std::ranges::any_of(app.get_options(), [&](const CLI::Option* option) {
+    const std::string name = option->get_name(true, true);
+    const bool existing = app.get_name() != "create";
+    return option->get_positional() && existing &&
+           (name.find("SESSION") != std::string::npos || name == "NAME");
+  });
+}
+
 void cases_of(
     const CLI::App& app, const std::string& path, std::string& known, std::string& cases) {
-  cases += fmt::format("    \"{}\") words=\"{}\" ;;\n", path, words_of(app));
+  cases += fmt::format(
+      "    \"{}\") words=\"{}\"{} ;;\n", path, words_of(app),
+      takes_session(app) ? " sessions=1" : "");
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_group().empty()) continue;
     const std::string name =
@@ -112,10 +124,12 @@ std::string bash_completion(const CLI::App& app) {
   std::string cases;
   cases_of(app, "", known, cases);
   return fmt::format(
-      R"(# bash completion of {0}; made by `{0} completion` from the table of its commands.
+      R"bash(# bash completion of {0}; made by `{0} completion` from the table of its commands.
 _{0}() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} path= words= longer i
+  local current=${{COMP_WORDS[COMP_CWORD]}} before= path= words= sessions= longer i asked=()
+  ((COMP_CWORD > 0)) && before=${{COMP_WORDS[COMP_CWORD-1]}}
   for ((i = 1; i < COMP_CWORD; i++)); do
+    [[ ${{COMP_WORDS[i]}} == --socket ]] && asked=(--socket "${{COMP_WORDS[i+1]}}")
     longer=${{path:+$path }}${{COMP_WORDS[i]}}
     case $longer in
       {1}) path=$longer ;;
@@ -123,10 +137,20 @@ _{0}() {{
   done
   case $path in
 {2}  esac
+  case $before in
+    --session | --against) words= sessions=1 ;;
+    --plan | --rig | --calibration | --diagnosis-file | --report | --pdf | --output | -o | --db | --socket)
+      COMPREPLY=($(compgen -f -- "$current"))
+      return ;;
+  esac
+  if [[ $sessions && $current != -* ]]; then
+    # Asks the service, if one runs; without one no names.
+    words="$words $(command {0} "${{asked[@]}}" session list 2>/dev/null | awk 'NR > 1 {{print $1}}')"
+  fi
   COMPREPLY=($(compgen -W "$words" -- "$current"))
 }}
 complete -o default -F _{0} {0}
-)",
+)bash",
       app.get_name(), known, cases);
 }
 

@@ -9,6 +9,7 @@
 #include "service/against_run.h"
 #include "service/calibration_run.h"
 #include "service/cli/cli.h"
+#include "service/cli/local_run.h"
 #include "service/compare_run.h"
 #include "service/diagnosis_run.h"
 #include "service/report_pdf.h"
@@ -40,28 +41,29 @@ void print_files(Cli& cli, const ReportOptions& options, Json answer) {
   cli.console.print("report", answer, text);
 }
 
+Json calibrate_here(Cli& cli, const session::Session& session, std::uint64_t seed) {
+  return run_here(
+      cli.console, fmt::format("the calibration of {}", session.name),
+      [&](const auto& progress, std::stop_token stop) {
+        CalibrationRequest request;
+        request.seed = seed;
+        return calibrate(session, request, progress, std::move(stop));
+      });
+}
+
 ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string& folder) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  Json document;
-  if (options.result_file.empty()) {
-    ProgressLine line(cli.console);
-    CalibrationRequest request;
-    request.seed = options.seed;
-    document = calibrate(session, request, [&](const JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
-  } else {
-    document = Json::parse(session::read_file(options.result_file));
-  }
+  const Json document = options.result_file.empty() ? calibrate_here(cli, session, options.seed)
+                                                    : read_document(options.result_file);
   Json comparison;
   if (options.compare) {
-    ProgressLine line(cli.console);
     CompareRequest request;
     request.seed = options.seed;
-    comparison = compare(session, request, [&](const JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    comparison = run_here(
+        cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
+          return compare(session, request, progress, std::move(stop));
+        });
   }
   Json diagnosis;
   if (options.diagnose) {
@@ -76,12 +78,7 @@ ExitCode report_bundle(Cli& cli, const ReportOptions& options, const std::string
   if (!options.against.empty()) {
     const session::Session other =
         read_bundle_with_warnings(cli, options.against, options.skip_bad_rows);
-    ProgressLine line(cli.console);
-    CalibrationRequest request;
-    request.seed = options.seed;
-    const Json other_document = calibrate(other, request, [&](const JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    const Json other_document = calibrate_here(cli, other, options.seed);
     more = against_sections({document, session}, {other_document, other});
   }
   const auto files = write_report(

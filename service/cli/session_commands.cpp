@@ -52,9 +52,10 @@ void add_create(CLI::App& group, Cli& cli, const std::shared_ptr<SessionOptions>
   command->add_option("--rig", options->rig_file, "rig.toml")->required();
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
-      const Json info = cli.call(
-          "session.create",
-          {{"name", options->name}, {"rig_toml", session::read_file(options->rig_file)}});
+      const Json info = call_about(
+          cli, "session.create",
+          {{"name", options->name}, {"rig_toml", session::read_file(options->rig_file)}},
+          "rig.toml", options->rig_file);
       cli.console.print("session", info, info_text(info));
       return ExitCode::kOk;
     };

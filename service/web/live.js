@@ -1,22 +1,18 @@
-// The live page as a client of the service: the lines of doc/protocol.md over a WebSocket. What is
-// shown comes from events and from the methods' answers, nothing is guessed.
+// The live page as a client of the service: shows what its events and answers say, and asks it for
+// what can be done. Nothing is judged here.
 'use strict';
 (() => {
   const $ = (id) => document.getElementById(id);
   const kDeg = 180 / Math.PI;
-  const kUnusual = 4;             // times the usual residual: worth a look, as in the terminal
-  const kHeartbeat = 4000;        // ms between questions to a silent service
-  const kNoAnswer = 8000;         // ms without a line: the link is lost
   const kActive = ['starting', 'running', 'paused', 'stopping'];
   const kSymbols = { ok: '✓', settling: '≈', free: '○', stale: '◷', lost: '✕', unread: '–' };
   const kWords = { ok: 'ok', settling: 'settling', free: 'no contact', stale: 'STALE', lost: 'LOST', unread: 'not read' };
 
   // geometry/five_bar.h, for people.
   const kMeaning = { l11: 'motor link, leg 1', l12: 'far link, leg 1', l21: 'motor link, leg 2', l22: 'far link, leg 2', d: 'between the motors', x0: 'robot stands at x', y0: 'robot stands at y', alpha: 'robot turned by', dtheta1: 'zero of encoder 1', dtheta2: 'zero of encoder 2' };
-  let socket = null, calls = new Map(), nextId = 1;
-  let epoch = '', lastSeq = 0, heardAt = 0, lostSince = 0, retry = 0;
   let session = '', collect = { state: 'idle' }, points = new Map(), live = null, liveAt = 0;
-  let estimate = null, job = null, swarms = null, planAsked = 0, doubts = new Map();
+  let estimate = null, job = null, swarms = new Map(), planAsked = 0, choices = {}, choicesAsked = 0;
+  let saidLost = false;
 
   function element(parent, name, className, text) {
     const made = document.createElement(name);
@@ -33,88 +29,43 @@
     return `${Math.round(seconds / 60)} min left`;
   }
   const keyOf = (p) => `${p.set} ${p.point}.${p.repeat}`;
+  const nameOf = (p) => `${p.set} point ${p.point}${p.repeat ? ` repeat ${p.repeat}` : ''}`;
+  const kAt = { moving: 'moving to', settling: 'settling at', paused: 'paused at', stored: 'stored', skipped: 'skipped', failed: 'could not measure' };
 
   // ---- the link ---------------------------------------------------------------------------------
-  function call(method, params = {}) {
-    return new Promise((resolve, reject) => {
-      if (!socket || socket.readyState !== WebSocket.OPEN) {
-        reject({ message: 'The service is not connected; nothing was sent.' });
-        return;
-      }
-      const id = nextId++;
-      calls.set(id, { resolve, reject });
-      socket.send(JSON.stringify({ jsonrpc: '2.0', id, method, params }));
-    });
-  }
-
-  function connect() {
-    const mine = new WebSocket(location.href.replace(/^http/, 'ws').replace(/[?#].*$/, '') + 'socket');
-    socket = mine;
-    mine.onopen = () => greet().catch(complain);
-    mine.onmessage = (message) => { if (mine === socket) take(JSON.parse(message.data)); };
-    mine.onclose = () => { if (mine === socket) lose(); };
-  }
-
-  function lose() {
-    socket = null;
-    for (const waiting of calls.values()) waiting.reject({ message: 'The connection was lost before the answer came.' });
-    calls.clear();
-    if (!lostSince) { lostSince = Date.now(); note('connection to the service lost'); }
-    retry = Math.min(retry + 1, 5);
-    setTimeout(connect, 400 * retry);
-    showLink();
-  }
-
-  async function greet() {
-    const hello = await call('hello');
-    const again = hello.epoch === epoch;
-    // First visit: the events of a while ago, so that the page is not blank.
-    const since = again ? lastSeq : Math.max(0, hello.last_seq - 300);
-    if (epoch && !again) note('the service was started anew');
-    if (!again) { job = null; swarms = null; estimate = null; doubts.clear(); }
-    epoch = hello.epoch;
-    await call('events.subscribe', { topics: ['job', 'sample', 'collect', 'live', 'service'], since_seq: since });
-    if (lostSince) note('connected again; what was missed has been replayed');
-    lostSince = 0;
-    retry = 0;
-    await refresh();
-    showLink();
-  }
-
-  function take(message) {
-    heardAt = Date.now();
-    if (message.method === 'events.event') {
-      lastSeq = Math.max(lastSeq, message.params.seq);
-      onEvent(message.params);
-    } else if (message.method === 'events.gap') {
-      lastSeq = Math.max(lastSeq, message.params.to_seq);
-      if (!message.params.live) { note(`${message.params.count} events left out`); refresh().catch(complain); }
-    } else if (calls.has(message.id)) {
-      const waiting = calls.get(message.id);
-      calls.delete(message.id);
-      if (message.error) waiting.reject(message.error); else waiting.resolve(message.result);
-    }
-  }
-
-  setInterval(() => {
-    if (socket && socket.readyState === WebSocket.OPEN) {
-      if (Date.now() - heardAt > kHeartbeat) call('hello').catch(() => {});
-      if (heardAt && Date.now() - heardAt > kNoAnswer) { const dead = socket; lose(); dead.close(); }
-    }
-    showLink();
-    showDials();
-  }, 1000);
+  const link = openLink({
+    event: (event) => onEvent(event),
+    gap: (gap) => { if (!gap.live) { note(`${gap.count} events left out`); refresh().catch(complain); } },
+    greeting: ({ again, first, broken }) => {
+      if (!again && !first) note('the service was started anew');
+      if (!again) { job = null; swarms.clear(); estimate = null; live = null; }
+      if (broken) note('connected again; what was missed is replayed');
+    },
+    greeted: () => refresh(),
+    failed: (error) => complain(error),
+    changed: () => { showLink(); showDials(); showButtons(); },
+  });
+  const call = link.call;
+  const kWhy = {
+    token: 'A service was started anew and this address is no longer its own. Open the new address: sixdiald printed it when it began.',
+    service: 'The page is served, but the service behind it does not take the connection. It may be going down, or have too many clients.',
+    silent: 'Nobody answers. Look whether sixdiald runs: sixdial doctor in a terminal tells. It is tried again by itself.',
+    '': 'Trying again by itself.',
+  };
 
   function showLink() {
-    const open = socket && socket.readyState === WebSocket.OPEN && !lostSince;
+    const { open, lostSince, why } = link.state();
     document.body.dataset.link = open ? 'open' : lostSince ? 'lost' : 'connecting';
-    $('lost').hidden = !lostSince;
-    if (lostSince) {
-      const since = clock(new Date(lostSince));
-      $('lost').textContent = 'Connection to the service lost';
-      element($('lost'), 'small', '', `What you see is from ${since}. The rig may still be moving. Trying again by itself; if this stays, look whether sixdiald runs.`);
+    if (lostSince && !saidLost) note('connection to the service lost');
+    saidLost = lostSince > 0;
+    const words = lostSince ? `What you see is from ${clock(new Date(lostSince))}; the rig may still be moving. ${kWhy[why]}` : '';
+    if ($('lost').dataset.words !== words) {  // an alert is read out at each change
+      $('lost').dataset.words = words;
+      $('lost').textContent = words ? '✕ Connection to the service lost' : '';
+      if (words) element($('lost'), 'small', '', words);
     }
-    $('link').textContent = open ? `● connected ${clock(new Date())}` : lostSince ? '✕ not connected' : 'connecting …';
+    $('lost').hidden = !lostSince;
+    $('link').textContent = open ? `● connected ${clock(new Date())}` : lostSince ? '✕ not connected' : '… connecting';
   }
 
   // ---- what happened ----------------------------------------------------------------------------
@@ -139,6 +90,7 @@
   function onEvent({ topic, data, time_utc: time }) {
     if (topic === 'live') { live = data; liveAt = Date.now(); showDials(); return; }
     if (topic === 'service') note(`service ${data.type}`, time);
+    if (topic === 'session') onSession(data, time);
     if (topic === 'sample') onSample(data, time);
     if (topic === 'collect') onCollect(data, time);
     if (topic === 'job') onJob(data, time);
@@ -147,25 +99,27 @@
   function onSample(data, time) {
     const place = data.position_mm ? `x ${fixed(data.position_mm[0], 3)}  y ${fixed(data.position_mm[1], 3)} mm` : 'no position';
     const remarks = data.remarks.length ? '; ' + data.remarks.join('; ') : '';
-    note(`${data.retaken ? 'retaken' : 'stored'} ${keyOf(data)}: ${place}${remarks}`, time);
+    note(`${data.retaken ? 'retaken' : 'stored'} ${nameOf(data)}: ${place}${remarks}`, time);
     const known = points.get(keyOf(data));
     if (data.session !== session || !known) return;
-    doubts.delete(keyOf(data));
-    known.state = data.position_mm && !data.remarks.length ? 'done' : 'suspect';
-    known.why = data.remarks.join('; ') || (data.position_mm ? '' : 'no position');
+    known.state = data.doubt ? 'suspect' : 'done';
+    known.why = data.doubt;
     showMap();
+  }
+
+  function onSession(data, time) {
+    const by = data.operator ? ` by ${data.operator}` : '';
+    note(data.type === 'undone' ? `the last sample of ${data.session} was withdrawn${by}; its point is open again` : `session ${data.session} ${data.type}`, time);
+    if (data.type !== 'undone') refresh().catch(complain);
+    else if (data.session === session) loadPlan().then(askChoices).catch(complain);
   }
 
   function onCollect(data, time) {
     const before = collect.state;
     if (data.type === 'estimate') {
       estimate = data.estimate;
-      const odd = estimate.last_times_usual > kUnusual && data.point && points.get(keyOf(data.point));
-      if (odd) {
-        odd.state = 'suspect';
-        odd.why = `${estimate.last_times_usual.toFixed(0)} times the usual residual`;
-        doubts.set(keyOf(data.point), odd.why);
-        note(`${keyOf(data.point)} looks ${odd.why}: r to retake`, time);
+      if (estimate && estimate.last_unusual && data.point && kActive.includes(data.state)) {
+        note(`${nameOf(data.point)} looks ${estimate.last_times_usual.toFixed(0)} times the usual residual: r to retake`, time);
       }
       showEstimate();
     }
@@ -173,36 +127,46 @@
     collect = data;
     if (['started', 'paused', 'skipped', 'failed', 'stopped', 'done', 'move'].includes(data.type)) {
       note(`collection ${data.type}${data.message ? ': ' + data.message : ''}`, time);
-      if (kActive.includes(data.state) && data.session && data.session !== session) choose(data.session);
+      if (data.type === 'started' && data.session !== session) choose(data.session).catch(complain);
     }
     if (data.type === 'skipped' && data.point && points.has(keyOf(data.point))) {
       points.get(keyOf(data.point)).state = 'left';
     }
     if (before !== data.state || data.type === 'move') tellState();
-    if (data.type === 'started' || !kActive.includes(data.state)) loadPlan();
+    if (data.type === 'started' || (before !== data.state && !kActive.includes(data.state))) loadPlan().catch(complain);
+    if (before !== data.state) askChoices();
     showCollect();
     showMap();
   }
 
   function tellState() {
-    if (collect.state === 'paused') say(`Paused. ${collect.message || ''} Continue: c. Measure it again: r. Skip: s.${/dial/i.test(collect.message || '') ? ' Store it as it is: a.' : ''}`);
-    else if (collect.state === 'failed') say(`The collection failed: ${(collect.error && collect.error.message) || collect.ended_because || ''} What was stored is kept.`, true);
-    else if (collect.move_to_rad) say(`Move the robot to theta1 ${fixed(collect.move_to_rad[0], 6)}, theta2 ${fixed(collect.move_to_rad[1], 6)} rad, then press m.`);
+    const error = collect.error || {};
+    if (collect.state === 'paused' && /accept/.test(collect.message || '')) say(`❚❚ Paused: ${sentence(collect.message)} Mend it, then Continue (c) measures this point again. Accept (a) stores it with the fault, Skip (s) leaves it out.`);
+    else if (collect.state === 'paused' && collect.message) say(`❚❚ Paused: ${sentence(collect.message)} Then Continue (c).`);
+    else if (collect.state === 'paused') say('❚❚ Paused. Continue (c) goes on with the plan.');
+    else if (collect.state === 'failed') say(`✕ The collection failed: ${sentence(error.message || collect.ended_because)} ${sentence((error.data || {}).hint)} What was stored is kept. Start (g) goes on at the next open point.`, true);
+    else if (collect.move_to_rad) say(`Move the robot to theta1 ${fixed(collect.move_to_rad[0], 6)}, theta2 ${fixed(collect.move_to_rad[1], 6)} rad, then: Moved (m).`);
+    else if (collect.state === 'done' && collect.session === session) say('✓ The plan is finished: nothing is left to measure. Next: Calibrate (k), then Diagnose (d).');
+    else if (collect.state === 'stopped' && collect.session === session) say('■ Stopped. What is stored is kept; Start (g) goes on at the next open point.');
     else say('');
+  }
+  // The collector's words name its commands; the buttons stand beside.
+  function sentence(text) {
+    const plain = (text || '').replace(/; resume [^;]*$/, '').trim();
+    return plain && !/[.!?]$/.test(plain) ? plain + '.' : plain;
   }
 
   function onJob(data, time) {
-    if (data.session !== session) return;
-    const began = !job || job.job !== data.job;
-    if (began) swarms = null;
-    job = data;
     const stage = data.progress && data.progress.stage;
     if (data.kind === 'calibration' && (stage === 'qpso1' || stage === 'qpso2') && typeof data.progress.best_mm === 'number') {
-      swarms = swarms || [{ name: 'swarm 1: noise of the filter', points: [] }, { name: 'swarm 2: parameters', points: [] }];
-      swarms[stage === 'qpso1' ? 0 : 1].points.push([data.progress.done, data.progress.best_mm]);
+      if (!swarms.has(data.job)) swarms.set(data.job, [{ name: 'swarm 1: noise of the filter', points: [] }, { name: 'swarm 2: parameters', points: [] }]);
+      const curve = swarms.get(data.job)[stage === 'qpso1' ? 0 : 1].points;
+      if (!curve.length || curve[curve.length - 1][0] < data.progress.done) curve.push([data.progress.done, data.progress.best_mm]);
     }
-    if (data.type !== 'progress') note(`${data.kind} ${data.type}${data.error ? ': ' + data.error.message : ''}`, time);
-    if (data.type === 'done') showResult();
+    if (data.type !== 'progress') note(`${data.kind} of ${data.session} ${data.type}${data.error ? ': ' + data.error.message : ''}`, time);
+    if (data.session !== session) return;
+    job = data;
+    if (data.type !== 'progress') { showResult(); askChoices(); }
     showJob();
   }
 
@@ -220,7 +184,7 @@
     $('create').hidden = list.sessions.length > 0;
     if (!list.sessions.length) say('There is no session yet. Make one: a name, and the rig file that describes robot and dials.');
     await choose(wanted);
-    if (kActive.includes(collect.state)) tellState();
+    if (list.sessions.length) tellState();
   }
 
   async function choose(name) {
@@ -228,12 +192,22 @@
     $('session').value = session;
     if (collect.session !== session) estimate = null;
     const known = session ? (await call('job.list', { session, limit: 1 })).jobs[0] : null;
-    if (!known || !job || job.job !== known.job) { job = known || null; swarms = null; }
+    job = known || null;
     await loadPlan();
     showJob();
     showResult();
     showEstimate();
     showCollect();
+    await askChoices();
+  }
+
+  // What can be done, and why the rest cannot, is the service's to say.
+  async function askChoices() {
+    const asked = ++choicesAsked, name = session;
+    const answer = name ? (await call('session.choices', { session: name })).choices : {};
+    if (asked !== choicesAsked) return;
+    choices = answer;
+    showButtons();
   }
 
   async function loadPlan() {
@@ -243,8 +217,7 @@
       const page = await call('session.plan', { session: name, limit: 200, offset });
       total = page.total;
       for (const p of page.points) {
-        const doubt = p.state === 'done' && doubts.get(keyOf(p));
-        fresh.set(keyOf(p), { name: keyOf(p), x: p.target_mm[0], y: p.target_mm[1], state: doubt ? 'suspect' : p.state, why: doubt || p.why });
+        fresh.set(keyOf(p), { name: nameOf(p), x: p.target_mm[0], y: p.target_mm[1], state: p.state, why: p.why });
       }
     }
     if (asked !== planAsked) return;  // a newer question is under way
@@ -277,10 +250,10 @@
       card.dataset.state = state;
       card.querySelector('span').textContent = `${kSymbols[state]} ${kWords[state]}`;
       const value = card.querySelector('.value');
-      value.textContent = dial && typeof dial.value_mm === 'number' ? fixed(dial.value_mm, 3) : '–––';
+      value.textContent = dial && typeof dial.value_mm === 'number' ? fixed(dial.value_mm, 3) : '––.–––';
       element(value, 'small', '', ' mm');
       const why = card.querySelector('.why');
-      why.textContent = !dial || state === 'free' ? '' : dial.detail || dial.reason || '';
+      why.textContent = !dial || state === 'free' ? '' : dial.detail || (dial.reason === 'stale' ? 'the newest reading is too old' : dial.reason || '');
       why.title = why.textContent;
     }
     const pose = reading ? live.pose : null;
@@ -289,23 +262,28 @@
     for (const [name, value, digits, unit] of rows) {
       const cell = element($('pose'), 'div');
       element(cell, 'small', '', `${name} `);
-      cell.append(pose ? fixed(value, digits) : '–––');
+      cell.append(pose ? fixed(value, digits) : '––.–––');
       element(cell, 'small', '', ` ${unit}`);
     }
-    const box2 = $('settle');
-    box2.replaceChildren();
-    if (!reading) {
-      box2.textContent = kActive.includes(collect.state) ? 'Waiting for the dials …' : 'The dials are read while a session is collected.';
-    } else if (live.settle && typeof live.settle.spread_mm === 'number') {
-      const meter = element(box2, 'meter');
-      meter.max = 3;
-      meter.high = 1;
-      meter.optimum = 0;
-      meter.value = Math.min(3, live.settle.spread_mm / live.settle.limit_mm);
-      box2.append(` ${live.settle.settled ? '✓ settled' : '≈ settling'}: last readings within ${fixed(live.settle.spread_mm, 3)} mm, ${fixed(live.settle.limit_mm, 3)} allowed${pose ? '; position from dials ' + pose.dials.join(', ') : ''}`);
-    } else {
-      box2.textContent = 'No dial gives a value.';
-    }
+    showSettle(reading);
+  }
+
+  function showSettle(reading) {
+    const settle = reading ? live.settle : null;
+    const from = reading && live.pose ? `Position from dials ${live.pose.dials.join(', ')}` : reading ? 'No position: fewer than three dials tell' : '';
+    if ($('pose-from').textContent !== from) $('pose-from').textContent = from;
+    const bar = $('settle-bar'), share = settle && settle.limit_mm ? settle.spread_mm / settle.limit_mm : 0;
+    bar.hidden = !(settle && settle.limit_mm);
+    bar.firstElementChild.style.width = `${Math.min(100, 50 * share)}%`;
+    bar.setAttribute('aria-valuenow', share.toFixed(2));
+    bar.dataset.settled = !!(settle && settle.settled);
+    let words = '';
+    if (!reading) words = kActive.includes(collect.state) ? '… waiting for the dials' : 'The dials are read while a session is collected.';
+    else if (settle.limit_mm) words = `${settle.settled ? '✓ settled' : '≈ settling'}: dial ${settle.dial} moves within ${fixed(settle.spread_mm, 3)} mm, ${fixed(settle.limit_mm, 3)} allowed`;
+    else if (live.stage === 'moving') words = '→ the robot is moving';
+    else if (live.stage === 'paused') words = '❚❚ paused: readings as they are';
+    else words = '≈ settling: too few readings yet';
+    if ($('settle-words').textContent !== words) $('settle-words').textContent = words;
   }
 
   const inHand = () => kActive.includes(collect.state) && collect.session === session && collect.point;
@@ -320,9 +298,9 @@
     const active = kActive.includes(collect.state);
     const here = collect.session === session;
     const done = [...points.values()].filter((p) => p.state === 'done' || p.state === 'suspect').length;
-    $('state').textContent = { idle: '○ idle', starting: '▶ starting', running: '▶ collecting', paused: '❚❚ PAUSED', stopping: '■ stopping', done: '✓ collected', stopped: '■ stopped', failed: '✕ FAILED' }[collect.state] || collect.state;
+    $('state').textContent = { idle: '○ idle', starting: '▶ starting', running: '▶ collecting', paused: '❚❚ PAUSED', stopping: '■ stopping', done: '✓ collected', stopped: '■ stopped', failed: '✕ FAILED' }[collect.state] + (active && !here ? ` ${collect.session}` : '');
     if (active && here) {
-      const point = collect.point ? `${collect.stage} ${keyOf(collect.point)}` : collect.stage;
+      const point = collect.point ? `${kAt[collect.stage] || collect.stage} ${nameOf(collect.point)}` : collect.stage;
       $('progress').textContent = [`${collect.done} of ${collect.total} points`, duration(collect.eta_s), point].filter(Boolean).join(' · ');
       $('bar').value = collect.done;
       $('bar').max = collect.total || 1;
@@ -332,24 +310,48 @@
       $('bar').value = done;
       $('bar').max = points.size || 1;
     }
-    const can = {
-      start: session && !active && (points.size === 0 || done < points.size),
-      pause: collect.state === 'running', resume: collect.state === 'paused', retake: active,
-      skip: active, accept: collect.state === 'paused', stop: active && collect.state !== 'stopping',
-      moved: active && collect.move_to_rad, undo: session && !(active && here) && done > 0,
-      calibrate: session && !active && done > 0, diagnose: session && !active && done > 0,
-      cancel: job && (job.state === 'running' || job.state === 'queued'), report: session && done > 0,
-    };
-    for (const name in can) { const button = document.querySelector(`button[data-do=${name}]`); if (button) button.disabled = !can[name]; }
-    document.querySelector('button[data-do=moved]').hidden = !collect.move_to_rad;
+    showButtons();
     showDials();
+  }
+
+  // Why a command cannot be given now; empty: it can. Its button is there where `seen` says so.
+  function reason(name) {
+    if (!link.state().open) return 'not connected';
+    const active = kActive.includes(collect.state), paused = collect.state === 'paused';
+    if (name in kNeedsSession && !session) return 'make a session first';
+    if (name === 'start' && !active && session && points.size === 0) return '';  // makes the plan first
+    if (name in kNeedsSession) return choices[name] === undefined ? 'asking the service' : choices[name] || '';
+    if (name === 'cancel') return jobRuns() ? '' : 'nothing is being calculated';
+    if (!active) return 'nothing is being collected';
+    if (name === 'pause' && collect.state !== 'running') return paused ? 'it is paused' : 'it is ' + collect.state;
+    if (name === 'resume' && !paused) return 'it is not paused';
+    if (name === 'accept' && !(paused && /accept/.test(collect.message || ''))) return 'only while paused for a dial fault';
+    if (name === 'moved' && !collect.move_to_rad) return 'nobody was asked to move the robot';
+    if (name === 'stop' && collect.state === 'stopping') return 'it is stopping';
+    return '';
+  }
+  const jobRuns = () => !!job && (job.state === 'running' || job.state === 'queued');
+  function seen(name) {
+    const active = kActive.includes(collect.state), paused = collect.state === 'paused';
+    return { start: !active, pause: active && !paused, resume: paused, retake: active, skip: active, stop: active, accept: paused && !reason('accept'), moved: !!collect.move_to_rad, cancel: jobRuns() }[name] !== false;
+  }
+  function showButtons() {
+    for (const button of document.querySelectorAll('button[data-do]')) {
+      const name = button.dataset.do, why = reason(name), small = button.querySelector('small');
+      // Not `disabled`: it stays in the order of the keyboard, and says why.
+      button.setAttribute('aria-disabled', why ? 'true' : 'false');
+      button.title = why ? `Not now: ${why}.` : '';
+      button.hidden = !seen(name);
+      const words = why || kHelp[name] || '';
+      if (small.textContent !== words) small.textContent = words;
+    }
   }
 
   function showEstimate() {
     $('estimate').hidden = !estimate;
     if (!estimate) { $('estimate-words').textContent = 'Comes with the first sample of set G1.'; return; }
     const sd = estimate.position_sd_mm, open = estimate.undetermined;
-    $('estimate-words').textContent = `After ${estimate.samples} samples the tool is known to ${fixed(sd.mean, 3)} mm on average, ${fixed(sd.max, 3)} mm at the worst place (1 sd).` + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
+    $('estimate-words').textContent = `After ${estimate.samples} samples${estimate.last_times_usual === null ? '' : `, the last ${fixed(estimate.last_times_usual, 1)} times the usual residual,`} the tool is known to ${fixed(sd.mean, 3)} mm on average, ${fixed(sd.max, 3)} mm at the worst place (1 sd).` + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
     const body = $('estimate').tBodies[0];
     body.replaceChildren();
     for (const p of estimate.parameters) {
@@ -365,7 +367,7 @@
   }
 
   function showJob() {
-    const p = (job && job.progress) || {}, running = job && (job.state === 'running' || job.state === 'queued');
+    const p = (job && job.progress) || {}, running = jobRuns(), curves = job && swarms.get(job.job);
     $('job-bar').hidden = !running;
     if (running && p.total) { $('job-bar').max = p.total; $('job-bar').value = p.done; }
     const stages = { ekf: 'extended Kalman filter', qpso1: 'swarm 1 of 2', qpso2: 'swarm 2 of 2', lm: 'least squares to compare', anfis: 'learning what is left (ANFIS)', report: 'intervals and tables' };
@@ -373,9 +375,9 @@
     $('job-words').textContent = !job ? 'Nothing is being calculated.'
       : running ? [`${job.kind}: ${stages[p.stage] || p.stage || job.state}`, p.total ? `${p.done} of ${p.total}` : '', best, duration(p.eta_s)].filter(Boolean).join(' · ')
       : `${job.kind} ${job.state}${job.error ? ': ' + job.error.message : ''}`;
-    $('swarms').hidden = !swarms;
-    if (swarms) drawing.convergence($('convergence'), swarms);
-    showCollect();
+    $('swarms').hidden = !curves;
+    if (curves) drawing.convergence($('convergence'), curves);
+    showButtons();
   }
 
   async function showResult() {
@@ -411,6 +413,7 @@
     }
     await call('collect.start', params);
   }
+  const kNeedsSession = { start: 1, undo: 1, calibrate: 1, diagnose: 1, report: 1 };
   const commands = {
     start: ['Start', 'g', start],
     pause: ['Pause', 'p', () => call('collect.pause')],
@@ -419,35 +422,42 @@
     skip: ['Skip', 's', () => call('collect.skip')],
     accept: ['Accept', 'a', () => call('collect.accept')],
     moved: ['Moved', 'm', () => call('collect.moved')],
-    undo: ['Undo last', 'u', async () => { const now = await call('session.undo', { session, reason: 'undone on the live page' }); note(now.undone === null ? 'nothing to undo' : 'the last sample was withdrawn; its point is open again'); await loadPlan(); }],
+    undo: ['Undo last', 'u', async () => { const now = await call('session.undo', { session, reason: 'undone on the live page' }); if (now.undone === null) say('There is nothing to undo.'); }],
     stop: ['Stop', 'q', () => call('collect.stop')],
     calibrate: ['Calibrate', 'k', () => call('calibrate.start', { session })],
     diagnose: ['Diagnose', 'd', () => call('diagnose.start', { session })],
     cancel: ['Cancel', 'x', () => call('job.cancel', { job: job.job })],
     report: ['Open report', 'o', async () => { window.open(`report/${encodeURIComponent(session)}`, '_blank', 'noopener'); }],
   };
-  const kHelp = { pause: 'after this point', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', undo: 'once stopped', stop: 'goes on later', start: 'at the next open point', report: 'after a calibration' };
+  const kHelp = { pause: 'after this point', resume: 'with the plan', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', moved: 'the robot is there', undo: 'withdraw a sample', stop: 'goes on later', start: 'at the next open point', calibrate: 'find the parameters', diagnose: 'name the causes', cancel: 'end the job', report: 'in a new tab' };
   async function run(name) {
-    const button = document.querySelector(`button[data-do=${name}]`);
-    if (button.disabled) { say(`“${commands[name][0]}” is not possible now.`); return; }
+    if (name in kNeedsSession && session && choices[name] === undefined && link.state().open) await askChoices().catch(() => {});
+    const why = reason(name);
+    if (why) { say(`“${commands[name][0]}” cannot be done now: ${why}.`); return; }
     say('');
     try { await commands[name][2](); } catch (error) { complain(error); }
   }
   for (const name in commands) {
     const group = ['calibrate', 'diagnose', 'cancel', 'report'].includes(name) ? 'jobs' : 'buttons';
-    const button = element($(group), 'button', name === 'start' ? 'main' : '', commands[name][0]);
+    const button = element($(group), 'button', name === 'start' || name === 'resume' ? 'main' : '', commands[name][0]);
     button.type = 'button';
     button.dataset.do = name;
+    button.setAttribute('aria-keyshortcuts', commands[name][1]);
     element(button, 'kbd', '', commands[name][1]);
-    if (kHelp[name]) element(button, 'small', '', kHelp[name]);
+    element(button, 'small');
     button.onclick = () => run(name);
+  }
+  for (const name in commands) {
+    const item = element($('keys'), 'li');
+    element(item, 'kbd', '', commands[name][1]);
+    item.append(' ' + commands[name][0]);
   }
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
     const name = Object.keys(commands).find((each) => commands[each][1] === event.key);
     if (name) { event.preventDefault(); run(name); }
   });
-  $('session').onchange = () => choose($('session').value).catch(complain);
+  $('session').onchange = () => choose($('session').value).then(tellState).catch(complain);
   $('new').onclick = () => { $('create').hidden = !$('create').hidden; };
   $('make-plan').onsubmit = (event) => { event.preventDefault(); run('start'); };
   $('create').onsubmit = async (event) => {
@@ -465,5 +475,4 @@
   drawing.legend($('legend'));
   showDials();
   showCollect();
-  connect();
 })();

@@ -25,6 +25,8 @@ class BrowserPage {
   /// Goes over to the tab whose address has this part, once it is there.
   void go_to_tab(const std::string& part) { tell({{"tab", part}}); }
   Json complaints() { return tell({{"complaints", true}}); }
+  /// Of the tab that was gone over to, from its beginning.
+  Json complaints_here() { return tell({{"complaints_here", true}}); }
   /// Throws std::runtime_error with what the driver says.
   Json tell(const Json& order);
 

@@ -2,6 +2,8 @@
 
   {"open": URL, "width": W, "height": H}   {"do": JAVASCRIPT}   {"until": JAVASCRIPT}  
   {"shot": FILE, "full": true}             {"keys": TEXT}       {"complaints": true}        {"tab": PART OF URL}
+  {"size": [W, H], "touch": true, "dark": true}                 {"press": "Tab" or "Enter"}
+  {"complaints_here": true}
 
 `until` asks again until the expression is true, for at most a minute. Each line is answered by
 {"value": ...} or {"error": text}. Standard library and tests/report/browser.py only.
@@ -57,6 +59,19 @@ class Page:
             for kind in ("keyDown", "keyUp"):
                 self.pipe.call("Input.dispatchKeyEvent", self.session, type=kind, key=key, text=key if kind == "keyDown" else "")
 
+    def press(self, name):
+        code, text = {"Tab": (9, ""), "Enter": (13, "\r")}[name]
+        for kind in ("keyDown", "keyUp"):
+            self.pipe.call("Input.dispatchKeyEvent", self.session, type=kind, key=name, code=name,
+                           windowsVirtualKeyCode=code, text=text if kind == "keyDown" else "")
+
+    def size(self, wide, high, touch, dark):
+        self.pipe.call("Emulation.setDeviceMetricsOverride", self.session, width=wide, height=high,
+                       deviceScaleFactor=1, mobile=touch)
+        self.pipe.call("Emulation.setTouchEmulationEnabled", self.session, enabled=touch)
+        self.pipe.call("Emulation.setEmulatedMedia", self.session,
+                       features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
     def shot(self, path, full):
         shot = self.pipe.call("Page.captureScreenshot", self.session, captureBeyondViewport=full)
         pathlib.Path(path).write_bytes(base64.b64decode(shot["data"]))
@@ -77,15 +92,28 @@ class Page:
             time.sleep(0.05)
         self.session = self.pipe.call("Target.attachToTarget", targetId=found[0]["targetId"], flatten=True)["sessionId"]
 
+    def complaints_here(self):
+        """Log and Runtime tell, once enabled, what a page has said since it was opened."""
+        self.pipe.events.clear()
+        for domain in ("Log", "Runtime"):
+            self.pipe.call(f"{domain}.enable", self.session)
+        self.evaluate("1")
+        return self.complaints()
+
     def run(self, order):
         if "open" in order:
             return self.open(order["open"], order.get("width", 1280), order.get("height", 860))
         if "shot" in order:
             return self.shot(order["shot"], order.get("full", False))
+        if "size" in order:
+            return self.size(*order["size"], order.get("touch", False), order.get("dark", False))
         if "complaints" in order:
             return self.complaints()
+        if "complaints_here" in order:
+            return self.complaints_here()
         [(name, what)] = order.items()
-        return {"do": self.evaluate, "until": self.until, "keys": self.keys, "tab": self.tab}[name](what)
+        return {"do": self.evaluate, "until": self.until, "keys": self.keys, "tab": self.tab,
+                "press": self.press}[name](what)
 
 
 def main():

@@ -49,6 +49,20 @@ TEST(CollectScreen, ShowsEveryDialWithItsStateInWords) {
   }
 }
 
+TEST(CollectScreen, ASampleThatLooksUnusualSaysSoAndWhatToDo) {
+  Json sample{
+      {"set", "G1"},
+      {"point", 18},
+      {"repeat", 0},
+      {"position_mm", {20.491, 29.754}},
+      {"dials", {{"A", {{"value_mm", 5.225}}}}},
+      {"remarks", Json::array()},
+      {"doubt", ""}};
+  EXPECT_EQ(sample_line(sample), "G1 18.0  x 20.491  y 29.754 mm  A 5.225");
+  sample["doubt"] = "6 times the usual residual";
+  EXPECT_THAT(sample_line(sample), HasSubstr("; 6 times the usual residual: r to retake"));
+}
+
 TEST(CollectScreen, DrawsLargeDigitsWhereTheyFit) {
   const Json one{
       {"dials", {{"A", dial(10.490, "ok")}}},

@@ -68,6 +68,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_EQ(run_well("session.import")["samples"], 150);
   EXPECT_EQ(run_well("session.list")["total"], 3);
   EXPECT_EQ(run_well("session.show")["page"].size(), 5U);
+  EXPECT_EQ(run_well("session.choices")["choices"]["start"], "there is no plan yet");
   EXPECT_EQ(run_well("session.plan")["total"], 0);  // an imported session has none
   EXPECT_EQ(run_well("session.export")["samples"], 150);
   EXPECT_EQ(run_well("plan.grid")["points"], 100);

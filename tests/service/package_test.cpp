@@ -81,9 +81,9 @@ TEST(Completion, OffersCommandsAndOptionsInBash) {
   testing::TempDirectory directory;
   const std::string script = (directory.path() / "completion").string();
   std::ofstream(script) << printed({"sixdial", "completion"});
-  const auto offered = [&](const std::string& words, int at) {
-    const std::string command = "bash -c 'source " + script + "; COMP_WORDS=(" + words +
-                                "); COMP_CWORD=" + std::to_string(at) +
+  const auto offered = [&](const std::string& words, int at, const std::string& more = "") {
+    const std::string command = "bash -c '" + more + "source " + script + "; COMP_WORDS=(" +
+                                words + "); COMP_CWORD=" + std::to_string(at) +
                                 "; _sixdial; echo ${COMPREPLY[*]}' 2>&1";
     FILE* pipe = ::popen(command.c_str(), "r");
     std::array<char, 4096> text{};
@@ -95,6 +95,26 @@ TEST(Completion, OffersCommandsAndOptionsInBash) {
   EXPECT_THAT(offered("sixdial session cr", 2), HasSubstr("create"));
   EXPECT_THAT(offered("sixdial rig scan --no", 3), HasSubstr("--no-search"));
   EXPECT_THAT(offered("sixdial --json plan gr", 3), HasSubstr("grid"));
+
+  // Names of sessions, from the service if one runs; files elsewhere.
+  const std::string path = "PATH=" + std::string(SIXDIAL_BIN_DIR) + ":$PATH; ";
+  {
+    testing::RunningService running;
+    running.service().store().create_session(
+        "monday", session::write_rig(geometry::default_rig()), {});
+    const std::string with = "--socket " + running.socket_path().string();
+    const auto asked = [&](const std::string& words, int at) {
+      return offered("sixdial " + with + " " + words, at + 2, path);
+    };
+    EXPECT_EQ(asked("calibrate mo", 2), "monday\n");
+    EXPECT_EQ(asked("session show mo", 3), "monday\n");
+    EXPECT_EQ(asked("collect --session mo", 3), "monday\n");
+    EXPECT_EQ(asked("session create mo", 3), "\n");
+  }
+  EXPECT_EQ(offered("sixdial calibrate mo", 2, path + "SIXDIAL_SOCKET=/none; "), "\n");
+  EXPECT_EQ(
+      offered("sixdial plan grid --rig " + directory.path().string() + "/comp", 4),
+      script + "\n");
 }
 
 TEST(Units, GiveTheSocketToItsGroupAndEndInTime) {
