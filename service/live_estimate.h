@@ -29,7 +29,7 @@ struct WorkingArea {
 [[nodiscard]] std::vector<session::PlanPoint> points_of(const session::Session& session);
 
 /// A sample whose residual is more than this times the usual one is worth another look.
-inline constexpr double kUnusual = 4.0;
+inline constexpr double kUnusual = 6.0;
 
 class LiveEstimate {
  public:
