@@ -51,6 +51,7 @@ struct GrossReading {
   int row = 0;
   double size_mm = 0.0;
   bool stale = false;
+  bool near_edge = false;  // the tip touches the cuboid at or beyond the end of its face
 };
 
 struct Identification {

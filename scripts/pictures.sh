@@ -33,7 +33,8 @@ wait_for() {  # what, command ...: up to a minute
   exit 1
 }
 start=$(date -u +%Y-%m-%dT%H:%M:%S.000Z)
-"$bin/sixdial-mock-rig" --speed $speed --start-time "$start" --robot table2 --seed 2021 --warp 0.02 >"$work/mock.json" &
+"$bin/sixdial-mock-rig" --speed $speed --start-time "$start" --robot table2 --seed 2021 --warp 0.02 \
+  --hide joint_backlash:joint2:0.0006 >"$work/mock.json" &
 mock_pid=$!
 wait_for "the mock rig" grep -q '"ready":true' "$work/mock.json"
 port() { sed -n "s/.*\"$1_port\":\([0-9]*\).*/\1/p" "$work/mock.json"; }
@@ -63,6 +64,7 @@ picture text "$work/terminal.txt" "$pictures/terminal.png"
 collected() { sixdial --json collection status | grep -q '"state": *"done"'; }
 wait_for "the end of the collection" collected
 sixdial --quiet calibrate monday --seed 1 >/dev/null
+sixdial --quiet diagnose monday >/dev/null 2>&1
 sixdial --quiet report monday -o "$work/report" >/dev/null
 picture page "$work/report/report.html" "$pictures/report.png"
 ls -l "$pictures"

@@ -245,10 +245,9 @@ std::string Collection::why_ended(
 bool Collection::take_in(Run& run, const session::Sample& sample) {
   const bool told = run.estimate->add(sample);
   const db::PointKey key{sample.set, sample.point, sample.repeat};
-  const std::optional<double> times = run.estimate->last_times_usual();
   const std::lock_guard lock(mutex_);
   unusual_.erase(key);
-  if (told && times && *times > kUnusual) unusual_[key] = *times;
+  if (told && run.estimate->last_unusual()) unusual_[key] = *run.estimate->last_times_usual();
   return told;
 }
 

@@ -156,7 +156,8 @@ void add_gross_readings(
          {"repeat", sample.repeat},
          {"dial", dial_of(readings, row)},
          {"size_mm", finite(each.size_mm)},
-         {"stale", is_stale}});
+         {"stale", is_stale},
+         {"near_edge", each.near_edge}});
   }
   if (!outliers.empty()) {
     document["causes"].push_back(data_fault(
@@ -164,7 +165,7 @@ void add_gross_readings(
         "Single readings that are far from everything else; their neighbours are not.",
         "None on parts, as they are not fitted; if they were, they would pull the parameters.",
         "Nothing, if they are few. Else look at the dials in the list: cable, battery, dirt on "
-        "the face."));
+        "the face, a tip that leaves the face at its edge."));
   }
   if (!stale.empty()) {
     document["causes"].push_back(data_fault(

@@ -158,9 +158,7 @@ Section gross_section(const Json& document) {
     table.rows.push_back(
         {text_of(each["set"]), report::whole(each["point"].get<int>()),
          report::whole(each["repeat"].get<int>()), text_of(each["dial"]),
-         cell(each["size_mm"], 3),
-         words(
-             each["stale"].get<bool>() ? "the same as at the sample before" : std::string())});
+         cell(each["size_mm"], 3), words(remark_on_gross(each))});
   }
   section.blocks.emplace_back(std::move(table));
   return section;

@@ -166,11 +166,11 @@ std::string diagnosis_text(const Json& document) {
     text += fmt::format(
         "\n{:<8}{:>6}{:>7}{:>7}{:>12}\n", "gross", "point", "repeat", "dial", "size, mm");
     for (const Json& each : document["gross_readings"]) {
+      const std::string remark = remark_on_gross(each);
       text += fmt::format(
-          "{:<8}{:>6}{:>7}{:>7}{:>12.3f}{}\n", each["set"].get<std::string>(),
+          "{:<8}{:>6}{:>7}{:>7}{:>12.3f}{}{}\n", each["set"].get<std::string>(),
           each["point"].get<int>(), each["repeat"].get<int>(), each["dial"].get<std::string>(),
-          each["size_mm"].get<double>(),
-          each["stale"].get<bool>() ? "  the same as the sample before" : "");
+          each["size_mm"].get<double>(), remark.empty() ? "" : "  ", remark);
     }
   }
   return text;

@@ -491,6 +491,11 @@ std::string size_in_words(const Json& cause) {
   return quantity(estimate[0]);
 }
 
+std::string remark_on_gross(const Json& reading) {
+  if (reading["stale"].get<bool>()) return "the same as at the sample before";
+  return reading["near_edge"].get<bool>() ? "touches at the edge of the face" : "";
+}
+
 std::string millimetres(const Json& value) {
   return value.is_number() ? fmt::format("{:.4f} mm", value.get<double>()) : "-";
 }

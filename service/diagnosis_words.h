@@ -20,6 +20,8 @@ namespace sixdial::service {
 /// Size of a cause from its estimate: "0.0340° ± 0.0010°", "amplitude 0.041° ± 0.001°",
 /// "0.0121 mm ± 0.0004 mm from sample 71 on".
 [[nodiscard]] std::string size_in_words(const Json& cause);
+/// What can be said of a gross reading: handed over twice, at the edge; empty: nothing.
+[[nodiscard]] std::string remark_on_gross(const Json& reading);
 /// "0.0123 mm", "2.1 µm" are not mixed: millimetres with four decimals, as the dials show.
 [[nodiscard]] std::string millimetres(const Json& value);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "session/trials.h"
@@ -55,6 +56,15 @@ std::vector<session::PlanPoint> points_of(const session::Session& session) {
   return points;
 }
 
+double unusual_from(int samples) {
+  constexpr double kOnceIn = 1e6;
+  const int freedom = 2 * samples - geometry::kParameterCount;
+  if (freedom < 1) return std::numeric_limits<double>::infinity();
+  // P(F(2, n) > f) = (1 + 2 f / n)^(-n / 2)
+  const double f = 0.5 * freedom * (std::pow(kOnceIn, 2.0 / freedom) - 1);
+  return std::max(kUnusual, std::sqrt(f));
+}
+
 LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points)
     : rig_(rig),
       area_(working_area(rig, points)),
@@ -65,8 +75,10 @@ LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::Pl
 
 bool LiveEstimate::add(const session::Sample& sample) {
   if (sample.set != "G1") return false;
+  const double from = unusual_from(filter_.samples());
   const auto told = filter_.add(session::trial_of(rig_, sample));
   if (!told) return false;
+  unusual_from_ = from;
   last_times_usual_ = told->times_usual;
   uncertainty_ = filter_.predicted(workspace_);
   return true;
@@ -108,7 +120,7 @@ Json LiveEstimate::json() const {
       {"condition", std::isfinite(condition) ? Json(condition) : Json(nullptr)},
       {"undetermined", std::move(undetermined)},
       {"last_times_usual", last_times_usual_ ? Json(*last_times_usual_) : Json(nullptr)},
-      {"last_unusual", last_times_usual_ && *last_times_usual_ > kUnusual}};
+      {"last_unusual", last_unusual()}};
 }
 
 std::string estimate_summary(const Json& estimate) {

@@ -28,8 +28,11 @@ struct WorkingArea {
 /// both left out.
 [[nodiscard]] std::vector<session::PlanPoint> points_of(const session::Session& session);
 
-/// A sample whose residual is more than this times the usual one is worth another look.
+/// A sample whose residual is at least this many times the usual one is worth another look.
 inline constexpr double kUnusual = 6.0;
+/// The same while few samples say what is usual: what noise alone exceeds once in a million
+/// samples, by F with 2 and 2 `samples` - 10 degrees of freedom. Infinite below six samples.
+[[nodiscard]] double unusual_from(int samples);
 
 class LiveEstimate {
  public:
@@ -49,6 +52,10 @@ class LiveEstimate {
   /// Residual of the sample added last, in times of the usual; empty while nothing is usual
   /// yet.
   [[nodiscard]] std::optional<double> last_times_usual() const { return last_times_usual_; }
+  /// It is worth another look.
+  [[nodiscard]] bool last_unusual() const {
+    return last_times_usual_ && *last_times_usual_ > unusual_from_;
+  }
   [[nodiscard]] const calibration::OnlineEstimator& filter() const { return filter_; }
   [[nodiscard]] const WorkingArea& area() const { return area_; }
   [[nodiscard]] const std::vector<calibration::WorkspacePose>& workspace() const {
@@ -57,7 +64,7 @@ class LiveEstimate {
 
   /// {samples, set_aside, noise_times, parameters [{name, unit, value, sd}], position_sd_mm
   /// {mean, max, worst_mm}, condition (null: infinite), undetermined [names],
-  /// last_times_usual, last_unusual (above kUnusual)}.
+  /// last_times_usual, last_unusual}.
   [[nodiscard]] Json json() const;
 
  private:
@@ -67,6 +74,7 @@ class LiveEstimate {
   std::vector<calibration::WorkspacePose> workspace_;
   calibration::WorkspaceUncertainty uncertainty_;
   std::optional<double> last_times_usual_;
+  double unusual_from_ = 0.0;  // by the samples before the last
 };
 
 /// For people: "after 43 samples: position sd ..." and the parameters, so many in a line.

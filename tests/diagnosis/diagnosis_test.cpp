@@ -30,11 +30,13 @@ struct Recipe {
   int repeats = 1;
   std::uint64_t seed = 1;
   geometry::Mount mount = geometry::Mount::kDistal2;
+  double dial_E_x_mm = 16.0;
 };
 
 Session session_of(const Recipe& recipe) {
   geometry::Rig rig = geometry::default_rig();
   rig.cuboid.mount = recipe.mount;
+  rig.dials[4].geometry.position_mm.x() = recipe.dial_E_x_mm;
   Session session{simulation::ForwardModel(rig), {}, {}};
   calibration::RandomSequence random(recipe.seed, 9);
   simulation::ModelVector truth = session.model.nominal();
@@ -250,6 +252,55 @@ TEST(Diagnosis, TakesEachDialsNoiseFromTheRigFile) {
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
   EXPECT_TRUE(verdict.causes.empty());
   EXPECT_FALSE(verdict.unexplained.significant);
+}
+
+// The first sample of a session: nobody knows from which side the joint came.
+TEST(Diagnosis, CallsNoSampleGrossForASideThatNobodyKnows) {
+  const geometry::Rig rig = geometry::default_rig();
+  Session session =
+      session_of({.effects = {effect_of(rig, "joint_backlash", "joint2", {6e-4})}, .seed = 71});
+  session.trials[0].approach[1] = 0;
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  ASSERT_EQ(verdict.causes.size(), 1U);
+  EXPECT_EQ(verdict.causes[0].finding.hypothesis.name(), "joint_backlash@joint2");
+  EXPECT_TRUE(verdict.identified.gross.empty());
+}
+
+TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
+  constexpr std::size_t kDial = 4;
+  constexpr double kFar_mm =
+      -4.0;  // its tip leaves the face where the tool is far to the right
+  Session session = session_of({.seed = 72, .dial_E_x_mm = kFar_mm});
+  const geometry::Rig& rig = session.model.rig();
+  const auto along_mm = [&](const simulation::Trial& trial) {
+    const auto pose = session.model.predict(
+        session.model.nominal(), trial.q_rad, trial.assembly, std::nullopt, false);
+    return geometry::contact_on_face(
+               rig.dials[kDial].geometry, {pose->pose.p_WE, pose->gamma_rad},
+               rig.cuboid.side_mm, 1)
+        .along_mm;
+  };
+  int at_edge = 0;
+  int inside = 0;
+  std::vector<bool> expected(session.trials.size());
+  for (std::size_t t = 0; t < session.trials.size(); ++t) {
+    const double along = std::abs(along_mm(session.trials[t]));
+    const bool edge = along > rig.cuboid.side_mm / 2 + 1;
+    if (!edge && along > rig.cuboid.side_mm / 2 - 10) continue;
+    int& count = edge ? at_edge : inside;
+    if (++count > 3) continue;
+    expected[t] = edge;
+    *session.trials[t].dial_mm[kDial] += 0.3;
+  }
+  ASSERT_GE(at_edge, 3);
+  const Readings readings(session.model, session.trials);
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
+  ASSERT_EQ(verdict.identified.gross.size(), 6U);
+  for (const GrossReading& each : verdict.identified.gross) {
+    const auto trial =
+        static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(each.row)].trial);
+    EXPECT_EQ(each.near_edge, expected[trial]) << trial;
+  }
 }
 
 TEST(Diagnosis, OfAFreeMountKnowsEachSamplesAngleOnlyFromItsDials) {
