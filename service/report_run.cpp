@@ -271,6 +271,11 @@ void add_diagnosis(report::ReportData& data, const Json& diagnosis) {
         "Suspected, too weak to act on: {}.{}", names,
         found.empty() ? " Measure again and see whether it comes back." : ""));
   }
+  const bool extended = std::ranges::any_of(
+      diagnosis["gain"], [](const Json& row) { return row["name"] == "extended"; });
+  if (extended && !verdict["gain"].get<std::string>().empty()) {
+    found.push_back("What naming gains: " + verdict["gain"].get<std::string>());
+  }
   data.also.push_back({"Causes found", "cautions", std::move(found)});
   const bool tied = std::ranges::any_of(
       diagnosis["causes"], [](const Json& cause) { return !cause["tied_with"].empty(); });
