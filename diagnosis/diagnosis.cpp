@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "calibration/uncertainty.h"
+#include "diagnosis/baseline.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -280,7 +281,7 @@ Diagnosis diagnose(
   if (found.swap) {
     Cause cause;
     cause.finding = {*found.swap, at_rest(*found.swap), 0.0, {}, false};
-    const JointFit as_it_was = fit_jointly(measured, model.nominal(), {});
+    const JointFit as_it_was = fit_baseline(measured);
     cause.finding.evidence = found.baseline.log_likelihood - as_it_was.log_likelihood;
     cause.delta_bic = 2 * cause.finding.evidence;
     cause.visible_ratio =

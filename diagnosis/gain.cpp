@@ -102,7 +102,7 @@ GainStudy study_gain(
     const Readings& raw_g2, const JointFit& baseline, const JointFit& extended,
     const GainSettings& settings, const std::stop_token& stop) {
   GainStudy study;
-  study.calibrated = fit_jointly(g1, baseline.model, {});
+  study.calibrated = fit_jointly(g1, baseline.model, {}, &baseline);
   study.extended = extended.effects.empty() ? study.calibrated
                                             : fit_jointly(g1, extended.model, extended.effects);
   for (std::size_t i = 0; i < extended.effects.size(); ++i) {

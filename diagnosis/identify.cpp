@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/baseline.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -243,15 +245,9 @@ void list_gross(const Readings& readings, const JointFit& fit, Identification& r
 /// far off. The pair whose exchange explains the session best, if it does so beyond doubt.
 std::optional<Hypothesis> find_swap(
     Readings& readings, const std::vector<Hypothesis>& hypotheses, JointFit& baseline) {
-  constexpr double kMuchGross = 0.04;
-  constexpr double kFarOff = 8.0;
   // Per exchanged reading; what a 25 sigma error costs in the mixture, and more.
   constexpr double kBeyondDoubt = 50.0;
-  const double gross = 1.0 - baseline.weight.sum() / static_cast<double>(std::max<Eigen::Index>(
-                                                         1, readings.count()));
-  if (gross < kMuchGross && baseline.s_mm < kFarOff * readings.rig_noise_mm()) {
-    return std::nullopt;
-  }
+  if (!looks_wrong(readings, baseline)) return std::nullopt;
   std::optional<Hypothesis> found;
   std::optional<Readings> best_readings;
   JointFit best = baseline;
@@ -430,7 +426,7 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
 
 Identification identify_with_noise(Readings& readings, const Settings& settings) {
   Identification result;
-  result.baseline = fit_jointly(readings, readings.model().nominal(), {});
+  result.baseline = fit_baseline(readings);
   readings.place_tool(result.baseline.model);
   const std::vector<Hypothesis> hypotheses = hypotheses_for(readings, result.not_testable);
   result.swap = find_swap(readings, hypotheses, result.baseline);

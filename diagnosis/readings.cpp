@@ -105,6 +105,12 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
   return result;
 }
 
+Readings Readings::without_dial(std::size_t dial) const {
+  std::vector<simulation::Trial> trials = trials_;
+  for (auto& trial : trials) trial.dial_mm[dial].reset();
+  return Readings(*model_, std::move(trials), counts_).with_noise(noise_of_dial_);
+}
+
 Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;

@@ -31,6 +31,9 @@ class Readings {
   /// The same session, other trials counted.
   [[nodiscard]] Readings counting(std::vector<bool> counts) const;
 
+  /// The same session as if one dial had never touched.
+  [[nodiscard]] Readings without_dial(std::size_t dial) const;
+
   /// The same session with two dials' readings exchanged.
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
 

@@ -1,0 +1,28 @@
+#include "diagnosis/baseline.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sixdial::diagnosis {
+
+bool looks_wrong(const Readings& readings, const JointFit& fit) {
+  constexpr double kMuchGross = 0.04;
+  constexpr double kFarOff = 8.0;
+  const double gross =
+      1.0 - fit.weight.sum() / static_cast<double>(std::max<Eigen::Index>(1, readings.count()));
+  return gross >= kMuchGross || fit.s_mm >= kFarOff * readings.rig_noise_mm();
+}
+
+JointFit fit_baseline(const Readings& readings) {
+  JointFit best = fit_jointly(readings, readings.model().nominal(), {});
+  if (!readings.has_dials() || !looks_wrong(readings, best)) return best;
+  for (std::size_t dial = 0; dial < readings.model().rig().dials.size(); ++dial) {
+    const JointFit others =
+        fit_jointly(readings.without_dial(dial), readings.model().nominal(), {});
+    JointFit fit = fit_jointly(readings, others.model, {}, &others);
+    if (fit.log_likelihood > best.log_likelihood) best = std::move(fit);
+  }
+  return best;
+}
+
+}  // namespace sixdial::diagnosis
