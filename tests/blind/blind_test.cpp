@@ -85,6 +85,16 @@ INSTANTIATE_TEST_SUITE_P(
         Class{"NoEffectOnAnotherRig", {.kind = "none", .drawn_rig = true}, silent, 0.98}),
     [](const auto& each) { return each.param.name; });
 
+// Rigs on which a dial slides off the end of its face and reads centimetres less: a fit from
+// the nominal robot settled far away, and exchanged dials "explained" it.
+TEST(NoEffect, IsFoundOnARigWhoseDialSlidesOffItsFace) {
+  for (const std::uint64_t seed : {31'000'024ULL, 31'000'114ULL}) {
+    const auto outcome = try_blind({.kind = "none", .drawn_rig = true}, seed);
+    ASSERT_TRUE(outcome.has_value());
+    EXPECT_FALSE(outcome->detected) << seed << " said " << outcome->said;
+  }
+}
+
 // Over half a radian these two differ by less than the noise: each, hidden, has to come with
 // the other beside it, and neither may be given alone when it is the other.
 TEST(TiedCauses, AreGivenAsASet) {
