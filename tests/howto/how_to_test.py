@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Tries CONTRIBUTING.md: its commands and files exist, and "Add a dial" works as it is written.
+"""Tries CONTRIBUTING.md: its commands and files exist, and what it says of adding things works as it
+is written.
 
-how_to_test.py commands SOURCE_DIR             every command and path that the page names exists
-how_to_test.py add_a_dial SOURCE_DIR WORK_DIR  follows "Add a dial" in a copy of the tree, builds,
-                                               and runs the laws of every dial on the new one
+how_to_test.py commands SOURCE_DIR        every command and path that the page names exists
+how_to_test.py HOW_TO SOURCE_DIR WORK_DIR add_a_dial, add_an_effect or add_a_method: follows it in a copy
+                                          of the tree, builds, and runs the shared laws on the new one
 """
 import os
 import re
@@ -49,11 +50,35 @@ def put(tree, path, old, new):
     open(name, "w", encoding="utf-8").write(text.replace(old, new, 1))
 
 
-def add_a_dial(source, work):
-    source, work = os.path.abspath(source), os.path.abspath(work)
+def copy_of(source, work, *folders):
+    """A copy of the tree in which only these folders of tests are left."""
     tree = os.path.join(work, "tree")
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(source, tree, ignore=shutil.ignore_patterns("build*", ".git", "out", "node_modules"))
+    for folder in os.listdir(os.path.join(tree, "tests")):
+        keep = folder in folders + ("support", "data", "peers")
+        if not keep and os.path.isdir(os.path.join(tree, "tests", folder)):
+            shutil.rmtree(os.path.join(tree, "tests", folder))
+    return tree
+
+
+def try_laws(tree, folder, laws, least):
+    """Builds one folder's tests and runs those that try the new one: at least so many."""
+    build = os.path.join(tree, "build/release")
+    run = lambda *command: subprocess.run(command, cwd=tree, check=True)
+    run("cmake", "--preset", "release", "-DSIXDIAL_BENCH=OFF", "-DSIXDIAL_REPORT_CHARTS=OFF",
+        "-DSIXDIAL_TESTS=ON")
+    run("cmake", "--build", build, "--target", "test_" + folder)
+    told = subprocess.run([os.path.join(build, "bin/test_" + folder), "--gtest_filter=" + laws],
+                          capture_output=True, text=True)
+    print(told.stdout[-2000:])
+    passed = re.search(r"\[  PASSED  \] (\d+) tests?", told.stdout)
+    if told.returncode != 0 or not passed or int(passed[1]) < least:
+        fail(f"the shared laws of tests/{folder} were not passed by the new one: {laws}")
+
+
+def add_a_dial(source, work):
+    tree = copy_of(source, work, "acquisition")
     example = os.path.join(source, "tests/howto/add_a_dial")
     # Steps 1 and 2: parser and its line.
     shutil.copy(os.path.join(example, "acquisition_plain.cpp"),
@@ -72,28 +97,46 @@ def add_a_dial(source, work):
     put(tree, "tests/acquisition/every_dial_test.cpp", '  if (dialect == "mahr")',
         '  if (dialect == "plain") return fmt::format("{}{:07.3f}\\r", sign, size);\n'
         '  if (dialect == "mahr")')
-    build = os.path.join(tree, "build/release")
-    # Only the acquisition's tests: the others are not what is being added to.
-    for folder in os.listdir(os.path.join(tree, "tests")):
-        keep = folder in ("acquisition", "support", "data", "peers")
-        if not keep and os.path.isdir(os.path.join(tree, "tests", folder)):
-            shutil.rmtree(os.path.join(tree, "tests", folder))
-    run = lambda *command: subprocess.run(command, cwd=tree, check=True)
-    run("cmake", "--preset", "release", "-DSIXDIAL_BENCH=OFF", "-DSIXDIAL_REPORT_CHARTS=OFF",
-        "-DSIXDIAL_TESTS=ON")
-    run("cmake", "--build", build, "--target", "test_acquisition", "sixdial_mock_devices")
-    laws = subprocess.run([os.path.join(build, "bin/test_acquisition"),
-                           "--gtest_filter=*EveryDial*plain*"], capture_output=True, text=True)
-    print(laws.stdout[-2000:])
-    if laws.returncode != 0 or not re.search(r"\[  PASSED  \] [1-9]\d* tests?", laws.stdout):
-        fail("the laws of every dial were not passed by the new one")
-    shutil.rmtree(work, ignore_errors=True)
+    try_laws(tree, "acquisition", "*EveryDial*plain*", 4)
 
+
+def add_an_effect(source, work):
+    tree = copy_of(source, work, "simulation")
+    # Steps 1 and 2: its file, and its name in the list.
+    shutil.copy(os.path.join(source, "tests/howto/add_an_effect/joint_third_harmonic.cpp"),
+                os.path.join(tree, "simulation/effects"))
+    put(tree, "simulation/effects/all_effects.cpp", "joint_second_harmonic,",
+        "joint_second_harmonic, joint_third_harmonic,")
+    put(tree, "simulation/effects/all_effects.cpp", "    &joint_second_harmonic,\n",
+        "    &joint_second_harmonic,\n    &joint_third_harmonic,\n")
+    # Step 3: the laws, at both joints; and the catalogue's own.
+    try_laws(tree, "simulation", "*EveryEffect*joint_third_harmonic*:Effects.*", 4)
+
+
+def add_a_method(source, work):
+    tree = copy_of(source, work, "calibration")
+    # Steps 1 and 2: its file, and its row in the table.
+    shutil.copy(os.path.join(source, "tests/howto/add_a_method/lm_cauchy.cpp"),
+                os.path.join(tree, "calibration/identifiers"))
+    put(tree, "calibration/identifier.cpp", "extern const Identifier lm;",
+        "extern const Identifier lm;\nextern const Identifier lm_cauchy;")
+    put(tree, "calibration/identifier.cpp", "&lm, &tikhonov", "&lm, &lm_cauchy, &tikhonov")
+    # Step 3: the laws; the other tests of the folder are not about identifiers.
+    tests = os.path.join(tree, "tests/calibration")
+    for name in os.listdir(tests):
+        if name.endswith("_test.cpp") and "identifier" not in name:
+            os.remove(os.path.join(tests, name))
+    try_laws(tree, "calibration", "*EveryIdentifier*lm_cauchy*:Identifiers.*", 4)
+
+
+HOW_TOS = {"add_a_dial": add_a_dial, "add_an_effect": add_an_effect, "add_a_method": add_a_method}
 
 if __name__ == "__main__":
     if len(sys.argv) == 3 and sys.argv[1] == "commands":
         commands(sys.argv[2])
-    elif len(sys.argv) == 4 and sys.argv[1] == "add_a_dial":
-        add_a_dial(sys.argv[2], sys.argv[3])
+    elif len(sys.argv) == 4 and sys.argv[1] in HOW_TOS:
+        work = os.path.abspath(sys.argv[3])
+        HOW_TOS[sys.argv[1]](os.path.abspath(sys.argv[2]), work)
+        shutil.rmtree(work, ignore_errors=True)
     else:
         fail(__doc__)
