@@ -13,8 +13,22 @@ std::size_t run_of(std::string_view text, std::size_t at, char c) {
   return count;
 }
 
+/// Where a backslash at `at` leads to, if that is not ASCII: an escape that TOML does not know,
+/// or what follows the white space that a backslash at the end of a line takes away.
+std::optional<std::size_t> not_ascii_after_backslash(
+    std::string_view text, std::size_t at, bool long_string) {
+  std::size_t next = at + 1;
+  while (long_string && next < text.size() &&
+         std::string_view(" \t\r\n").find(text[next]) != std::string_view::npos)
+    ++next;
+  if (next < text.size() && !ascii(text[next])) return next;
+  return std::nullopt;
+}
+
 /// First place after the string that opens at `at`. A single-line string ends with its line.
-std::size_t after_string(std::string_view text, std::size_t at) {
+/// `stray`: first character that a backslash must not lead to.
+std::size_t after_string(
+    std::string_view text, std::size_t at, std::optional<std::size_t>& stray) {
   const char quote = text[at];
   const bool escapes = quote == '"';
   const std::size_t opening = run_of(text, at, quote);
@@ -24,6 +38,7 @@ std::size_t after_string(std::string_view text, std::size_t at) {
   while (i < text.size()) {
     if (text[i] == '\n' && !long_string) return i;
     if (text[i] == '\\' && escapes) {
+      if (!stray) stray = not_ascii_after_backslash(text, i, long_string);
       i += 2;
       continue;
     }
@@ -40,6 +55,17 @@ std::size_t after_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
+Finding finding_at(std::string_view text, std::size_t at, const char* what, const char* hint) {
+  const std::string_view before = text.substr(0, at);
+  const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
+  int column = 1;
+  for (const char c : before.substr(line_start)) {
+    column += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
+  }
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  return {static_cast<int>(line), column, "", what, hint};
+}
+
 }  // namespace
 
 std::optional<Finding> stray_character(std::string_view text) {
@@ -48,21 +74,19 @@ std::optional<Finding> stray_character(std::string_view text) {
     if (text[i] == '#') {
       i = std::min(text.find('\n', i), text.size());
     } else if (text[i] == '"' || text[i] == '\'') {
-      i = after_string(text, i);
+      std::optional<std::size_t> stray;
+      i = after_string(text, i, stray);
+      if (stray) {
+        return finding_at(
+            text, *stray, "a backslash in a string leads to a character that is not ASCII",
+            "write the backslash twice, or use single quotes");
+      }
     } else if (ascii(text[i])) {
       ++i;
     } else {
-      const std::string_view before = text.substr(0, i);
-      const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
-      int column = 1;
-      for (const char c : before.substr(line_start)) {
-        column += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
-      }
-      const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-      return Finding{
-          static_cast<int>(line), column, "",
-          "a character that is not ASCII stands outside quotes and comments",
-          "put it in quotes or write it in ASCII"};
+      return finding_at(
+          text, i, "a character that is not ASCII stands outside quotes and comments",
+          "put it in quotes or write it in ASCII");
     }
   }
   return std::nullopt;

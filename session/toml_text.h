@@ -8,9 +8,10 @@
 
 namespace sixdial::session {
 
-/// The first character that is not ASCII outside quotes and comments. TOML 1.0 allows none
-/// there, and toml++ 3.3 runs into undefined behaviour on some (U+029C after a number; seen by
-/// fuzzing, 2026-03).
+/// The first character that is not ASCII outside quotes and comments, or to which a backslash
+/// in a string leads. TOML 1.0 allows none there, but for what follows a line that a backslash
+/// ends, and toml++ 3.3 runs into undefined behaviour on some (U+029C after a number, U+FEFE
+/// after a backslash; seen by fuzzing).
 [[nodiscard]] std::optional<Finding> stray_character(std::string_view text);
 
 }  // namespace sixdial::session
