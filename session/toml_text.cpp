@@ -55,6 +55,13 @@ std::size_t after_string(
   return text.size();
 }
 
+/// A quote inside of a word opens no string, whatever it looks like from there on.
+bool opens_string(std::string_view text, std::size_t at) {
+  if (text[at] != '"' && text[at] != '\'') return false;
+  return at == 0 ||
+         std::string_view(" \t\r\n=,[{.").find(text[at - 1]) != std::string_view::npos;
+}
+
 Finding finding_at(std::string_view text, std::size_t at, const char* what, const char* hint) {
   const std::string_view before = text.substr(0, at);
   const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
@@ -73,7 +80,7 @@ std::optional<Finding> stray_character(std::string_view text) {
   while (i < text.size()) {
     if (text[i] == '#') {
       i = std::min(text.find('\n', i), text.size());
-    } else if (text[i] == '"' || text[i] == '\'') {
+    } else if (opens_string(text, i)) {
       std::optional<std::size_t> stray;
       i = after_string(text, i, stray);
       if (stray) {

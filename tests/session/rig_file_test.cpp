@@ -185,6 +185,8 @@ std::vector<WrongRig> wrong_rigs() {
       {"NameNumber", "name = \"five-bar rig\"", "name = 5", 2, 8, "name", "not text"},
       {"Syntax", "[robot]", "[robot", 4, 7, "", "mend the TOML syntax"},
       {"KeyTwice", "l12_mm = 60.0", "l11_mm = 60.0", 9, 10, "", "mend the TOML syntax"},
+      {"LetterAfterAQuoteInAWord", "x0_mm = 0.0", "x0_mm = -1t'\xCA\x8B'", 13, 13, "",
+       "not ASCII"},
       {"LetterAfterABackslash", "name = \"five-bar rig\"", "name = \"rig \\\xEF\xBB\xBE\"", 2,
        14, "", "a backslash"},
       {"LetterAfterALineThatABackslashEnds", "name = \"five-bar rig\"",
