@@ -1,6 +1,7 @@
 #include "session/toml_text.h"
 
 #include <algorithm>
+#include <cctype>
 
 namespace sixdial::session {
 namespace {
@@ -62,6 +63,25 @@ bool opens_string(std::string_view text, std::size_t at) {
          std::string_view(" \t\r\n=,[{.").find(text[at - 1]) != std::string_view::npos;
 }
 
+/// What stands before a quote in its line is a bare key and "=": anywhere else toml++ may be at
+/// something else than a string by then.
+bool is_value_of_key(std::string_view text, std::size_t at) {
+  const std::size_t begin = text.substr(0, at).rfind('\n') + 1;  // npos + 1 is 0
+  std::string_view before = text.substr(begin, at - begin);
+  const auto without_blanks = [](std::string_view part) {
+    const std::size_t first = part.find_first_not_of(" \t");
+    if (first == std::string_view::npos) return std::string_view();
+    return part.substr(first, part.find_last_not_of(" \t") - first + 1);
+  };
+  before = without_blanks(before);
+  if (!before.ends_with('=')) return false;
+  const std::string_view key = without_blanks(before.substr(0, before.size() - 1));
+  return !key.empty() && std::ranges::all_of(key, [](char c) {
+    return ascii(c) && (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
+                        c == '-' || c == '.');
+  });
+}
+
 Finding finding_at(std::string_view text, std::size_t at, const char* what, const char* hint) {
   const std::string_view before = text.substr(0, at);
   const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
@@ -82,7 +102,16 @@ std::optional<Finding> stray_character(std::string_view text) {
       i = std::min(text.find('\n', i), text.size());
     } else if (opens_string(text, i)) {
       std::optional<std::size_t> stray;
+      const std::size_t from = i;
       i = after_string(text, i, stray);
+      const std::string_view quoted = text.substr(from, std::min(i, text.size()) - from);
+      const auto letter = std::ranges::find_if_not(quoted, ascii);
+      if (letter != quoted.end() && !is_value_of_key(text, from)) {
+        return finding_at(
+            text, from + static_cast<std::size_t>(letter - quoted.begin()),
+            "a character that is not ASCII stands in a string that is not the value of a key",
+            "write it as an escape, \\uXXXX");
+      }
       if (stray) {
         return finding_at(
             text, *stray, "a backslash in a string leads to a character that is not ASCII",

@@ -187,6 +187,8 @@ std::vector<WrongRig> wrong_rigs() {
       {"KeyTwice", "l12_mm = 60.0", "l11_mm = 60.0", 9, 10, "", "mend the TOML syntax"},
       {"LetterAfterAQuoteInAWord", "x0_mm = 0.0", "x0_mm = -1t'\xCA\x8B'", 13, 13, "",
        "not ASCII"},
+      {"LetterInAStringAfterANumber", "axis = [-1, 0]", "axis = [0['a\xCE\x90']]", 36, 13, "",
+       "not the value of a key"},
       {"LetterAfterABackslash", "name = \"five-bar rig\"", "name = \"rig \\\xEF\xBB\xBE\"", 2,
        14, "", "a backslash"},
       {"LetterAfterALineThatABackslashEnds", "name = \"five-bar rig\"",
