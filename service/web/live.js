@@ -134,7 +134,7 @@
     }
     if (before !== data.state || data.type === 'move') tellState();
     if (data.type === 'started' || (before !== data.state && !kActive.includes(data.state))) loadPlan().catch(complain);
-    if (before !== data.state) askChoices();
+    if (before !== data.state) askChoices().catch(complain);
     showCollect();
     showMap();
   }
@@ -166,7 +166,7 @@
     if (data.type !== 'progress') note(`${data.kind} of ${data.session} ${data.type}${data.error ? ': ' + data.error.message : ''}`, time);
     if (data.session !== session) return;
     job = data;
-    if (data.type !== 'progress') { showResult(); askChoices(); }
+    if (data.type !== 'progress') { showResult().catch(complain); askChoices().catch(complain); }
     showJob();
   }
 
@@ -195,7 +195,7 @@
     job = known || null;
     await loadPlan();
     showJob();
-    showResult();
+    showResult().catch(complain);
     showEstimate();
     showCollect();
     await askChoices();
