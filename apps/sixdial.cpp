@@ -1,9 +1,9 @@
-// sixdial: the command line. See service/cli/.
+// sixdial: the command line. See cli/.
 #include <iostream>
 
-#include "service/cli/cli.h"
+#include "cli/cli.h"
 
 int main(int argc, char** argv) {
   sixdial::service::interrupt_on_signals();
-  return sixdial::service::cli::run(argc, argv, std::cout, std::cerr);
+  return sixdial::cli::run(argc, argv, std::cout, std::cerr);
 }

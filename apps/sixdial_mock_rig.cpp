@@ -12,11 +12,11 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "cli/manual.h"
 #include "geometry/rig.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
-#include "service/cli/manual.h"
 #include "session/rig_file.h"
 
 namespace {
@@ -168,7 +168,7 @@ int main(int argc, char** argv) {
   app.add_flag("--print-manual", print_manual, "Print the man page and end");
   CLI11_PARSE(app, argc, argv);
   if (print_manual) {
-    fmt::print("{}", service::cli::manual_page(app, 1, false));
+    fmt::print("{}", cli::manual_page(app, 1, false));
     return 0;
   }
   try {

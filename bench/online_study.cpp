@@ -16,10 +16,10 @@
 #include "calibration/position_fit.h"
 #include "calibration/random.h"
 #include "mock_devices/session_generator.h"
-#include "service/live_estimate.h"
-#include "service/next_plan.h"
 #include "session/bundle.h"
 #include "session/plan.h"
+#include "studies/live_estimate.h"
+#include "studies/next_plan.h"
 
 namespace {
 
@@ -191,7 +191,7 @@ struct Spread {
 struct Made {
   double mean_mm = 0.0, at_worst_mm = 0.0;  // the latter where the estimate says it is worst
 };
-Made made_by(const service::LiveEstimate& estimate, const mock_devices::World& world) {
+Made made_by(const studies::LiveEstimate& estimate, const mock_devices::World& world) {
   Made made;
   const auto& where = estimate.workspace();
   for (std::size_t i = 0; i < where.size(); ++i) {
@@ -206,9 +206,9 @@ Made made_by(const service::LiveEstimate& estimate, const mock_devices::World& w
   return made;
 }
 
-service::LiveEstimate estimate_of(
+studies::LiveEstimate estimate_of(
     const session::Session& session, const std::vector<session::PlanPoint>& workspace) {
-  service::LiveEstimate estimate(session.rig, workspace);
+  studies::LiveEstimate estimate(session.rig, workspace);
   for (const session::Sample& sample : session.samples) estimate.add(sample);
   return estimate;
 }
@@ -233,7 +233,7 @@ void chosen_point_by_point(const std::vector<WorkingMode>& modes, const char* na
         made.add(1000 * made_by(estimate, world).mean_mm);
         break;
       }
-      const service::NextPlan next = service::next_plan(
+      const studies::NextPlan next = studies::next_plan(
           so_far,
           {.points = kBatch, .modes = modes, .rectangle = session::Rectangle{kLow, kHigh}});
       plan.points.insert(plan.points.end(), next.plan.points.begin(), next.plan.points.end());
@@ -252,7 +252,7 @@ void stopped_below(double limit_mm) {
     const mock_devices::World world = world_of(seed);
     const session::Plan plan = session::plan_random(kRig, 300, {.seed = seed}).value();
     const session::Session session = measured(world, plan);
-    service::LiveEstimate estimate(session.rig, plan.points);
+    studies::LiveEstimate estimate(session.rig, plan.points);
     std::size_t taken = 0;
     while (taken < session.samples.size() && !estimate.below(limit_mm)) {
       estimate.add(session.samples[taken++]);

@@ -16,6 +16,7 @@
 
 #include "geometry/five_bar.h"
 #include "report/document.h"
+#include "studies/dial_residuals.h"
 
 namespace sixdial::report {
 
@@ -97,15 +98,6 @@ struct PointRow {
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
 };
 
-/// Reading minus simulated reading of one dial by the nominal and by the identified
-/// parameters; robust where a gross error is among them (median, 1.48 times the median
-/// distance from it).
-struct DialRow {
-  std::string dial{};
-  int readings = 0;
-  double before_median_mm = 0.0, median_mm = 0.0, spread_mm = 0.0, largest_mm = 0.0;
-};
-
 /// A swarm's best objective so far, by iteration (paper's Fig. 8).
 struct Convergence {
   std::string name{};             // "QPSO-1"
@@ -184,7 +176,7 @@ struct ReportData {
   std::vector<ParameterTrace> traces{};
 
   std::vector<PointRow> points{};
-  std::vector<DialRow> dials{};
+  std::vector<studies::DialRow> dials{};
   int samples = 0;  // all that were kept
   std::vector<RejectedRow> rejected{};
   std::vector<BadReading> bad_readings{};

@@ -238,7 +238,7 @@ Table dial_table(const ReportData& data) {
       column("median_mm", "median", "mm"),
       column("spread_mm", "spread (robust sd)", "mm"),
       column("largest_mm", "largest", "mm")};
-  for (const DialRow& each : data.dials) {
+  for (const studies::DialRow& each : data.dials) {
     out.rows.push_back(
         {each.dial, whole(each.readings), number(each.before_median_mm), number(each.median_mm),
          number(each.spread_mm), number(each.largest_mm)});

@@ -11,9 +11,9 @@
 #include "acquisition/clock_watch.h"
 #include "acquisition/connection.h"
 #include "service/live_dials.h"
-#include "service/live_estimate.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
+#include "studies/live_estimate.h"
 
 namespace sixdial::service {
 namespace {
@@ -64,7 +64,7 @@ struct Collection::Run {
   acquisition::CollectorSettings settings;
   std::optional<double> stop_below_mm;
   Caller caller;
-  std::optional<LiveEstimate> estimate;  // in the collection's thread alone
+  std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
   acquisition::ClockWatch clock_watch;
   std::unique_ptr<acquisition::RobotPort> robot;
   std::unique_ptr<acquisition::DialBank> dials;

@@ -18,8 +18,8 @@
 #include "acquisition/dial_bank.h"
 #include "acquisition/robot.h"
 #include "db/store.h"
-#include "service/event_hub.h"
-#include "service/method.h"
+#include "service/methods/method.h"
+#include "service/socket/event_hub.h"
 
 namespace sixdial::service {
 

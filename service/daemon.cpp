@@ -8,12 +8,11 @@
 #include <cstdlib>
 #include <thread>
 
-#include "service/causes_doc.h"
-#include "service/cli/manual.h"
-#include "service/live_page.h"
-#include "service/method.h"
-#include "service/server.h"
+#include "report/causes_doc.h"
+#include "service/live/live_page.h"
+#include "service/methods/method.h"
 #include "service/service.h"
+#include "service/socket/server.h"
 #include "session/session.h"
 
 namespace sixdial::service {
@@ -75,7 +74,9 @@ std::filesystem::path default_database_path() {
   return std::filesystem::path("/var/lib/sixdial") / kFile;
 }
 
-int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+int run_daemon(
+    int argc, const char* const* argv, std::ostream& out, std::ostream& err,
+    const ManualPage& manual_page) {
   DaemonOptions options;
   CLI::App app{"The measurement service of Sixdial, on a Unix socket.", "sixdiald"};
   app.set_version_flag("--version", SIXDIAL_VERSION);
@@ -105,7 +106,7 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
                                           : static_cast<int>(ExitCode::kUsage);
   }
   if (options.print_causes) {
-    out << causes_markdown();
+    out << report::causes_markdown();
     return static_cast<int>(ExitCode::kOk);
   }
   if (options.print_protocol) {
@@ -113,7 +114,7 @@ int run_daemon(int argc, const char* const* argv, std::ostream& out, std::ostrea
     return static_cast<int>(ExitCode::kOk);
   }
   if (options.print_manual) {
-    out << cli::manual_page(app, 8);
+    out << manual_page(app);
     return static_cast<int>(ExitCode::kOk);
   }
   start_log(options.log_level);

@@ -6,6 +6,7 @@
 
 #include "db/store_error.h"
 #include "session/data_error.h"
+#include "studies/error.h"
 
 namespace sixdial::service {
 namespace {
@@ -87,6 +88,20 @@ constexpr std::array kTable{
         "what is wrong. --socket names another place."},
 };
 
+ErrorCode code_of(studies::ErrorCode code) {
+  switch (code) {
+    case studies::ErrorCode::kInvalidParams:
+      return ErrorCode::kInvalidParams;
+    case studies::ErrorCode::kBadData:
+      return ErrorCode::kBadData;
+    case studies::ErrorCode::kFile:
+      return ErrorCode::kFile;
+    case studies::ErrorCode::kCancelled:
+      return ErrorCode::kCancelled;
+  }
+  return ErrorCode::kInternal;
+}
+
 ErrorCode code_of(db::StoreTrouble trouble) {
   switch (trouble) {
     case db::StoreTrouble::kNotFound:
@@ -128,6 +143,12 @@ Json to_error_object(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
     return object_of(error_kind(error.code()), error.what(), error.at(), error.hint());
+  } catch (const studies::Error& error) {
+    Json at = Json::object();
+    for (const auto& [name, value] : error.at()) {
+      std::visit([&](const auto& each) { at[name] = each; }, value);
+    }
+    return object_of(error_kind(code_of(error.code())), error.what(), at, error.hint());
   } catch (const RemoteError& error) {
     return error.error();
   } catch (const session::DataError& error) {

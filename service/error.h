@@ -4,16 +4,15 @@
 
 #include <cstdint>
 #include <exception>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
-namespace sixdial::service {
+#include "studies/json.h"
 
-using Json = nlohmann::json;
+namespace sixdial::service {
 
 enum class ErrorCode : std::uint8_t {
   kParseError,

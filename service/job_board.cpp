@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "service/clock_text.h"
+#include "session/clock_text.h"
 
 namespace sixdial::service {
 namespace {
@@ -74,7 +74,7 @@ JobBoard::~JobBoard() { stop(); }
 
 Job JobBoard::start(Job job, Work work) {
   job.state = JobState::kQueued;
-  job.created_utc = now_utc_text();
+  job.created_utc = session::now_utc_text();
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) throw Error(ErrorCode::kShuttingDown, "no job is taken while going down");
@@ -167,7 +167,7 @@ void JobBoard::run_one(Entry& entry) {
   {
     const std::lock_guard lock(mutex_);
     entry.job.state = JobState::kRunning;
-    entry.job.started_utc = now_utc_text();
+    entry.job.started_utc = session::now_utc_text();
     entry.stage_began = Steady::now();
     job = entry.job;
   }
@@ -219,7 +219,7 @@ void JobBoard::finish(
     job.state = state;
     job.error = std::move(error);
     job.result_id = result_id;
-    job.finished_utc = now_utc_text();
+    job.finished_utc = session::now_utc_text();
   }
   try {
     recorder_.update(job);  // stored before anyone is told

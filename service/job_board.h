@@ -17,8 +17,9 @@
 #include <vector>
 
 #include "service/error.h"
-#include "service/event_hub.h"
-#include "service/method.h"
+#include "service/methods/method.h"
+#include "service/socket/event_hub.h"
+#include "studies/progress.h"
 
 namespace sixdial::service {
 
@@ -26,13 +27,7 @@ enum class JobState { kQueued, kRunning, kDone, kFailed, kCancelled };
 [[nodiscard]] std::string_view to_string(JobState state);
 [[nodiscard]] bool is_final(JobState state);
 
-struct JobProgress {
-  std::string stage{};
-  std::int64_t done = 0;
-  std::int64_t total = 0;
-  std::optional<double> best_mm{};  // best cost so far
-  std::optional<double> eta_s{};    // of this stage
-};
+using JobProgress = studies::Progress;
 
 struct Job {
   std::int64_t id = 0;

@@ -1,7 +1,7 @@
 // Which stored result a request means.
 #pragma once
 
-#include "service/method.h"
+#include "service/methods/method.h"
 #include "service/service.h"
 
 namespace sixdial::service {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "service/request.h"
+#include "service/socket/request.h"
 #include "service/store_json.h"
 
 namespace sixdial::service {

@@ -12,9 +12,9 @@
 #include "acquisition/clock.h"
 #include "db/store.h"
 #include "service/collection.h"
-#include "service/event_hub.h"
 #include "service/job_board.h"
-#include "service/method.h"
+#include "service/methods/method.h"
+#include "service/socket/event_hub.h"
 #include "session/session.h"
 
 namespace sixdial::service {

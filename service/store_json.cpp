@@ -126,13 +126,9 @@ Json to_json(const db::ResultRecord& record, const std::string& session) {
 }
 
 Json readings_within_json(const session::Session& session) {
-  std::vector<double> within_ms;
-  for (const session::Sample& sample : session.samples) {
-    if (const auto each = session::readings_within_ms(sample)) within_ms.push_back(*each);
-  }
-  if (within_ms.empty()) return nullptr;
-  std::ranges::sort(within_ms);
-  return {{"median", within_ms[within_ms.size() / 2]}, {"max", within_ms.back()}};
+  const auto within = session::readings_within(session);
+  if (!within) return nullptr;
+  return {{"median", within->median_ms}, {"max", within->max_ms}};
 }
 
 }  // namespace sixdial::service

@@ -3,7 +3,7 @@
 
 #include "db/store.h"
 #include "service/job_board.h"
-#include "service/method.h"
+#include "service/methods/method.h"
 
 namespace sixdial::service {
 

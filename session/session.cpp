@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 namespace sixdial::session {
@@ -96,6 +97,17 @@ std::optional<double> readings_within_ms(const Sample& sample) {
   }
   if (times < 2) return std::nullopt;
   return std::chrono::duration<double, std::milli>(*last - *first).count();
+}
+
+std::optional<ReadingsWithin> readings_within(const Session& session) {
+  std::vector<double> within_ms;
+  for (const Sample& sample : session.samples) {
+    if (const auto each = readings_within_ms(sample)) within_ms.push_back(*each);
+  }
+  if (within_ms.empty()) return std::nullopt;
+  std::ranges::sort(within_ms);
+  return ReadingsWithin{
+      .median_ms = within_ms[within_ms.size() / 2], .max_ms = within_ms.back()};
 }
 
 }  // namespace sixdial::session

@@ -70,4 +70,11 @@ struct Session {
 /// From the first to the last answer of the sample's dials; empty: fewer than two have a time.
 [[nodiscard]] std::optional<double> readings_within_ms(const Sample& sample);
 
+/// The same over a session's samples; empty: no sample knows its dials' times.
+struct ReadingsWithin {
+  double median_ms = 0.0;
+  double max_ms = 0.0;
+};
+[[nodiscard]] std::optional<ReadingsWithin> readings_within(const Session& session);
+
 }  // namespace sixdial::session

@@ -15,7 +15,7 @@
 #include "acquisition/connection.h"
 #include "acquisition/dial_protocol.h"
 #include "acquisition/modbus_frame.h"
-#include "service/request.h"
+#include "service/socket/request.h"
 #include "session/bundle.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
@@ -90,12 +90,12 @@ TEST_P(Corpus, AndItsMutationsBreakNoLaw) {
   };
   const std::vector<std::string> inputs = kept(fuzzer.corpus);
   ASSERT_GE(inputs.size(), 2U);
-  for (const std::string& input : inputs) run(input);
+  for (const std::string& input : inputs) cli::run(input);
   std::mt19937_64 random(17);
   int tried = 0;
   for (; tried < fuzzer.mutations; ++tried) {
     const std::string& base = inputs[random() % inputs.size()];
-    run(mutated(base, random, inputs[random() % inputs.size()]));
+    cli::run(mutated(base, random, inputs[random() % inputs.size()]));
   }
   EXPECT_EQ(tried, fuzzer.mutations);
   test::figure(

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "service/request.h"
+#include "service/socket/request.h"
 
 using namespace sixdial::service;
 

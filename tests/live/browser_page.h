@@ -15,12 +15,12 @@ class BrowserPage {
   BrowserPage& operator=(const BrowserPage&) = delete;
 
   void open(const std::string& url) { tell({{"open", url}}); }
-  Json run(const std::string& javascript) { return tell({{"do", javascript}}); }
+  Json cli::run(const std::string& javascript) { return tell({{"do", javascript}}); }
   /// Asks until it is true; throws std::runtime_error with the page's text after a minute.
   Json until(const std::string& javascript) { return tell({{"until", javascript}}); }
   void keys(const std::string& text) { tell({{"keys", text}}); }
   void click(const std::string& what) {
-    run("document.querySelector('button[data-do=" + what + "]').click()");
+    cli::run("document.querySelector('button[data-do=" + what + "]').click()");
   }
   /// Goes over to the tab whose address has this part, once it is there.
   void go_to_tab(const std::string& part) { tell({{"tab", part}}); }

@@ -1,5 +1,5 @@
 // The live page: who is let in, and a whole session on the mock rig driven from it in Chromium.
-#include "service/live_page.h"
+#include "service/live/live_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "mock_devices/mock_rig.h"
 #include "session/rig_file.h"
 #include "tests/live/browser_page.h"
-#include "tests/service/rig_for_tests.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "service/live_page.h"
+#include "service/live/live_page.h"
 #include "session/rig_file.h"
 #include "tests/live/browser_page.h"
-#include "tests/service/rig_for_tests.h"
-#include "tests/service/simulated.h"
+#include "tests/support/rig_for_tests.h"
+#include "tests/support/simulated.h"
 
 namespace sixdial::service::testing {
 

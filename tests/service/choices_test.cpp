@@ -6,8 +6,8 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "session/rig_file.h"
-#include "tests/service/rig_for_tests.h"
-#include "tests/service/simulated.h"
+#include "tests/support/rig_for_tests.h"
+#include "tests/support/simulated.h"
 
 namespace sixdial::service {
 namespace {
@@ -71,7 +71,8 @@ TEST(Choices, AReportIsOfTheSamplesThatThereAre) {
   run("diagnose.start", {{"bootstrap", 0}, {"gain", false}});
   EXPECT_EQ(choices(client, "monday")["report_of"], "diagnosis");
   EXPECT_TRUE(choices(client, "monday")["choices"]["report"].is_null());
-  run("calibrate.start", {{"particles", 10},
+  run(
+      "calibrate.start", {{"particles", 10},
                           {"qpso1_iterations", 5},
                           {"qpso2_iterations", 5},
                           {"anfis_epochs", 2}});

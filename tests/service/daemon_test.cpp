@@ -10,8 +10,8 @@
 #include <array>
 #include <fstream>
 
-#include "tests/service/rig_for_tests.h"
 #include "tests/support/figure.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "session/bundle.h"
 #include "session/csv.h"
-#include "tests/service/live_rig.h"
+#include "tests/support/live_rig.h"
 
 namespace sixdial::service {
 namespace {

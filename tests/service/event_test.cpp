@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "service/outbox.h"
-#include "tests/service/rig_for_tests.h"
+#include "service/socket/outbox.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <tuple>
 
-#include "tests/service/rig_for_tests.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

@@ -13,8 +13,8 @@
 #include "mock_devices/mock_rig.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
-#include "tests/service/rig_for_tests.h"
 #include "tests/support/figure.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

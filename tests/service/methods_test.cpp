@@ -7,10 +7,10 @@
 #include <set>
 #include <sstream>
 
-#include "service/request.h"
+#include "service/socket/request.h"
 #include "session/bundle.h"
 #include "session/rig_file.h"
-#include "tests/service/rig_for_tests.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

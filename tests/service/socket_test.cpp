@@ -6,8 +6,8 @@
 #include <fstream>
 #include <vector>
 
-#include "service/request.h"
-#include "tests/service/rig_for_tests.h"
+#include "service/socket/request.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
 namespace {

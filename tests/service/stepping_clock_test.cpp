@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "session/trials.h"
-#include "tests/service/live_rig.h"
+#include "tests/support/live_rig.h"
 
 namespace sixdial::service {
 namespace {
+
+using testing::kSpeed;
 
 using testing::create;
 using testing::error_code_of;

@@ -6,13 +6,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "cli/cli.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
-#include "service/cli/cli.h"
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
-#include "tests/service/rig_for_tests.h"
+#include "tests/support/rig_for_tests.h"
 
 namespace sixdial {
 namespace {
@@ -38,8 +38,7 @@ Outcome sixdial_command(std::vector<std::string> words, const std::string& socke
   std::ostringstream out;
   std::ostringstream err;
   Outcome outcome;
-  outcome.code =
-      service::cli::run(static_cast<int>(arguments.size()), arguments.data(), out, err);
+  outcome.code = cli::run(static_cast<int>(arguments.size()), arguments.data(), out, err);
   outcome.out = out.str();
   outcome.err = err.str();
   return outcome;
@@ -58,7 +57,7 @@ TEST(TwoModes, FromThePlanToTheResultOnTheMockRig) {
   service::ServiceOptions service_options;
   service_options.clock_speed = kSpeed;
   service_options.clock_start = session::from_iso8601(mock_devices::iso8601(mock.utc_ms()));
-  service::testing::RunningService running({}, service_options);
+  testing::RunningService running({}, service_options);
   const std::string socket = running.socket_path().string();
   const auto path = [&](const char* name) { return (running.directory() / name).string(); };
   std::ofstream(path("rig.toml")) << session::write_rig(mock.connected_rig("modbus-tcp"));

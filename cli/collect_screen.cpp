@@ -1,0 +1,287 @@
+#include "cli/collect_screen.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "studies/live_estimate.h"
+
+namespace sixdial::cli {
+namespace {
+
+constexpr double kDeg = 180.0 / std::numbers::pi;
+constexpr std::size_t kDialsInRow = 3;
+constexpr std::size_t kDigitWidth = 3;
+constexpr std::size_t kLargeWidth = 26;  // of a dial in large digits
+constexpr std::size_t kPlainWidth = 25;  // of a dial in one line
+
+/// Rows of the digits 0..9, three letters each.
+constexpr std::array<std::string_view, 3> kDigits{
+    " _     _  _     _  _  _  _  _ ", "| |  | _| _||_||_ |_   ||_||_|",
+    "|_|  ||_  _|  | _||_|  ||_| _|"};
+
+std::string large_row(std::string_view text, std::size_t row) {
+  std::string line;
+  for (const char letter : text) {
+    if (letter >= '0' && letter <= '9') {
+      line += kDigits.at(row).substr(
+          static_cast<std::size_t>(letter - '0') * kDigitWidth, kDigitWidth);
+    } else if (letter == '.') {
+      line += row == 2 ? "." : " ";
+    } else if (letter == '-') {
+      line += row == 1 ? " _ " : "   ";
+    } else {
+      line += "   ";
+    }
+    line += ' ';
+  }
+  return line;
+}
+
+std::string value_text(const Json& dial) {
+  return dial["value_mm"].is_number() ? fmt::format("{:6.3f}", dial["value_mm"].get<double>())
+                                      : std::string("--.---");
+}
+
+std::string state_text(const Json& dial) {
+  const auto state = dial.value("state", "");
+  if (state == "free") return "no contact";
+  if (state == "lost") return "LOST: " + dial.value("reason", "");
+  return state == "stale" ? "STALE" : state;
+}
+
+std::string caption(const std::string& id, const Json& dial) {
+  if (!dial["value_mm"].is_number()) return fmt::format("{} {}", id, state_text(dial));
+  return fmt::format("{} {:.3f} mm  {}", id, dial["value_mm"].get<double>(), state_text(dial));
+}
+
+std::string pose_line(const Json& live) {
+  const Json& pose = live["pose"];
+  std::string text =
+      pose.is_object()
+          ? fmt::format(
+                "tool x {:.3f}  y {:.3f} mm  gamma {:.3f} deg", pose["x_mm"].get<double>(),
+                pose["y_mm"].get<double>(), kDeg * pose["gamma_rad"].get<double>())
+          : std::string("tool: no position, as fewer than three dials tell");
+  const Json& settle = live["settle"];
+  if (settle["spread_mm"].is_number()) {
+    text += fmt::format(
+        "   {}: {:.3f} of {:.3f} mm", settle["settled"] == true ? "settled" : "settling",
+        settle["spread_mm"].get<double>(), settle["limit_mm"].get<double>());
+  }
+  return text;
+}
+
+std::string point_text(const Json& state) {
+  const Json& point = state["point"];
+  if (!point.is_object()) return "";
+  return fmt::format(
+      "{} {}.{} ", point["set"].get<std::string>(), point["point"].get<int>(),
+      point["repeat"].get<int>());
+}
+
+}  // namespace
+
+std::string sample_line(const Json& sample) {
+  std::string text = fmt::format(
+      "{} {}.{}", sample["set"].get<std::string>(), sample["point"].get<int>(),
+      sample["repeat"].get<int>());
+  const Json& position = sample["position_mm"];
+  text += position.is_array() ? fmt::format(
+                                    "  x {:.3f}  y {:.3f} mm ", position[0].get<double>(),
+                                    position[1].get<double>())
+                              : std::string("  no position ");
+  for (const auto& [id, dial] : sample["dials"].items()) {
+    text += dial["value_mm"].is_number()
+                ? fmt::format(" {} {:.3f}", id, dial["value_mm"].get<double>())
+                : fmt::format(" {} -", id);
+  }
+  for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
+  if (sample["remarks"].empty() && !sample.value("doubt", std::string()).empty()) {
+    text += "; " + sample["doubt"].get<std::string>() + ": r to retake";
+  }
+  return text;
+}
+
+std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
+  std::vector<std::string> lines;
+  const bool large = width >= kDialsInRow * kLargeWidth;
+  const std::size_t cell = large ? kLargeWidth : kPlainWidth;
+  std::vector<std::string> rows(large ? 4 : 1);
+  const std::size_t most = std::clamp<std::size_t>(width / cell, 1, kDialsInRow);
+  std::size_t in_row = 0;
+  const auto flush = [&] {
+    for (std::string& row : rows) {
+      if (in_row > 0) lines.push_back(row.substr(0, width));
+      row.clear();
+    }
+    in_row = 0;
+  };
+  for (const auto& [id, dial] : live["dials"].items()) {
+    if (large) {
+      for (std::size_t row = 0; row < 3; ++row) {
+        rows[row] += fmt::format("{:<{}}", "  " + large_row(value_text(dial), row), cell);
+      }
+      rows[3] += fmt::format("{0:<{1}.{2}}", caption(id, dial), cell, cell - 1);
+    } else {
+      rows[0] += fmt::format(
+          "{0:<{1}.{2}}", fmt::format("{} {} {}", id, value_text(dial), state_text(dial)), cell,
+          cell - 1);
+    }
+    if (++in_row == most) flush();
+  }
+  flush();
+  for (const std::string& each : wrapped(pose_line(live), width)) lines.push_back(each);
+  return lines;
+}
+
+std::vector<std::string> screen_topics(const Console& console) {
+  std::vector<std::string> topics{"collect", "sample"};
+  if (console.terminal && !console.json && !console.quiet) topics.emplace_back("live");
+  return topics;
+}
+
+void Block::show() {
+  if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return;
+  // A line that the terminal would wrap could not be taken away again.
+  const std::size_t width = terminal_width();
+  for (const std::string& line : lines_) {
+    const std::string shown = line.substr(0, width);
+    console_.err << shown << '\n';
+    on_screen_.push_back(shown.size());
+  }
+}
+
+void Block::clear() {
+  if (on_screen_.empty()) return;
+  std::size_t rows = 0;
+  for (const std::size_t letters : on_screen_) rows += rows_of(letters, terminal_width() + 1);
+  console_.err << "\r\x1b[" << rows << "A\x1b[J" << std::flush;
+  on_screen_.clear();
+}
+
+void Screen::show_state(const Json& state) {
+  state_ = state;
+  const std::string type = state.value("type", "");
+  const std::string message = state.value("message", "");
+  if (!message.empty() && (type == "paused" || type == "failed" || type == "skipped")) {
+    note(fmt::format("{}{}: {}", point_text(state), type, message));
+  }
+  if (type == "clock_step") note("warning: " + message);
+  if (type == "skipped" && state["point"].is_object()) map_.mark(state["point"], "left");
+  if (type == "move" && state["move_to_rad"].is_array()) {
+    note(fmt::format(
+        "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "
+        "moved",
+        point_text(state), state["move_to_rad"][0].get<double>(),
+        state["move_to_rad"][1].get<double>()));
+  }
+  if (type == "estimate" && state["estimate"].is_object()) show_estimate(state["estimate"]);
+  redraw();
+}
+
+void Screen::redraw() {
+  block_.show();
+  if (!state_.is_object()) return;
+  line_.show(
+      "collecting", state_["done"].get<std::int64_t>(), state_["total"].get<std::int64_t>(),
+      state_["eta_s"].is_number() ? std::optional(state_["eta_s"].get<double>()) : std::nullopt,
+      console_.terminal ? point_text(state_) + state_.value("stage", "") : std::string());
+}
+
+void Screen::show_sample(const Json& sample) {
+  if (console_.json || console_.quiet) return;
+  map_.take_sample(sample);
+  note(sample_line(sample));
+}
+
+std::vector<std::string> Screen::lines(std::size_t width, std::size_t height) const {
+  constexpr std::size_t kOthers = 3;  // the progress line, and room for a sample
+  constexpr std::size_t kGap = 2, kMapRows = 9, kLeastMap = 26, kMostMap = 42;
+  constexpr std::size_t kParameterWidth = 28;
+  const std::size_t dials_width = kDialsInRow * kLargeWidth;
+  const Json next = state_.is_object() ? state_.value("point", Json()) : Json();
+  std::vector<std::string> all;
+  bool map_beside = false;
+  if (live_.is_object()) {
+    all = dial_lines(live_, width);
+    const std::size_t free = width > dials_width + kGap ? width - dials_width - kGap : 0;
+    if (free >= kLeastMap) {
+      const auto map = map_.lines(std::min(free, kMostMap), kMapRows, next);
+      map_beside = !map.empty();
+      // Not beside the line of the pose, which is the last and may be long.
+      for (std::size_t i = 0; i < map.size(); ++i) {
+        if (i + 1 >= all.size()) all.insert(all.end() - 1, "");
+        all[i] = fmt::format("{:<{}}{}", all[i], dials_width + kGap, map[i]);
+      }
+    }
+  }
+  std::vector<std::string> keys;
+  if (::isatty(STDIN_FILENO) != 0) keys = wrapped(kKeyHelp, width);
+  const auto fits = [&](std::size_t more) {
+    return all.size() + more + keys.size() + kOthers <= height;
+  };
+  if (estimate_.is_object()) {
+    const auto summary = wrapped(studies::estimate_summary(estimate_), width);
+    const auto parameters = studies::estimate_parameters(
+        estimate_, std::clamp<std::size_t>(width / kParameterWidth, 1, 3));
+    if (fits(parameters.size() + summary.size())) {
+      for (const std::string& each : parameters) all.push_back(each.substr(0, width));
+    }
+    if (fits(summary.size())) all.insert(all.end(), summary.begin(), summary.end());
+  }
+  if (!map_beside && fits(kMapRows)) {
+    const auto map = map_.lines(std::min(width, kMostMap), kMapRows, next);
+    all.insert(all.end(), map.begin(), map.end());
+  }
+  all.insert(all.end(), keys.begin(), keys.end());
+  // What is higher than the terminal could not be taken away again.
+  if (height > kOthers && all.size() > height - kOthers) all.resize(height - kOthers);
+  return all;
+}
+
+void Screen::show_dials(const Json& live) {
+  if (!console_.terminal || console_.json || console_.quiet) return;
+  live_ = live;
+  show_block();
+}
+
+void Screen::show_block() {
+  line_.clear();
+  block_.clear();
+  block_.set(lines(terminal_width(), terminal_height()));
+  redraw();
+}
+
+void Screen::note(const std::string& text) {
+  line_.clear();
+  block_.clear();
+  if (!console_.terminal) return console_.note(text);
+  for (const std::string& each : wrapped(text, terminal_width())) console_.note(each);
+}
+
+void Screen::end() {
+  line_.clear();
+  block_.clear();
+}
+
+void Screen::show_estimate(const Json& estimate) {
+  if (console_.json || console_.quiet) return;
+  estimate_ = estimate;
+  if (console_.terminal) {
+    show_block();
+    return;
+  }
+  std::vector<std::string> lines = studies::estimate_parameters(estimate);
+  lines.push_back(studies::estimate_summary(estimate));
+  constexpr int kParametersEvery = 10;
+  if (estimate["samples"].get<int>() % kParametersEvery != 0) {
+    lines.erase(lines.begin(), lines.end() - 1);
+  }
+  for (const std::string& each : lines) note(each);
+}
+
+}  // namespace sixdial::cli

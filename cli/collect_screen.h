@@ -1,0 +1,68 @@
+// What a terminal shows of a running collection: samples roll by; below them stay the six dials
+// in large digits with their state, the estimate, and the progress line. Off a terminal: lines.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/console.h"
+#include "cli/plan_map.h"
+#include "service/error.h"
+
+namespace sixdial::cli {
+
+inline constexpr const char* kKeyHelp =
+    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
+
+/// "G1 12.0  x 23.412  y 37.871 mm  A 10.490 ...; remarks".
+[[nodiscard]] std::string sample_line(const Json& sample);
+/// The data of a live event in large digits, three dials a row, and the pose; in plain ones, as
+/// many a row as fit, where the terminal is too narrow for that. Each line has at most `width`
+/// letters.
+[[nodiscard]] std::vector<std::string> dial_lines(const Json& live, std::size_t width);
+/// Live readings only where they can be shown in place.
+[[nodiscard]] std::vector<std::string> screen_topics(const Console& console);
+
+/// Lines above the progress line that are rewritten in place on a terminal.
+class Block {
+ public:
+  explicit Block(const Console& console) : console_(console) {}
+  void set(std::vector<std::string> lines) { lines_ = std::move(lines); }
+  void show();
+  /// The cursor stands in the line below.
+  void clear();
+
+ private:
+  const Console& console_;
+  std::vector<std::string> lines_;
+  std::vector<std::size_t> on_screen_;  // letters of each line
+};
+
+class Screen {
+ public:
+  explicit Screen(const Console& console)
+      : console_(console), block_(console), line_(console) {}
+
+  void show_state(const Json& state);
+  void show_sample(const Json& sample);
+  void show_dials(const Json& live);
+  /// Rows of session.plan, for the map.
+  void show_plan(const Json& points) { map_.add(points); }
+  /// What stands above the progress line in a terminal of this size.
+  [[nodiscard]] std::vector<std::string> lines(std::size_t width, std::size_t height) const;
+  void note(const std::string& text);
+  void end();
+
+ private:
+  void show_estimate(const Json& estimate);
+  void redraw();
+  void show_block();
+
+  const Console& console_;
+  Block block_;
+  ProgressLine line_;
+  Json live_, state_, estimate_;
+  PlanMap map_;
+};
+
+}  // namespace sixdial::cli

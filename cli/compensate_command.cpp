@@ -1,0 +1,284 @@
+// sixdial compensate: the joint angles to command, for a target or a plan; sixdial validate:
+// commands them on the robot and tells the error really reached.
+#include <fmt/format.h>
+
+#include "cli/cli.h"
+#include "cli/local_run.h"
+#include "session/csv.h"
+#include "studies/calibrate.h"
+#include "studies/compensate.h"
+#include "studies/diagnose.h"
+#include "studies/extended_command.h"
+#include "studies/validate.h"
+
+namespace sixdial::cli {
+namespace {
+
+struct CompensateOptions {
+  std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
+  std::vector<double> target_mm;
+  std::vector<int> approach{0, 0};
+  std::optional<double> temperature_c;
+  std::int64_t result = 0, diagnosis = 0;
+  std::uint64_t seed = 1;
+  bool skip_bad_rows = false;
+};
+
+struct ValidateOptions {
+  std::string session, set = "G2", rig_file, name, output;
+  std::vector<std::string> by;
+  std::int64_t result = 0, diagnosis = 0;
+};
+
+void print_target(Cli& cli, const Json& answer) {
+  const auto at = [&](const char* key, std::size_t i) { return answer[key][i].get<double>(); };
+  cli.console.print(
+      "compensation", answer,
+      fmt::format(
+          "theta1 {:.9f}  theta2 {:.9f} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal {:.9f} "
+          "{:.9f}; closes to {:.1e} mm\n",
+          at("theta_rad", 0), at("theta_rad", 1), at("target_mm", 0), at("target_mm", 1),
+          answer["mode"].get<std::string>(), at("nominal_theta_rad", 0),
+          at("nominal_theta_rad", 1), answer["closure_mm"].get<double>()));
+}
+
+void print_plan(
+    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text) {
+  if (!options.output.empty()) session::write_file(options.output, text);
+  if (cli.console.json) {
+    Json answer{{"points", points}, {"by", options.by}};
+    answer[options.output.empty() ? "plan_csv" : "file"] =
+        options.output.empty() ? text : options.output;
+    cli.console.print_json("plan", answer);
+  } else if (options.output.empty()) {
+    cli.console.out << text;
+  } else {
+    cli.console.note(fmt::format("{} points in {}", points, options.output));
+  }
+}
+
+/// With the extended model of a diagnosis that is made now or read.
+service::ExitCode extend_bundle(
+    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+  Json document;
+  if (options.diagnosis_file.empty()) {
+    studies::DiagnosisRequest request;
+    request.seed = options.seed;
+    request.bootstrap = 0;
+    request.with_gain = false;
+    document =
+        run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+          return studies::diagnose(session, request, progress, std::move(stop));
+        });
+  } else {
+    document = read_document(options.diagnosis_file);
+  }
+  const studies::ExtendedCommand command(document, session.rig);
+  if (!options.plan_file.empty()) {
+    const session::Plan plan = studies::extended_plan(
+        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
+        options.temperature_c);
+    print_plan(cli, options, plan.points.size(), session::plan_csv(plan));
+    return service::ExitCode::kOk;
+  }
+  const geometry::WorkingMode mode =
+      geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const studies::CommandMoment moment{
+      .approach = {options.approach[0], options.approach[1]},
+      .temperature_c = options.temperature_c};
+  print_target(
+      cli, studies::compensation_answer(
+               command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
+               target_mm, mode));
+  return service::ExitCode::kOk;
+}
+
+service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
+  const session::Session session =
+      read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  if (options.by == "extended") return extend_bundle(cli, options, session);
+  Json document;
+  if (options.result_file.empty()) {
+    studies::CalibrationRequest request;
+    request.seed = options.seed;
+    document = run_here(
+        cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+          return studies::calibrate(session, request, progress, std::move(stop));
+        });
+  } else {
+    document = read_document(options.result_file);
+  }
+  const studies::CompensateBy by = *studies::compensate_by_from(options.by);
+  const calibration::CompensationModel model = studies::compensation_model(document, by);
+  if (!options.plan_file.empty()) {
+    const session::Plan plan = studies::compensated_plan(
+        session::read_plan(options.plan_file, session.rig), model, session.rig);
+    print_plan(cli, options, plan.points.size(), session::plan_csv(plan));
+    return service::ExitCode::kOk;
+  }
+  const geometry::WorkingMode mode =
+      geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
+  print_target(
+      cli, studies::compensated_target(
+               model, by, {options.target_mm[0], options.target_mm[1]}, mode));
+  return service::ExitCode::kOk;
+}
+
+service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options) {
+  Json params{{"session", options.subject}, {"by", options.by}};
+  if (options.result > 0) params["result"] = options.result;
+  if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
+  if (options.plan_file.empty()) {
+    if (options.by == "extended") {
+      params["approach1"] = options.approach[0];
+      params["approach2"] = options.approach[1];
+    }
+    params["x_mm"] = options.target_mm[0];
+    params["y_mm"] = options.target_mm[1];
+    if (!options.mode.empty()) params["mode"] = options.mode;
+    print_target(cli, cli.call("compensate.target", params));
+    return service::ExitCode::kOk;
+  }
+  params["plan_csv"] = session::read_file(options.plan_file);
+  if (options.output.empty()) {
+    const Json answer = cli.call("compensate.plan", params);
+    print_plan(
+        cli, options, answer["points"].get<std::size_t>(),
+        answer["plan_csv"].get<std::string>());
+    return service::ExitCode::kOk;
+  }
+  params["path"] = absolute(options.output);
+  const Json answer = cli.call("compensate.plan", params);
+  cli.console.print(
+      "plan", {{"points", answer["points"]}, {"by", options.by}, {"file", options.output}}, "");
+  if (!cli.console.json) {
+    cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));
+  }
+  return service::ExitCode::kOk;
+}
+
+service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
+  Json params{{"session", options.session}, {"set", options.set}};
+  if (options.result > 0) params["result"] = options.result;
+  if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (!options.by.empty()) params["by"] = options.by;
+  if (!options.name.empty()) params["name"] = options.name;
+  if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
+  const Json job = cli.call("validate.start", params);
+  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
+  const Json document = fetch_result(cli, ended["result"].get<std::int64_t>());
+  if (!options.output.empty()) session::write_file(options.output, document.dump(1) + "\n");
+  cli.console.print(
+      "validation", studies::result_summary(document), studies::validation_text(document));
+  for (const Json& point : document["troubles"]) {
+    cli.console.warn(fmt::format(
+        "{} {} not measured: {}", point["set"].get<std::string>(), point["point"].get<int>(),
+        point["why"].get<std::string>()));
+  }
+  if (!cli.console.json) {
+    cli.console.note(fmt::format(
+        "samples in session {}, result {}",
+        document["inputs"]["validation_session"].get<std::string>(), ended["result"].dump()));
+  }
+  return document["troubles"].empty() ? service::ExitCode::kOk
+                                      : service::ExitCode::kDataQuality;
+}
+
+void add_compensate(CLI::App& app, Cli& cli) {
+  CLI::App* command = app.add_subcommand(
+      "compensate",
+      "The joint angles to command so that the calibrated robot reaches a target, or all "
+      "targets of a plan.");
+  const auto options = std::make_shared<CompensateOptions>();
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  CLI::Option* target =
+      command->add_option("--target", options->target_mm, "x,y in mm, table frame")
+          ->delimiter(',')
+          ->expected(2);
+  CLI::Option* plan = command->add_option("--plan", options->plan_file, "a plan file instead")
+                          ->check(CLI::ExistingFile)
+                          ->excludes(target);
+  command->add_option("-o,--output", options->output, "the plan to write; default: stdout")
+      ->needs(plan);
+  command
+      ->add_option(
+          "--method,--model", options->by,
+          "what commands the robot; extended: robot and named causes of a diagnosis")
+      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
+      ->capture_default_str();
+  command->add_option("--mode", options->mode, "working mode; default: the rig's")
+      ->check(CLI::IsMember({"++", "+-", "-+", "--"}))
+      ->excludes(plan);
+  command->add_option("--result", options->result, "a stored result; default: the newest");
+  command->add_option(
+      "--calibration", options->result_file,
+      "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command->add_option(
+      "--diagnosis", options->diagnosis,
+      "of extended: a stored diagnosis by number; default: the newest");
+  command
+      ->add_option(
+          "--diagnosis-file", options->diagnosis_file,
+          "of a bundle and extended: result file of `diagnose -o` instead of diagnosing now")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option(
+          "--approach", options->approach,
+          "of extended: the side that each joint arrives from, as 1,-1; 0: unknown")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(-1, 1))
+      ->excludes(plan);
+  command->add_option(
+      "--temperature", options->temperature_c,
+      "of extended, in degC; default: as at the end of the session");
+  command->add_option("--seed", options->seed, "of a bundle's calibration")
+      ->capture_default_str();
+  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  command->callback([&cli, options] {
+    if (options->target_mm.empty() && options->plan_file.empty()) {
+      throw CLI::RequiredError("--target or --plan");
+    }
+    cli.action = [&cli, options] {
+      return is_bundle(options->subject) ? compensate_bundle(cli, *options)
+                                         : compensate_session(cli, *options);
+    };
+  });
+}
+
+void add_validate(CLI::App& app, Cli& cli) {
+  CLI::App* command = app.add_subcommand("validate", summary_of("validate.start"));
+  const auto options = std::make_shared<ValidateOptions>();
+  command->add_option("SESSION", options->session, "a calibrated session of the service")
+      ->required();
+  command->add_option("--set", options->set, "whose targets are commanded")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--method,--model", options->by,
+          "one or more of before, kinematics, full (default: these three) and extended, by the "
+          "session's diagnosis")
+      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
+      ->delimiter(',');
+  command->add_option(
+      "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
+  command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
+      ->check(CLI::ExistingFile);
+  command->add_option("--name", options->name, "of the new session");
+  command->add_option("--result", options->result, "a stored result; default: the newest");
+  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });
+}
+
+}  // namespace
+
+void add_compensate_commands(CLI::App& app, Cli& cli) {
+  add_compensate(app, cli);
+  add_validate(app, cli);
+}
+
+}  // namespace sixdial::cli

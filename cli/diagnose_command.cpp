@@ -1,0 +1,109 @@
+// sixdial diagnose SESSION|BUNDLE: what the simulation gets wrong and why, as a job of the
+// service, or here on a bundle; the same code.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+#include "cli/local_run.h"
+#include "report/sections/sections_of_studies.h"
+#include "service/socket/server.h"
+#include "session/csv.h"
+#include "studies/diagnose.h"
+#include "studies/diagnosis_words.h"
+
+namespace sixdial::cli {
+namespace {
+
+struct DiagnoseOptions {
+  std::string subject, output, report;
+  studies::DiagnosisRequest request;
+  bool no_gain = false;
+  bool skip_bad_rows = false;
+};
+
+void print_diagnosis(Cli& cli, const Json& document, const DiagnoseOptions& options) {
+  if (!options.output.empty()) session::write_file(options.output, document.dump(1) + "\n");
+  if (cli.console.json) {
+    cli.console.print_json("diagnosis", document);
+    return;
+  }
+  cli.console.out << studies::diagnosis_text(document);
+  if (!options.report.empty()) {
+    cli.console.note(fmt::format("report in {}", options.report));
+  }
+  cli.console.note(fmt::format(
+      "seed {}, {:.1f} s", document["inputs"]["seed"].get<std::uint64_t>(),
+      document["seconds"].get<double>()));
+}
+
+service::ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
+  const session::Session session =
+      read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  const Json document =
+      run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+        return studies::diagnose(session, options.request, progress, std::move(stop));
+      });
+  if (!options.report.empty()) {
+    session::write_file(
+        options.report,
+        report::diagnosis_page(document, session, service::operator_of(::getuid())));
+  }
+  print_diagnosis(cli, document, options);
+  return service::ExitCode::kOk;
+}
+
+service::ExitCode diagnose_session(Cli& cli, const DiagnoseOptions& options) {
+  const Json job = cli.call(
+      "diagnose.start", {{"session", options.subject},
+                         {"seed", options.request.seed},
+                         {"bootstrap", options.request.bootstrap},
+                         {"gain", options.request.with_gain}});
+  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
+  const auto result = ended["result"].get<std::int64_t>();
+  if (!options.report.empty()) {
+    static_cast<void>(
+        cli.call("diagnose.report", {{"result", result}, {"path", absolute(options.report)}}));
+  }
+  print_diagnosis(cli, fetch_result(cli, result), options);
+  if (!cli.console.json) {
+    cli.console.note(fmt::format(
+        "result {} in the store; the next report of {} shows it", result, options.subject));
+  }
+  return service::ExitCode::kOk;
+}
+
+}  // namespace
+
+void add_diagnose_command(CLI::App& app, Cli& cli) {
+  CLI::App* command = app.add_subcommand(
+      "diagnose",
+      "What the simulation gets wrong on a session, which physical cause explains it and "
+      "where, "
+      "how sure that is, what naming it gains on G2, what could not be tested.");
+  const auto options = std::make_shared<DiagnoseOptions>();
+  studies::DiagnosisRequest& request = options->request;
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("--seed", request.seed, "of simulated noise, intervals and networks")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--bootstrap", request.bootstrap,
+          "simulated sessions of noise behind the false alarm probability; 0: by formula")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  command->add_flag(
+      "--no-gain", options->no_gain, "without the gain on G2, which trains networks");
+  command->add_option("--report", options->report, "an HTML page of the diagnosis");
+  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
+  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  command->callback([&cli, options] {
+    cli.action = [&cli, options] {
+      options->request.with_gain = !options->no_gain;
+      return is_bundle(options->subject) ? diagnose_bundle(cli, *options)
+                                         : diagnose_session(cli, *options);
+    };
+  });
+}
+
+}  // namespace sixdial::cli

@@ -1,0 +1,59 @@
+#include "cli/local_run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "service/socket/client.h"
+#include "studies/error.h"
+
+namespace sixdial::cli {
+
+Json run_here(const Console& console, const std::string& what, const LocalWork& work) {
+  constexpr auto kLookForSignal = std::chrono::milliseconds(100);
+  ProgressLine line(console);
+  std::stop_source interruption;
+  bool interrupted = false;
+  // A signal's handler must not ask for the stop itself, and stages may be long.
+  std::jthread watch([&](const std::stop_token& over) {
+    std::mutex mutex;
+    std::condition_variable_any ended;
+    std::unique_lock lock(mutex);
+    while (!ended.wait_for(lock, over, kLookForSignal, [&] { return over.stop_requested(); })) {
+      if (!service::take_interruption()) continue;
+      interrupted = true;
+      interruption.request_stop();
+      return;
+    }
+  });
+  const auto end_watch = [&] {
+    watch.request_stop();
+    if (watch.joinable()) watch.join();
+    line.clear();
+  };
+  const auto give_up = [&] {
+    console.note(fmt::format("{} was interrupted; nothing of it is kept", what));
+    throw service::Interrupted();
+  };
+  Json document;
+  try {
+    document = work(
+        [&](const service::JobProgress& progress) {
+          line.show(
+              progress.stage, progress.done, progress.total, progress.eta_s,
+              progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm)
+                               : std::string());
+        },
+        interruption.get_token());
+  } catch (const studies::Error& error) {
+    end_watch();
+    if (error.code() == studies::ErrorCode::kCancelled && interrupted) give_up();
+    throw;
+  }
+  end_watch();
+  if (interrupted) give_up();
+  return document;
+}
+
+}  // namespace sixdial::cli

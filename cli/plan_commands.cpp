@@ -1,0 +1,247 @@
+// sixdial plan grid|random: a plan file for a rig file, without a service; plan next: what to
+// measure after what a session has told.
+#include <fmt/format.h>
+
+#include "cli/cli.h"
+#include "session/csv.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
+#include "studies/next_plan.h"
+#include "studies/separation_plan.h"
+
+namespace sixdial::cli {
+namespace {
+
+struct PlanCommand {
+  std::string rig_file, output, approach;
+  std::vector<std::string> modes;
+  int nx = 10, ny = 10, count = 50;
+  std::vector<double> rectangle_mm;
+  bool serpentine = false;
+  session::PlanOptions options;
+};
+
+void add_modes(CLI::App& command, std::vector<std::string>& modes, const std::string& help) {
+  command.add_option("--mode", modes, help)
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"++", "+-", "-+", "--"}));
+}
+
+void add_common(CLI::App& command, PlanCommand& plan) {
+  command.add_option("--rig", plan.rig_file, "rig.toml")->required();
+  command.add_option("-o,--output", plan.output, "the plan file; default: stdout");
+  command.add_option("--set", plan.options.set, "G1, G2 or another name")
+      ->capture_default_str();
+  command.add_option("--repeats", plan.options.repeats, "readings of each point")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command.add_option("--seed", plan.options.seed, "of order and places")->capture_default_str();
+  command.add_option("--margin", plan.options.margin_mm, "mm kept free inside the edge")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--first-point", plan.options.first_point, "number of the first point");
+  command
+      .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
+      ->expected(4);
+  command.add_option("--approach", plan.approach, "from which side points are reached")
+      ->check(CLI::IsMember({"as-it-comes", "alternate", "both-sides"}));
+  add_modes(
+      command, plan.modes,
+      "working modes, as in --mode=++,-+: elbow sides of leg 1 and leg 2, each mode with all "
+      "the points; default: the rig's");
+}
+
+std::vector<geometry::WorkingMode> modes_of(const std::vector<std::string>& words) {
+  std::vector<geometry::WorkingMode> modes;
+  modes.reserve(words.size());
+  for (const std::string& word : words) modes.push_back(*geometry::working_mode_from(word));
+  return modes;
+}
+
+session::PlanOptions finished(const PlanCommand& plan) {
+  session::PlanOptions options = plan.options;
+  if (plan.rectangle_mm.size() == 4) {
+    options.rectangle.min_mm = {plan.rectangle_mm[0], plan.rectangle_mm[1]};
+    options.rectangle.max_mm = {plan.rectangle_mm[2], plan.rectangle_mm[3]};
+  }
+  if (!plan.approach.empty()) options.approach = *session::approach_rule_from(plan.approach);
+  options.working_modes = modes_of(plan.modes);
+  options.shuffle = !plan.serpentine;
+  return options;
+}
+
+service::ExitCode write(
+    Cli& cli, const std::string& output, const std::string& plan_csv, std::size_t points,
+    const std::vector<std::string>& notes, Json answer) {
+  if (!output.empty()) session::write_file(output, plan_csv);
+  if (cli.console.json) {
+    answer["points"] = points;
+    answer["notes"] = notes;
+    if (output.empty()) {
+      answer["plan_csv"] = plan_csv;
+    } else {
+      answer["file"] = output;
+    }
+    cli.console.print_json("plan", answer);
+    return service::ExitCode::kOk;
+  }
+  if (output.empty()) {
+    cli.console.out << plan_csv;
+  } else {
+    cli.console.note(fmt::format("{} points in {}", points, output));
+  }
+  for (const std::string& note : notes) cli.console.note(note);
+  return service::ExitCode::kOk;
+}
+
+service::ExitCode write(
+    Cli& cli, const PlanCommand& command, const geometry::Rig& rig,
+    const tl::expected<session::Plan, session::PlanRefusal>& plan) {
+  if (!plan) {
+    throw service::Error(
+        service::ErrorCode::kBadData, "the plan is refused: " + session::describe(plan.error()),
+        {{"point", plan.error().point}}, plan.error().advice);
+  }
+  return write(
+      cli, command.output, session::plan_csv(*plan, rig), plan->points.size(),
+      session::operator_notes(rig, *plan), Json::object());
+}
+
+struct NextCommand {
+  std::string subject, output, criterion = "I";
+  int points = 10;
+  std::vector<std::string> modes;
+};
+
+service::ExitCode next(Cli& cli, const NextCommand& command) {
+  Json words;
+  if (is_bundle(command.subject)) {
+    const session::Session session = read_bundle_with_warnings(cli, command.subject, false);
+    studies::NextPlanRequest request;
+    request.points = command.points;
+    request.criterion = *calibration::criterion_from(command.criterion);
+    request.modes = modes_of(command.modes);
+    studies::NextPlan found = studies::next_plan(session, request);
+    words = std::move(found.words);
+    words["plan_csv"] = session::plan_csv(found.plan, session.rig);
+    words["notes"] = session::operator_notes(session.rig, found.plan);
+  } else {
+    words = cli.call(
+        "plan.next", {{"session", command.subject},
+                      {"points", command.points},
+                      {"criterion", command.criterion},
+                      {"modes", command.modes}});
+  }
+  if (!cli.console.json) cli.console.note(studies::next_plan_text(words));
+  const auto plan_csv = words["plan_csv"].get<std::string>();
+  const auto notes = words["notes"].get<std::vector<std::string>>();
+  const auto points = words["points"].get<std::size_t>();
+  words.erase("plan_csv");
+  return write(cli, command.output, plan_csv, points, notes, std::move(words));
+}
+
+service::ExitCode separate(Cli& cli, const NextCommand& command) {
+  Json words;
+  if (is_bundle(command.subject)) {
+    const session::Session session = read_bundle_with_warnings(cli, command.subject, false);
+    studies::SeparationRequest request;
+    request.points = command.points;
+    request.modes = modes_of(command.modes);
+    studies::SeparationPlan found = studies::separation_plan(session, request);
+    words = std::move(found.words);
+    words["plan_csv"] = session::plan_csv(found.plan, session.rig);
+    words["notes"] = session::operator_notes(session.rig, found.plan);
+  } else {
+    words = cli.call(
+        "plan.separate",
+        {{"session", command.subject}, {"points", command.points}, {"modes", command.modes}});
+  }
+  if (!cli.console.json) cli.console.note(studies::separation_text(words));
+  const auto plan_csv = words["plan_csv"].get<std::string>();
+  const auto notes = words["notes"].get<std::vector<std::string>>();
+  const auto points = words["points"].get<std::size_t>();
+  words.erase("plan_csv");
+  return write(cli, command.output, plan_csv, points, notes, std::move(words));
+}
+
+void add_separate_command(CLI::App& group, Cli& cli) {
+  CLI::App* command = group.add_subcommand("separate", summary_of("plan.separate"));
+  const auto options = std::make_shared<NextCommand>();
+  options->points = studies::SeparationRequest{}.points;
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("--points", options->points, "so many")
+      ->check(CLI::Range(1, 400))
+      ->capture_default_str();
+  add_modes(
+      *command, options->modes,
+      "working modes to measure in, as in --mode=++,-+; default: all that can be measured");
+  command->add_option("-o,--output", options->output, "the plan file; default: stdout");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return separate(cli, *options); }; });
+}
+
+void add_next_command(CLI::App& group, Cli& cli) {
+  CLI::App* command = group.add_subcommand("next", summary_of("plan.next"));
+  const auto options = std::make_shared<NextCommand>();
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("--points", options->points, "so many")
+      ->check(CLI::Range(1, 400))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--criterion", options->criterion,
+          "I: the tool's position over the workspace, D: all parameters")
+      ->check(CLI::IsMember({"I", "D"}))
+      ->capture_default_str();
+  add_modes(
+      *command, options->modes,
+      "working modes to measure in, as in --mode=++,-+; default: those of the session");
+  command->add_option("-o,--output", options->output, "the plan file; default: stdout");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return next(cli, *options); }; });
+}
+
+}  // namespace
+
+void add_plan_commands(CLI::App& app, Cli& cli) {
+  CLI::App* group =
+      app.add_subcommand("plan", "What to measure, as a CSV file people can edit.");
+  group->require_subcommand(1);
+  add_next_command(*group, cli);
+  add_separate_command(*group, cli);
+  const auto plan = std::make_shared<PlanCommand>();
+
+  CLI::App* grid = group->add_subcommand("grid", "A grid of targets that the rig can measure.");
+  add_common(*grid, *plan);
+  grid->add_option("--nx", plan->nx, "points along x")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  grid->add_option("--ny", plan->ny, "points along y")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  grid->add_flag("--serpentine", plan->serpentine, "in the grid's order instead of shuffled");
+  grid->callback([&cli, plan] {
+    cli.action = [&cli, plan] {
+      const auto rig = session::read_rig_file(plan->rig_file);
+      return write(
+          cli, *plan, rig, session::plan_grid(rig, plan->nx, plan->ny, finished(*plan)));
+    };
+  });
+
+  CLI::App* random =
+      group->add_subcommand("random", "Random targets that the rig can measure.");
+  add_common(*random, *plan);
+  random->add_option("--count", plan->count, "points")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  random->callback([&cli, plan] {
+    cli.action = [&cli, plan] {
+      const auto rig = session::read_rig_file(plan->rig_file);
+      return write(cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan)));
+    };
+  });
+}
+
+}  // namespace sixdial::cli

@@ -1,0 +1,149 @@
+// sixdial report SESSION|BUNDLE: the report files from a stored result, or from a bundle that
+// is calibrated here.
+#include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "cli/cli.h"
+#include "cli/local_run.h"
+#include "report/report_run.h"
+#include "report/sections/against_sections.h"
+#include "service/report_pdf.h"
+#include "service/socket/server.h"
+#include "session/bundle.h"
+#include "session/csv.h"
+#include "studies/calibrate.h"
+#include "studies/compare.h"
+#include "studies/diagnose.h"
+
+namespace sixdial::cli {
+namespace {
+
+struct ReportOptions {
+  std::string subject, output, result_file, pdf, against;
+  std::int64_t result = 0;
+  std::uint64_t seed = 1;
+  bool skip_bad_rows = false;
+  bool compare = false;
+  bool diagnose = false;
+};
+
+void print_files(Cli& cli, const ReportOptions& options, Json answer) {
+  std::string text = answer["path"].get<std::string>() + "/report.html\n";
+  if (!options.pdf.empty()) {
+    const std::filesystem::path folder = answer["path"].get<std::string>();
+    service::print_pdf(folder / "report.html", options.pdf);
+    answer["pdf"] = absolute(options.pdf);
+    text += options.pdf + "\n";
+  }
+  cli.console.print("report", answer, text);
+}
+
+Json calibrate_here(Cli& cli, const session::Session& session, std::uint64_t seed) {
+  return run_here(
+      cli.console, fmt::format("the calibration of {}", session.name),
+      [&](const auto& progress, std::stop_token stop) {
+        studies::CalibrationRequest request;
+        request.seed = seed;
+        return studies::calibrate(session, request, progress, std::move(stop));
+      });
+}
+
+service::ExitCode report_bundle(
+    Cli& cli, const ReportOptions& options, const std::string& folder) {
+  const session::Session session =
+      read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  const Json document = options.result_file.empty() ? calibrate_here(cli, session, options.seed)
+                                                    : read_document(options.result_file);
+  Json comparison;
+  if (options.compare) {
+    studies::CompareRequest request;
+    request.seed = options.seed;
+    comparison = run_here(
+        cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
+          return studies::compare(session, request, progress, std::move(stop));
+        });
+  }
+  Json diagnosis;
+  if (options.diagnose) {
+    ProgressLine line(cli.console);
+    studies::DiagnosisRequest request;
+    request.seed = options.seed;
+    diagnosis = studies::diagnose(session, request, [&](const service::JobProgress& progress) {
+      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+    });
+  }
+  std::vector<report::Section> more;
+  if (!options.against.empty()) {
+    const session::Session other =
+        read_bundle_with_warnings(cli, options.against, options.skip_bad_rows);
+    const Json other_document = calibrate_here(cli, other, options.seed);
+    more = report::against_sections({document, session}, {other_document, other});
+  }
+  const auto files = report::write_report(
+      document, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
+      std::move(more));
+  print_files(cli, options, {{"path", folder}, {"files", files}});
+  return service::ExitCode::kOk;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, Cli& cli) {
+  CLI::App* command =
+      app.add_subcommand("report", "Writes a calibration report: HTML, JSON, CSV, the bundle.");
+  const auto options = std::make_shared<ReportOptions>();
+  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
+      ->required();
+  command->add_option("-o,--output", options->output, "folder; default: <session>-report");
+  command->add_option(
+      "--result", options->result, "number of a stored result; default: the newest");
+  command->add_option(
+      "--calibration", options->result_file,
+      "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command->add_flag(
+      "--compare", options->compare,
+      "compare all methods now and show them; a stored comparison is shown anyway");
+  command->add_flag(
+      "--diagnose", options->diagnose,
+      "look for the physical cause of what is left now, and show it; a stored diagnosis is "
+      "shown anyway");
+  command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
+      ->capture_default_str();
+  command->add_option(
+      "--against", options->against,
+      "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
+      "left");
+  command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
+  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  command->callback([&cli, options] {
+    cli.action = [&cli, options] {
+      const std::filesystem::path subject(options->subject);
+      const std::string name = subject.filename().empty()
+                                   ? subject.parent_path().filename().string()
+                                   : subject.stem().string();
+      const std::string folder =
+          absolute(options->output.empty() ? name + "-report" : options->output);
+      if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);
+      if (options->compare) {
+        const Json job =
+            cli.call("compare.start", {{"session", options->subject}, {"seed", options->seed}});
+        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+      }
+      if (options->diagnose) {
+        const Json job = cli.call(
+            "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
+        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+      }
+      Json params{{"session", options->subject}, {"path", folder}};
+      if (options->result > 0) params["result"] = options->result;
+      if (!options->against.empty()) params["against"] = options->against;
+      print_files(cli, *options, call_for_files(cli, "report.write", params));
+      return service::ExitCode::kOk;
+    };
+  });
+}
+
+}  // namespace sixdial::cli

@@ -1,0 +1,212 @@
+#include "report/sections/against_sections.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "geometry/five_bar.h"
+#include "report/tables.h"
+#include "report/text.h"
+#include "session/trials.h"
+#include "studies/calibrate.h"
+
+namespace sixdial::report {
+namespace {
+
+constexpr double kChanged = 2.0;  // times the standard deviation of a difference: 95 %
+
+using report::number;
+
+report::Column column(
+    std::string key, std::string title, std::string unit = "", std::string group = "") {
+  return {
+      .key = std::move(key),
+      .title = std::move(title),
+      .unit = std::move(unit),
+      .group = std::move(group)};
+}
+
+void check_is_calibration(const Calibrated& each) {
+  if (each.document.value("schema", "") == "sixdial.calibration" &&
+      each.document.value("schema_version", 0) == studies::kCalibrationSchemaVersion) {
+    return;
+  }
+  throw studies::Error(
+      studies::ErrorCode::kBadData,
+      fmt::format("the result of session {} cannot be compared", each.session.name),
+      {{"session", each.session.name}}, "Calibrate it again with this version.");
+}
+
+/// Time of the first sample; empty where none has one.
+std::string measured_at(const session::Session& session) {
+  std::optional<session::TimePoint> first;
+  for (const session::Sample& sample : session.samples) {
+    if (sample.time_utc && (!first || *sample.time_utc < *first)) first = sample.time_utc;
+  }
+  return first ? session::to_iso8601(*first) : "";
+}
+
+std::string name_and_time(const session::Session& session) {
+  const std::string time = measured_at(session);
+  return time.empty() ? session.name
+                      : fmt::format("{}, {}", session.name, report::readable_time(time));
+}
+
+std::optional<double> sd_of(const Json& parameter) {
+  const auto sd = parameter.find("sd");
+  if (parameter["fixed"].get<bool>() || sd == parameter.end() || !sd->is_number()) return {};
+  return sd->get<double>();
+}
+
+geometry::ParameterVector identified(const Json& document) {
+  geometry::ParameterVector v;
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    v[i] = document["parameters"].at(static_cast<std::size_t>(i))["identified"].get<double>();
+  }
+  return v;
+}
+
+struct Shift {
+  double mean_mm = 0.0, max_mm = 0.0;
+  int poses = 0;
+};
+
+/// The tool by the one against the other parameters, at the joint angles of this session.
+Shift shift_of(const Calibrated& here, const Calibrated& other) {
+  const geometry::ParameterVector v = identified(here.document);
+  const geometry::ParameterVector w = identified(other.document);
+  Shift shift;
+  for (const session::Sample& sample : here.session.samples) {
+    const auto assembly = session::assembly_of(here.session.rig, sample);
+    const auto a = geometry::forward(v, sample.q_rad, assembly);
+    const auto b = geometry::forward(w, sample.q_rad, assembly);
+    if (!a || !b) continue;
+    const double apart_mm = (a->p_WE - b->p_WE).norm();
+    shift.mean_mm += apart_mm;
+    shift.max_mm = std::max(shift.max_mm, apart_mm);
+    ++shift.poses;
+  }
+  if (shift.poses > 0) shift.mean_mm /= shift.poses;
+  return shift;
+}
+
+report::Table error_table(const Calibrated& earlier, const Calibrated& later) {
+  report::Table t{.id = "against_errors", .caption = "Position error of both sessions"};
+  t.columns = {column("state", "")};
+  for (const char* set : {"g1", "g2"}) {
+    const std::string group = set == std::string("g1") ? "G1 calibration" : "G2 validation";
+    t.columns.push_back(column(fmt::format("{}_mean_mm", set), "mean", "mm", group));
+    t.columns.push_back(column(fmt::format("{}_max_mm", set), "max", "mm", group));
+    t.columns.push_back(column(fmt::format("{}_points", set), "points", "", group));
+  }
+  const auto row = [&](const Calibrated& each, const std::string& id, std::string words) {
+    std::vector<report::Cell> cells{std::move(words)};
+    const Json& methods = each.document["methods"];
+    const auto method = std::ranges::find_if(
+        methods, [&](const Json& m) { return m["id"].get<std::string>() == id; });
+    for (const char* set : {"g1", "g2"}) {
+      const bool known = method != methods.end() && (*method)[set].is_object();
+      for (const char* key : {"mean_mm", "max_mm"}) {
+        cells.push_back(known ? number((*method)[set][key].get<double>()) : report::Cell{});
+      }
+      cells.push_back(
+          known ? report::whole((*method)[set]["points"].get<int>()) : report::Cell{});
+    }
+    t.rows.push_back(std::move(cells));
+  };
+  row(earlier, "before", fmt::format("as found: {}, before", earlier.session.name));
+  row(earlier, earlier.document["result_method"].get<std::string>(),
+      fmt::format("as found: {}, calibrated", earlier.session.name));
+  row(later, "before", fmt::format("as left: {}, before", later.session.name));
+  row(later, later.document["result_method"].get<std::string>(),
+      fmt::format("as left: {}, calibrated", later.session.name));
+  t.notes.emplace_back(
+      "\"Before\" is by the nominal parameters of each session's rig file: enter the "
+      "identified "
+      "ones there, and as left should begin where as found ended.");
+  return t;
+}
+
+report::Table parameter_table(
+    const Calibrated& earlier, const Calibrated& later, int& changed, int& judged) {
+  report::Table t{
+      .id = "against_parameters", .caption = "Identified parameters of both sessions"};
+  t.columns = {
+      column("parameter", "parameter"),
+      column("unit", "unit"),
+      column("as_found", "value", "", "as found"),
+      column("as_found_sd", "sd", "", "as found"),
+      column("as_left", "value", "", "as left"),
+      column("as_left_sd", "sd", "", "as left"),
+      column("change", "change"),
+      column("change_sd", "sd of the change"),
+      column("times", "change / sd"),
+      column("verdict", "")};
+  for (std::size_t i = 0; i < geometry::kParameters.size(); ++i) {
+    const geometry::ParameterInfo& info = geometry::kParameters[i];
+    const Json& a = earlier.document["parameters"].at(i);
+    const Json& b = later.document["parameters"].at(i);
+    const double shown = info.shown_per_unit;
+    const double change = b["identified"].get<double>() - a["identified"].get<double>();
+    const auto sd_a = sd_of(a);
+    const auto sd_b = sd_of(b);
+    std::optional<double> sd, times;
+    std::string verdict = "not judged: held or without uncertainty";
+    if (sd_a && sd_b && std::hypot(*sd_a, *sd_b) > 0.0) {
+      sd = std::hypot(*sd_a, *sd_b);
+      times = std::abs(change) / *sd;
+      verdict = *times > kChanged ? "changed" : "the same";
+      ++judged;
+      if (*times > kChanged) ++changed;
+    }
+    const int decimals = report::decimals_for(shown * sd.value_or(1e-4));
+    const auto scaled = [&](const std::optional<double>& value) {
+      return number(value ? std::optional(shown * *value) : std::nullopt, decimals);
+    };
+    t.rows.push_back(
+        {report::symbol(info.name), std::string(info.shown_unit),
+         scaled(a["identified"].get<double>()), scaled(sd_a),
+         scaled(b["identified"].get<double>()), scaled(sd_b), scaled(change), scaled(sd),
+         number(times, 1), std::move(verdict)});
+  }
+  t.notes.emplace_back(
+      "Change is as left minus as found: +0.010 mm is a link that is 0.010 mm longer now. "
+      "Above 2 sd it is called changed (95 %); of ten parameters one in two comparisons "
+      "does so by chance.");
+  return t;
+}
+
+}  // namespace
+
+std::vector<report::Section> against_sections(const Calibrated& here, const Calibrated& other) {
+  check_is_calibration(here);
+  check_is_calibration(other);
+  const bool here_is_later = measured_at(here.session) >= measured_at(other.session);
+  const Calibrated& earlier = here_is_later ? other : here;
+  const Calibrated& later = here_is_later ? here : other;
+  int changed = 0;
+  int judged = 0;
+  report::Table parameters = parameter_table(earlier, later, changed, judged);
+  const Shift shift = shift_of(here, other);
+
+  report::Section out{.id = "against", .heading = "As found and as left"};
+  out.blocks.emplace_back(fmt::format(
+      "As found: {}. As left: {}. At the joint angles of this session ({}) the tool by the one "
+      "parameters stands {} on average and {} at most from where the other put it. {} of {} "
+      "parameters changed by more than twice the uncertainty of the change.",
+      name_and_time(earlier.session), name_and_time(later.session),
+      report::counted(shift.poses, "pose", "poses"), report::length(shift.mean_mm),
+      report::length(shift.max_mm), changed, judged));
+  if (earlier.document["inputs"]["rig_hash"] != later.document["inputs"]["rig_hash"]) {
+    out.blocks.emplace_back(
+        "The two rig files differ: a dial that stands elsewhere shows as a robot that moved "
+        "(x0, y0, alpha).");
+  }
+  out.blocks.emplace_back(error_table(earlier, later));
+  out.blocks.emplace_back(std::move(parameters));
+  return {std::move(out)};
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,304 @@
+// Collecting a session on the rig: start, follow, command.
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "service/service.h"
+#include "session/plan.h"
+#include "studies/next_plan.h"
+#include "studies/separation_plan.h"
+
+namespace sixdial::service {
+namespace {
+
+Json start(const Call& call) {
+  CollectRequest request;
+  request.session = call.params.at("session").get<std::string>();
+  request.caller = call.caller;
+  const auto plan_csv = param_or<std::string>(call.params, "plan_csv", "");
+  if (!plan_csv.empty()) {
+    db::Store& reader = call.service.reader();
+    request.plan = session::parse_plan(
+        plan_csv, "plan", reader.load_rig(reader.find_session(request.session)));
+  }
+  acquisition::CollectorSettings& settings = request.settings;
+  settings.settle_spread_mm = param_or(call.params, "settle_spread_mm", 0.0);
+  settings.settle_timeout = std::chrono::milliseconds(param_or<std::int64_t>(
+      call.params, "settle_timeout_ms", settings.settle_timeout.count()));
+  if (param_or<std::string>(call.params, "on_dial_fault", "store") == "pause") {
+    settings.on_dial_fault = acquisition::OnDialFault::kPause;
+  }
+  if (param_or<std::string>(call.params, "on_mode_change", "pause") == "go") {
+    settings.on_branch_change = acquisition::OnBranchChange::kGo;
+  }
+  if (const double limit_mm = param_or(call.params, "stop_below_mm", 0.0); limit_mm > 0.0) {
+    request.stop_below_mm = limit_mm;
+  }
+  return call.service.collection().start(std::move(request));
+}
+
+Json plan_next(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const session::Session session =
+      reader.load_session(reader.find_session(call.params.at("session").get<std::string>()));
+  studies::NextPlanRequest request;
+  request.points = param_or(call.params, "points", request.points);
+  request.criterion =
+      *calibration::criterion_from(param_or<std::string>(call.params, "criterion", "I"));
+  for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
+    request.modes.push_back(*geometry::working_mode_from(mode));
+  }
+  studies::NextPlan next = studies::next_plan(session, request);
+  Json answer = std::move(next.words);
+  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
+  answer["notes"] = session::operator_notes(session.rig, next.plan);
+  return answer;
+}
+
+Json plan_separate(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const session::Session session =
+      reader.load_session(reader.find_session(call.params.at("session").get<std::string>()));
+  studies::SeparationRequest request;
+  request.points = param_or(call.params, "points", request.points);
+  for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
+    request.modes.push_back(*geometry::working_mode_from(mode));
+  }
+  studies::SeparationPlan next = studies::separation_plan(session, request);
+  Json answer = std::move(next.words);
+  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
+  answer["notes"] = session::operator_notes(session.rig, next.plan);
+  return answer;
+}
+
+Json status(const Call& call) { return call.service.collection().status(); }
+
+Wait wait(const Call& call) {
+  Collection& collection = call.service.collection();
+  return {
+      .ready = [&collection] { return !collection.active(); },
+      .answer = [&collection] { return collection.status(); },
+      .timeout = std::chrono::milliseconds(
+          static_cast<std::int64_t>(1000.0 * param_or(call.params, "timeout_s", 60.0)))};
+}
+
+template <void (Collection::*Command)()>
+Json command(const Call& call) {
+  (call.service.collection().*Command)();
+  return call.service.collection().status();
+}
+
+Json moved(const Call& call) {
+  acquisition::ManualAnswer answer;
+  answer.done = param_or(call.params, "reached", true);
+  if (call.params.contains("theta1_rad") != call.params.contains("theta2_rad")) {
+    throw Error(
+        ErrorCode::kInvalidParams, "one of theta1_rad and theta2_rad is missing",
+        {{"param", "theta1_rad"}}, "Give both, or neither: then the angles asked for count.");
+  }
+  if (call.params.contains("theta1_rad")) {
+    answer.q_rad = Eigen::Vector2d(
+        call.params["theta1_rad"].get<double>(), call.params["theta2_rad"].get<double>());
+  }
+  if (call.params.contains("temperature_c")) {
+    answer.temperature_c = call.params["temperature_c"].get<double>();
+  }
+  call.service.collection().moved(std::move(answer));
+  return call.service.collection().status();
+}
+
+constexpr std::array<std::string_view, 2> kOnFault{"store", "pause"};
+constexpr std::array<std::string_view, 2> kOnModeChange{"pause", "go"};
+constexpr std::array kStartParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "plan_csv",
+        .doc =
+            "text of a plan file; left out: the session's plan, from the next open point on"},
+    Param{
+        .name = "settle_spread_mm",
+        .type = ParamType::kNumber,
+        .doc = "readings within this are settled; 0: six times the dial's repeatability",
+        .min = 0,
+        .max = 10},
+    Param{
+        .name = "settle_timeout_ms",
+        .type = ParamType::kInteger,
+        .doc = "longer than this is stored as unsettled; default 10000",
+        .min = 1,
+        .max = 3'600'000},
+    Param{
+        .name = "on_dial_fault",
+        .doc = "store the point without that dial, or pause for a person; default store",
+        .one_of = kOnFault},
+    Param{
+        .name = "on_mode_change",
+        .doc = "before a point in another working mode pause until a person has brought the "
+               "legs over, or go (a rig that does it by itself); default pause",
+        .one_of = kOnModeChange},
+    Param{
+        .name = "stop_below_mm",
+        .type = ParamType::kNumber,
+        .doc =
+            "leave out what is left of G1 once the standard deviation of the tool's position "
+            "is below this at the worst place of the workspace; 0: never, the default",
+        .min = 0,
+        .max = 100}};
+constexpr std::array<std::string_view, 2> kCriteria{"I", "D"};
+constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
+constexpr std::array kNextParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "points",
+        .type = ParamType::kInteger,
+        .doc = "so many; default 10",
+        .min = 1,
+        .max = 400},
+    Param{
+        .name = "criterion",
+        .doc = "I: the tool's position over the workspace, D: all parameters; default I",
+        .one_of = kCriteria},
+    Param{
+        .name = "modes",
+        .type = ParamType::kStringList,
+        .doc = "working modes to measure in; default: those of the session",
+        .one_of = kModes}};
+constexpr std::array kSeparateParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "points",
+        .type = ParamType::kInteger,
+        .doc = "so many; default 24",
+        .min = 1,
+        .max = 400},
+    Param{
+        .name = "modes",
+        .type = ParamType::kStringList,
+        .doc = "working modes to measure in; default: all that can be measured",
+        .one_of = kModes}};
+constexpr std::array kWaitParams{Param{
+    .name = "timeout_s",
+    .type = ParamType::kNumber,
+    .doc = "answer after this long in any case; default 60",
+    .min = 0,
+    .max = 600}};
+constexpr std::array kMovedParams{
+    Param{
+        .name = "reached",
+        .type = ParamType::kBoolean,
+        .doc = "false: the robot cannot go there; default true"},
+    Param{.name = "theta1_rad", .type = ParamType::kNumber, .doc = "as the encoder shows it"},
+    Param{.name = "theta2_rad", .type = ParamType::kNumber, .doc = "as the encoder shows it"},
+    Param{.name = "temperature_c", .type = ParamType::kNumber, .doc = "at the robot"}};
+
+constexpr std::string_view kStatus =
+    "state (idle, starting, running, paused, stopping, done, stopped, failed), session, "
+    "operator, "
+    "done, total, stage, message, eta_s, stored_in_this_run, skipped, failed, left_out, "
+    "troubles [{set, point, repeat, why}], clock_steps [{by_s, time_utc, after_samples}], "
+    "point {set, point, repeat, target_mm}, move_to_rad "
+    "(a person is to move the robot there), error, ended_because, estimate (null before the "
+    "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
+    "noise_times, parameters [{name, unit, value, sd}], position_sd_mm {mean, max, worst_mm} "
+    "over the workspace, condition, undetermined [names], last_times_usual, "
+    "last_unusual)";
+
+constexpr std::array kMethods{
+    Method{
+        .name = "collect.start",
+        .summary = "Measures the open points of a session's plan on the rig; goes on where an "
+                   "earlier run ended.",
+        .params = kStartParams,
+        .result = kStatus,
+        .example = R"({"session": "demo"})",
+        .run = start},
+    Method{
+        .name = "collect.status",
+        .summary = "How far the collection is.",
+        .result = kStatus,
+        .example = "{}",
+        .run = status},
+    Method{
+        .name = "collect.wait",
+        .summary =
+            "As collect.status, but answers when the collection has ended or the time is "
+            "over.",
+        .params = kWaitParams,
+        .result = kStatus,
+        .example = R"({"timeout_s": 60})",
+        .wait = wait},
+    Method{
+        .name = "collect.pause",
+        .summary = "Pauses after the point in hand.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::pause>},
+    Method{
+        .name = "collect.resume",
+        .summary =
+            "Goes on after a pause; measures the point again that was the reason for it.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::resume>},
+    Method{
+        .name = "collect.skip",
+        .summary = "Leaves out the point in hand, or the next one while paused.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::skip>},
+    Method{
+        .name = "collect.retake",
+        .summary = "Measures the point in hand again, or the last stored one, as a new row.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::retake>},
+    Method{
+        .name = "collect.accept",
+        .summary = "While paused for a dial fault: stores the point as it is.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::accept>},
+    Method{
+        .name = "collect.moved",
+        .summary = "A person has moved a robot without a controller to move_to_rad, or cannot.",
+        .params = kMovedParams,
+        .result = kStatus,
+        .example = R"({"reached": true, "temperature_c": 20.5})",
+        .run = moved},
+    Method{
+        .name = "collect.stop",
+        .summary =
+            "Ends the collection; the point in hand is rolled back, what is stored stays.",
+        .result = kStatus,
+        .example = "{}",
+        .run = command<&Collection::stop>},
+    Method{
+        .name = "plan.next",
+        .summary = "The poses to measure next: a plan that makes the tool's position over the "
+                   "workspace best known, given the session's samples so far.",
+        .params = kNextParams,
+        .result = "samples, points, criterion, now {mean_mm, max_mm}, after {mean_mm, max_mm}, "
+                  "steps [{target_mm, mode, mean_mm, max_mm}] in the order chosen, plan_csv "
+                  "(text of a plan file), notes [for the operator]",
+        .example = R"({"session": "demo", "points": 5, "criterion": "I"})",
+        .run = plan_next},
+    Method{
+        .name = "plan.separate",
+        .summary = "The poses that would tell tied causes apart, or show the effect that the "
+                   "session is blindest to: a plan ready to be collected.",
+        .params = kSeparateParams,
+        .result =
+            "separates {cause, where}, rival {cause, where} or null, size_assumed, unit, "
+            "points, log_odds_now, log_odds_after, by_point [{target_mm, mode, log_odds}], "
+            "plan_csv (text of a plan file), notes [for the operator]",
+        .example = R"({"session": "demo", "points": 8})",
+        .run = plan_separate},
+};
+
+}  // namespace
+
+std::span<const Method> collect_methods() { return kMethods; }
+
+}  // namespace sixdial::service

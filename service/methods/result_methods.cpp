@@ -1,0 +1,260 @@
+// Calibration as a job, its stored results, and reports from them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "report/report_run.h"
+#include "report/sections/against_sections.h"
+#include "service/document_job.h"
+#include "service/result_lookup.h"
+#include "service/service.h"
+#include "service/store_json.h"
+#include "session/csv.h"
+#include "studies/calibrate.h"
+
+namespace sixdial::service {
+namespace {
+
+constexpr std::size_t kMostPageBytes =
+    std::size_t{24} * 1024;  // doubled by quotes in the worst case
+
+studies::CalibrationRequest request_of(const Json& params) {
+  const auto optional_count = [&](const char* name) -> std::optional<int> {
+    const int count = param_or(params, name, 0);
+    return count > 0 ? std::optional(count) : std::nullopt;
+  };
+  studies::CalibrationRequest request;
+  request.profile =
+      *calibration::profile_from(param_or<std::string>(params, "profile", "default"));
+  request.seed = param_or<std::uint64_t>(params, "seed", 1);
+  request.threads = param_or(params, "threads", 0);
+  request.particles = optional_count("particles");
+  request.qpso1_iterations = optional_count("qpso1_iterations");
+  request.qpso2_iterations = optional_count("qpso2_iterations");
+  request.anfis_epochs = optional_count("anfis_epochs");
+  request.fix = param_or(params, "fix", request.fix);
+  request.free = param_or(params, "free", request.free);
+  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
+  return request;
+}
+
+Json start_calibration(const Call& call) {
+  const studies::CalibrationRequest request = request_of(call.params);
+  return start_document_job(
+      call, "calibration", request.seed,
+      [request](
+          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          std::stop_token stop) {
+        return studies::calibrate(session, request, progress, std::move(stop));
+      });
+}
+
+std::filesystem::path absolute_path(const Call& call) {
+  std::filesystem::path path = call.params.at("path").get<std::string>();
+  if (!path.is_absolute()) {
+    throw Error(
+        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
+        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
+  }
+  return path;
+}
+
+/// Not in the middle of a UTF-8 letter.
+std::size_t page_end(const std::string& text, std::size_t begin) {
+  std::size_t end = std::min(text.size(), begin + kMostPageBytes);
+  while (end < text.size() && end > begin && (text[end] & 0xC0) == 0x80) --end;
+  return end;
+}
+
+Json get(const Call& call) {
+  const db::ResultRecord record = calibration_record(call);
+  Json answer = to_json(record, call.service.reader().session_info(record.session).name);
+  if (call.params.contains("path")) {
+    const std::filesystem::path path = absolute_path(call);
+    session::write_file(path.string(), record.json);
+    answer["path"] = path.string();
+    return answer;
+  }
+  if (!call.params.contains("offset")) {
+    answer["summary"] = studies::result_summary(Json::parse(record.json));
+    return answer;
+  }
+  const auto begin = call.params["offset"].get<std::size_t>();
+  if (begin > record.json.size()) {
+    throw Error(
+        ErrorCode::kInvalidParams,
+        fmt::format("offset {} is beyond the {} bytes", begin, record.json.size()),
+        {{"param", "offset"}});
+  }
+  const std::size_t end = page_end(record.json, begin);
+  answer["text"] = record.json.substr(begin, end - begin);
+  answer["next_offset"] = end < record.json.size() ? Json(end) : Json(nullptr);
+  return answer;
+}
+
+Json list(const Call& call) {
+  db::Store& reader = call.service.reader();
+  const auto name = call.params.at("session").get<std::string>();
+  std::vector<db::ResultRecord> all = reader.load_results(reader.find_session(name));
+  std::ranges::reverse(all);
+  const auto limit = param_or<std::size_t>(call.params, "limit", 50);
+  if (all.size() > limit) all.resize(limit);
+  Json rows = Json::array();
+  for (const db::ResultRecord& record : all) rows.push_back(to_json(record, name));
+  return {{"results", std::move(rows)}};
+}
+
+/// The newest result of a kind from the same samples; empty if there is none.
+std::optional<db::ResultRecord> companion_of(
+    const Call& call, const db::ResultRecord& calibration, const char* kind) {
+  std::vector<db::ResultRecord> all =
+      call.service.reader().load_results(calibration.session, kind);
+  std::erase_if(all, [&](const db::ResultRecord& each) {
+    return each.data_sha256 != calibration.data_sha256;
+  });
+  if (all.empty()) return std::nullopt;
+  return std::move(all.back());
+}
+
+Json write(const Call& call) {
+  const std::filesystem::path path = absolute_path(call);
+  const db::ResultRecord record = calibration_record(call);
+  db::Store& reader = call.service.reader();
+  const session::Session session = reader.load_session(record.session);
+  const auto comparison = companion_of(call, record, "comparison");
+  const auto diagnosis = companion_of(call, record, "diagnosis");
+  const auto document_of = [](const std::optional<db::ResultRecord>& result) {
+    return result ? Json::parse(result->json) : Json(nullptr);
+  };
+  const Json document = Json::parse(record.json);
+  std::vector<report::Section> more;
+  if (const auto other_name = param_or<std::string>(call.params, "against", "");
+      !other_name.empty()) {
+    const Json wanted{{"session", other_name}};
+    const db::ResultRecord other =
+        calibration_record(Call{call.service, wanted, call.caller, call.sink});
+    const Json other_document = Json::parse(other.json);
+    const session::Session other_session = reader.load_session(other.session);
+    more = report::against_sections({document, session}, {other_document, other_session});
+  }
+  const auto files = report::write_report(
+      document, session, reader.session_info(record.session).who.name, path,
+      document_of(comparison), document_of(diagnosis), std::move(more));
+  return {
+      {"path", path.string()},
+      {"files", files},
+      {"result", record.id.value},
+      {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
+      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)}};
+}
+
+constexpr Param kResult{
+    .name = "result",
+    .type = ParamType::kInteger,
+    .doc = "number of the result; left out: the newest calibration of `session`",
+    .min = 1};
+constexpr Param kSessionOr{.name = "session", .doc = "instead of `result`"};
+constexpr std::array<std::string_view, 2> kProfiles{"default", "paper"};
+constexpr Param count(std::string_view name, std::string_view doc, double least) {
+  return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = least, .max = 1e5};
+}
+constexpr std::array kCalibrateParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "profile",
+        .doc = "paper: its literal choices; default: without its known faults",
+        .one_of = kProfiles},
+    Param{
+        .name = "seed",
+        .type = ParamType::kInteger,
+        .doc = "of the searches; the same gives the same result; default 1",
+        .min = 0},
+    count("threads", "0: as many as the machine has; the result is the same", 0),
+    count("particles", "instead of 50", 4),
+    count("qpso1_iterations", "instead of 100", 1),
+    count("qpso2_iterations", "instead of 400", 1),
+    count("anfis_epochs", "instead of 500", 1),
+    Param{
+        .name = "fix",
+        .type = ParamType::kStringList,
+        .doc = "parameters that keep their nominal value"},
+    Param{
+        .name = "free",
+        .type = ParamType::kStringList,
+        .doc = "only these parameters are fitted; default: all"},
+    Param{
+        .name = "keep_gross_errors",
+        .type = ParamType::kBoolean,
+        .doc = "list readings that stand out, but fit them too"}};
+constexpr std::array kGetParams{
+    kResult, kSessionOr,
+    Param{
+        .name = "offset",
+        .type = ParamType::kInteger,
+        .doc = "a page of the document's text from this byte on, instead of the summary",
+        .min = 0},
+    Param{.name = "path", .doc = "absolute path of a file to write the document to"}};
+constexpr std::array kListParams{
+    Param{.name = "session", .required = true, .doc = "name of the session"},
+    Param{
+        .name = "limit",
+        .type = ParamType::kInteger,
+        .doc = "the newest so many; default 50",
+        .min = 1,
+        .max = 100}};
+constexpr std::array kWriteParams{
+    kResult, kSessionOr,
+    Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
+    Param{
+        .name = "against",
+        .doc = "another session, whose newest calibration is compared: as found, as left"}};
+
+constexpr std::array kMethods{
+    Method{
+        .name = "calibrate.start",
+        .summary =
+            "Calibrates a session as a job: EKF, two QPSO searches, ANFIS. Answers at once.",
+        .params = kCalibrateParams,
+        .result = "as job.status",
+        .example =
+            R"({"session": "demo", "seed": 7, "particles": 20, "qpso1_iterations": 10, "qpso2_iterations": 40, "anfis_epochs": 20})",
+        .run = start_calibration},
+    Method{
+        .name = "result.get",
+        .summary =
+            "A stored result: its summary, a page of the whole document, or the document "
+            "as a file.",
+        .params = kGetParams,
+        .result =
+            "result, kind, session, job, created_utc, seed, version, rig_hash, data_hash, "
+            "bytes; and summary, or text and next_offset (null: the last page), or path",
+        .example = R"({"session": "demo", "offset": 0})",
+        .run = get},
+    Method{
+        .name = "result.list",
+        .summary = "The results of a session, newest first.",
+        .params = kListParams,
+        .result = "results [{result, kind, session, job, created_utc, seed, version, rig_hash, "
+                  "data_hash, bytes}]",
+        .example = R"({"session": "demo"})",
+        .run = list},
+    Method{
+        .name = "report.write",
+        .summary =
+            "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
+            "Shows the newest comparison and diagnosis of the same samples, if there are any.",
+        .params = kWriteParams,
+        .result =
+            "path, files, result, comparison and diagnosis (numbers of those it shows, or "
+            "null)",
+        .example = R"({"session": "demo", "path": "/srv/rig/report"})",
+        .run = write},
+};
+
+}  // namespace
+
+std::span<const Method> result_methods() { return kMethods; }
+
+}  // namespace sixdial::service

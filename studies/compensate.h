@@ -1,0 +1,50 @@
+// A calibration result put to use: the joint angles that bring the real robot to a target, for
+// one target or a whole plan. The same code for the service and for bundles.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calibration/compensation.h"
+#include "geometry/rig.h"
+#include "session/plan.h"
+#include "studies/error.h"
+#include "studies/json.h"
+
+namespace sixdial::studies {
+
+/// What commands the robot: the nominal parameters, the identified ones, these with the
+/// learned residual, or the extended model of a diagnosis (extended_command.h).
+enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
+/// "before", "kinematics", "full", "extended".
+[[nodiscard]] std::string_view to_string(CompensateBy by);
+[[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
+
+/// From a sixdial.calibration document, not kExtended. Throws Error bad_data for another
+/// document.
+[[nodiscard]] calibration::CompensationModel compensation_model(
+    const Json& document, CompensateBy by);
+
+/// {target_mm, mode, by, ...} of a solution; throws Error bad_data for a trouble.
+[[nodiscard]] Json compensation_answer(
+    const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
+    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+
+/// {target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations}. Throws Error
+/// bad_data that says why the target cannot be had.
+[[nodiscard]] Json compensated_target(
+    const calibration::CompensationModel& model, CompensateBy by,
+    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+
+/// The same points with the angles to command; each in the working mode of its own angles.
+/// Throws Error bad_data that names the points without a solution.
+[[nodiscard]] session::Plan compensated_plan(
+    session::Plan plan, const calibration::CompensationModel& model, const geometry::Rig& rig);
+
+/// The working mode that a planned point's angles are in, by the nominal robot; the rig's where
+/// that cannot be said.
+[[nodiscard]] geometry::WorkingMode mode_of(
+    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, const Eigen::Vector2d& target_mm);
+
+}  // namespace sixdial::studies

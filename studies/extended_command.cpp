@@ -1,0 +1,198 @@
+#include "studies/extended_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "studies/compensate.h"
+#include "studies/diagnose.h"
+
+namespace sixdial::studies {
+namespace {
+
+simulation::ModelVector model_from(const Json& numbers) {
+  const auto values = numbers.get<std::vector<double>>();
+  if (values.size() != static_cast<std::size_t>(simulation::kModelParameterCount)) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "the diagnosis has {} parameters where {} are needed", values.size(),
+            simulation::kModelParameterCount),
+        {}, "Diagnose the session again.");
+  }
+  return Eigen::Map<const simulation::ModelVector>(values.data());
+}
+
+simulation::ActiveEffect effect_from(const Json& json, const geometry::Rig& rig) {
+  const auto cause = json.at("cause").get<std::string>();
+  const auto where = json.at("where").get<std::string>();
+  if (const simulation::Effect* effect = simulation::find_effect(cause)) {
+    for (const simulation::Place& place : effect->places(rig)) {
+      if (place.name != where) continue;
+      auto x = json.at("x").get<std::vector<double>>();
+      if (x.size() == effect->parameters.size()) return {effect, place, std::move(x)};
+    }
+  }
+  throw Error(
+      ErrorCode::kBadData,
+      fmt::format("this program does not know the cause {} at {}", cause, where), {},
+      "Diagnose the session again.");
+}
+
+int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
+
+}  // namespace
+
+ExtendedCommand::ExtendedCommand(const Json& diagnosis, const geometry::Rig& rig) : base_(rig) {
+  check_diagnosis(diagnosis);
+  const Json& stored = diagnosis.at("extended_model");
+  model_ = model_from(stored.at("model"));
+  for (const Json& each : stored.at("effects")) effects_.push_back(effect_from(each, rig));
+  order_ = stored.at("last_order").get<int>() + 1;
+  last_time_h_ = stored.at("last_time_h").get<double>();
+  last_temperature_c_ = stored.at("last_temperature_c").get<double>();
+}
+
+simulation::Circumstance ExtendedCommand::circumstance(
+    const CommandMoment& moment, const Eigen::Vector2d& force_n) const {
+  const std::size_t dials = base_.rig().dials.size();
+  simulation::Circumstance result;
+  result.order = order_;
+  result.time_h = moment.time_h.value_or(last_time_h_);
+  result.temperature_degC = moment.temperature_c.value_or(last_temperature_c_);
+  result.approach = {
+      static_cast<double>(moment.approach[0]), static_cast<double>(moment.approach[1])};
+  result.travel = moment.travel;
+  result.force_n = force_n;
+  result.plunger_direction.assign(dials, 0.0);
+  result.previous_mm.assign(dials, std::nan(""));
+  return result;
+}
+
+Eigen::Vector2d ExtendedCommand::force_at(
+    const Eigen::Vector2d& q_rad, geometry::Assembly assembly) const {
+  Eigen::Vector2d force_n = Eigen::Vector2d::Zero();
+  const auto seen = base_.predict(model_, q_rad, assembly);
+  if (!seen) return force_n;
+  const auto& dials = base_.rig().dials;
+  for (std::size_t i = 0; i < dials.size(); ++i) {
+    if (!seen->in_contact[i]) continue;
+    const double mm = seen->dial_mm[static_cast<Eigen::Index>(i)];
+    force_n += (dials[i].force_n + dials[i].spring_n_per_mm * mm) * dials[i].geometry.axis;
+  }
+  return force_n;
+}
+
+tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::position(
+    const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
+    const CommandMoment& moment) const {
+  const simulation::ExtendedModel extended(base_, effects_);
+  simulation::Trial trial;
+  trial.q_rad = q_rad;
+  trial.assembly = assembly;
+  simulation::Scene scene;
+  const auto ran =
+      extended.run(model_, trial, circumstance(moment, force_at(q_rad, assembly)), scene);
+  if (!ran) return tl::unexpected(ran.error());
+  return scene.p_WE;
+}
+
+tl::expected<calibration::Compensation, calibration::CompensationTrouble>
+ExtendedCommand::solve(
+    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
+    std::optional<Eigen::Vector2d> near) const {
+  calibration::CompensationModel model;
+  model.nominal = base_.nominal().head<geometry::kParameterCount>();
+  model.v = model_.head<geometry::kParameterCount>();
+  const auto start = geometry::inverse(model.v, target_mm, mode, near);
+  if (!start) return calibration::compensate(model, target_mm, mode, near);  // says why
+  const auto assembly = geometry::assembly_at(model.v, *start, target_mm);
+  if (!assembly) return calibration::compensate(model, target_mm, mode, near);
+  // What the causes add to the plain robot at these angles; nothing where it has no pose.
+  model.correction = [this, v = model.v, moment,
+                      at = *assembly](const Eigen::Vector2d& q_rad) -> Eigen::Vector2d {
+    const auto extended = position(q_rad, at, moment);
+    const auto plain = geometry::forward(v, q_rad, at);
+    if (!extended || !plain) return Eigen::Vector2d::Zero();
+    return *extended - plain->p_WE;
+  };
+  return calibration::compensate(model, target_mm, mode, near);
+}
+
+tl::expected<calibration::Compensation, calibration::CompensationTrouble>
+ExtendedCommand::solve_after(
+    const Eigen::Vector2d& previous_q_rad, const Eigen::Vector2d& target_mm,
+    geometry::WorkingMode mode, CommandMoment moment, const Eigen::Vector2d& near) const {
+  const auto moves = [&](const Eigen::Vector2d& q_rad) {
+    return std::array{sign(q_rad[0] - previous_q_rad[0]), sign(q_rad[1] - previous_q_rad[1])};
+  };
+  const std::array asked = moment.approach;
+  const auto with = [&](const std::array<int, 2>& signs) {
+    for (std::size_t joint = 0; joint < 2; ++joint) {
+      moment.approach[joint] = asked[joint] != 0 ? asked[joint] : signs[joint];
+    }
+    return solve(target_mm, mode, moment, near);
+  };
+  // A joint that comes from below stops at the upper of two angles, one that comes from above
+  // at the lower: one of the four always agrees with its own moves.
+  auto found = with(moves(near));
+  const auto agrees = [&] {
+    const std::array now = moves(found->q_rad);
+    return (asked[0] != 0 || now[0] == moment.approach[0]) &&
+           (asked[1] != 0 || now[1] == moment.approach[1]);
+  };
+  for (const int first : {1, -1}) {
+    for (const int second : {1, -1}) {
+      if (!found || agrees()) return found;
+      found = with({first, second});
+    }
+  }
+  return found;
+}
+
+session::Plan extended_plan(
+    session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
+    const std::string& set, std::optional<double> temperature_c) {
+  constexpr std::size_t kMostNamed = 10;
+  std::string named;
+  std::size_t troubles = 0;
+  const session::PlanPoint* before = nullptr;
+  for (session::PlanPoint& point : plan.points) {
+    if (!set.empty() && point.set != set) {
+      before = &point;
+      continue;
+    }
+    CommandMoment moment{.approach = point.approach, .temperature_c = temperature_c};
+    const auto mode = mode_of(rig, point.q_rad, point.target_mm);
+    if (before != nullptr) {
+      const auto assembly =
+          geometry::assembly_at(rig.robot.nominal, before->q_rad, before->target_mm);
+      const auto stood = assembly ? command.position(before->q_rad, *assembly, {})
+                                  : tl::unexpected(assembly.error());
+      const Eigen::Vector2d way = point.target_mm - stood.value_or(before->target_mm);
+      constexpr double kMoves_mm = 1e-6;
+      if (way.norm() > kMoves_mm) moment.travel = way.normalized();
+    }
+    const auto found =
+        before == nullptr
+            ? command.solve(point.target_mm, mode, moment, point.q_rad)
+            : command.solve_after(before->q_rad, point.target_mm, mode, moment, point.q_rad);
+    if (found) {
+      point.q_rad = found->q_rad;
+    } else if (++troubles <= kMostNamed) {
+      named += fmt::format(
+          "{}{} {}.{} {}", named.empty() ? "" : "; ", point.set, point.point, point.repeat,
+          found.error().message);
+    }
+    before = &point;
+  }
+  if (troubles > 0) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
+        "Take these points out of the plan, or move them into the workspace.");
+  }
+  return plan;
+}
+
+}  // namespace sixdial::studies

@@ -1,0 +1,172 @@
+#include "studies/live_estimate.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "session/trials.h"
+
+namespace sixdial::studies {
+namespace {
+
+constexpr int kGrid = 7;  // poses along each side of the workspace
+// The filter judges the noise by residuals from ten degrees of freedom on: ten positions.
+constexpr int kLeastSamples = 10;
+constexpr double kDeg = 180.0 / std::numbers::pi;
+
+bool is_angle(int parameter) { return parameter >= geometry::kAlpha; }
+
+void add_once(std::vector<geometry::WorkingMode>& modes, geometry::WorkingMode mode) {
+  if (std::ranges::find(modes, mode) == modes.end()) modes.push_back(mode);
+}
+
+}  // namespace
+
+WorkingArea working_area(const geometry::Rig& rig, std::span<const session::PlanPoint> points) {
+  WorkingArea area;
+  area.low_mm = area.high_mm = rig.cuboid.reference_pose_mm;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d& target = points[i].target_mm;
+    area.low_mm = i == 0 ? target : Eigen::Vector2d(area.low_mm.cwiseMin(target));
+    area.high_mm = i == 0 ? target : Eigen::Vector2d(area.high_mm.cwiseMax(target));
+    add_once(area.measured, session::branch_of(rig, points[i]).mode);
+  }
+  const bool rigs_own =
+      std::ranges::find(area.measured, rig.robot.working_mode) != area.measured.end();
+  if (area.measured.empty() || rigs_own) {
+    area.used = {rig.robot.working_mode};
+  } else {
+    area.used = area.measured;
+  }
+  return area;
+}
+
+std::vector<session::PlanPoint> points_of(const session::Session& session) {
+  std::vector<session::PlanPoint> points;
+  for (const session::Sample& sample : session.samples) {
+    std::optional<Eigen::Vector2d> place = sample.target_mm;
+    if (!place) place = session::trial_of(session.rig, sample).position_mm;
+    if (!place) continue;
+    points.push_back({sample.set, sample.point, sample.repeat, *place, sample.q_rad, {}});
+  }
+  return points;
+}
+
+double unusual_from(int samples) {
+  constexpr double kOnceIn = 1e6;
+  const int freedom = 2 * samples - geometry::kParameterCount;
+  if (freedom < 1) return std::numeric_limits<double>::infinity();
+  // P(F(2, n) > f) = (1 + 2 f / n)^(-n / 2)
+  const double f = 0.5 * freedom * (std::pow(kOnceIn, 2.0 / freedom) - 1);
+  return std::max(kUnusual, std::sqrt(f));
+}
+
+LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points)
+    : rig_(rig),
+      area_(working_area(rig, points)),
+      filter_(rig.robot.nominal),
+      workspace_(calibration::workspace_grid(
+          rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid, area_.used)),
+      uncertainty_(filter_.predicted(workspace_)) {}
+
+bool LiveEstimate::add(const session::Sample& sample) {
+  if (sample.set != "G1") return false;
+  const double from = unusual_from(filter_.samples());
+  const auto told = filter_.add(session::trial_of(rig_, sample));
+  if (!told) return false;
+  unusual_from_ = from;
+  last_times_usual_ = told->times_usual;
+  uncertainty_ = filter_.predicted(workspace_);
+  return true;
+}
+
+bool LiveEstimate::below(double limit_mm) const {
+  return filter_.samples() >= kLeastSamples && uncertainty_.poses > 0 &&
+         uncertainty_.max_mm < limit_mm;
+}
+
+Json LiveEstimate::json() const {
+  Json parameters = Json::array();
+  for (int i = 0; i < geometry::kParameterCount; ++i) {
+    parameters.push_back(
+        {{"name", geometry::kParameters[static_cast<std::size_t>(i)].name},
+         {"unit", is_angle(i) ? "rad" : "mm"},
+         {"value", filter_.v()[i]},
+         {"sd", std::sqrt(filter_.P()(i, i))}});
+  }
+  Json undetermined = Json::array();
+  for (const int i : filter_.undetermined()) {
+    undetermined.push_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
+  }
+  Json worst = nullptr;
+  if (uncertainty_.poses > 0) {
+    const Eigen::Vector2d& place = workspace_[uncertainty_.worst].target_mm;
+    worst = {place.x(), place.y()};
+  }
+  const double condition = filter_.condition();
+  return {
+      {"samples", filter_.samples()},
+      {"set_aside", filter_.set_aside()},
+      {"noise_times", std::sqrt(filter_.variance_factor())},
+      {"parameters", std::move(parameters)},
+      {"position_sd_mm",
+       {{"mean", uncertainty_.mean_mm},
+        {"max", uncertainty_.max_mm},
+        {"worst_mm", std::move(worst)}}},
+      {"condition", std::isfinite(condition) ? Json(condition) : Json(nullptr)},
+      {"undetermined", std::move(undetermined)},
+      {"last_times_usual", last_times_usual_ ? Json(*last_times_usual_) : Json(nullptr)},
+      {"last_unusual", last_unusual()}};
+}
+
+std::string estimate_summary(const Json& estimate) {
+  const Json& sd = estimate["position_sd_mm"];
+  std::string text = fmt::format(
+      "estimate after {} samples: position sd {:.4f} mm on average, {:.4f} mm at worst; "
+      "condition {}",
+      estimate["samples"].get<int>(), sd["mean"].get<double>(), sd["max"].get<double>(),
+      estimate["condition"].is_number()
+          ? fmt::format("{:.0f}", estimate["condition"].get<double>())
+          : std::string("infinite"));
+  const Json& open = estimate["undetermined"];
+  if (!open.empty()) {
+    text += fmt::format(
+        "; not determined yet: {}", fmt::join(open.get<std::vector<std::string>>(), ", "));
+  }
+  if (estimate["set_aside"].get<int>() > 0) {
+    text += fmt::format("; {} set aside", estimate["set_aside"].get<int>());
+  }
+  if (estimate["last_unusual"] == false && estimate["last_times_usual"].is_number()) {
+    text += fmt::format(
+        "; the last residual is {:.1f} times the usual",
+        estimate["last_times_usual"].get<double>());
+  }
+  if (estimate["last_unusual"] == true) {
+    text += fmt::format(
+        "; the last looks {:.0f} times usual: r to retake",
+        estimate["last_times_usual"].get<double>());
+  }
+  return text;
+}
+
+std::vector<std::string> estimate_parameters(const Json& estimate, std::size_t in_line) {
+  std::vector<std::string> lines;
+  const Json& parameters = estimate["parameters"];
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Json& each = parameters[i];
+    const bool angle = each["unit"] == "rad";
+    const double shown = angle ? kDeg : 1.0;
+    if (i % in_line == 0) lines.emplace_back();
+    lines.back() += fmt::format(
+        "{}{} {:.4f} +- {:.4f} {}", i % in_line == 0 ? "  " : "   ",
+        each["name"].get<std::string>(), shown * each["value"].get<double>(),
+        shown * each["sd"].get<double>(), angle ? "deg" : "mm");
+  }
+  return lines;
+}
+
+}  // namespace sixdial::studies

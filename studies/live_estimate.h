@@ -1,0 +1,86 @@
+// What is known of the robot while its session is being collected: the filter of
+// calibration/online.h over the samples of G1 as they come, and how well the tool's position
+// would be known over the workspace. The same for a session that is done: where plan next
+// begins.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibration/online.h"
+#include "session/plan.h"
+#include "session/session.h"
+#include "studies/error.h"
+#include "studies/json.h"
+
+namespace sixdial::studies {
+
+/// Where the robot will be used: the rectangle of the targets, in the rig's working mode if
+/// points lie in it, else in the modes that they have.
+struct WorkingArea {
+  Eigen::Vector2d low_mm{0, 0}, high_mm{0, 0};  // in W
+  std::vector<geometry::WorkingMode> used;
+  std::vector<geometry::WorkingMode> measured;  // that any point has, in order of appearance
+};
+[[nodiscard]] WorkingArea working_area(
+    const geometry::Rig& rig, std::span<const session::PlanPoint> points);
+/// The samples as planned points: those without a target at their measured position, without
+/// both left out.
+[[nodiscard]] std::vector<session::PlanPoint> points_of(const session::Session& session);
+
+/// A sample whose residual is at least this many times the usual one is worth another look.
+inline constexpr double kUnusual = 6.0;
+/// The same while few samples say what is usual: what noise alone exceeds once in a million
+/// samples, by F with 2 and 2 `samples` - 10 degrees of freedom. Infinite below six samples.
+[[nodiscard]] double unusual_from(int samples);
+
+class LiveEstimate {
+ public:
+  /// `points`: what is, or was, to be measured.
+  LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points);
+
+  /// Takes a sample of G1 in; true if it told something (G1, with a position).
+  bool add(const session::Sample& sample);
+
+  /// Standard deviation of the tool's position over the workspace [mm].
+  [[nodiscard]] const calibration::WorkspaceUncertainty& uncertainty() const {
+    return uncertainty_;
+  }
+  /// The largest of it is below the limit, by enough samples to judge their own noise.
+  [[nodiscard]] bool below(double limit_mm) const;
+
+  /// Residual of the sample added last, in times of the usual; empty while nothing is usual
+  /// yet.
+  [[nodiscard]] std::optional<double> last_times_usual() const { return last_times_usual_; }
+  /// It is worth another look.
+  [[nodiscard]] bool last_unusual() const {
+    return last_times_usual_ && *last_times_usual_ > unusual_from_;
+  }
+  [[nodiscard]] const calibration::OnlineEstimator& filter() const { return filter_; }
+  [[nodiscard]] const WorkingArea& area() const { return area_; }
+  [[nodiscard]] const std::vector<calibration::WorkspacePose>& workspace() const {
+    return workspace_;
+  }
+
+  /// {samples, set_aside, noise_times, parameters [{name, unit, value, sd}], position_sd_mm
+  /// {mean, max, worst_mm}, condition (null: infinite), undetermined [names],
+  /// last_times_usual, last_unusual}.
+  [[nodiscard]] Json json() const;
+
+ private:
+  geometry::Rig rig_;
+  WorkingArea area_;
+  calibration::OnlineEstimator filter_;
+  std::vector<calibration::WorkspacePose> workspace_;
+  calibration::WorkspaceUncertainty uncertainty_;
+  std::optional<double> last_times_usual_;
+  double unusual_from_ = 0.0;  // by the samples before the last
+};
+
+/// For people: "after 43 samples: position sd ..." and the parameters, so many in a line.
+[[nodiscard]] std::string estimate_summary(const Json& estimate);
+[[nodiscard]] std::vector<std::string> estimate_parameters(
+    const Json& estimate, std::size_t in_line = 3);
+
+}  // namespace sixdial::studies

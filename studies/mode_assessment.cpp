@@ -1,0 +1,87 @@
+#include "studies/mode_assessment.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <map>
+#include <vector>
+
+namespace sixdial::studies {
+namespace {
+
+// Beyond this nothing is left of a singular value but rounding.
+constexpr double kOpen = 1e10;
+
+std::string words(const Json& condition) {
+  return condition.is_number() && condition.get<double>() < kOpen
+             ? fmt::format("{:.0f}", condition.get<double>())
+             : std::string("infinite");
+}
+
+Json condition_of(const calibration::LeastSquaresFit& fit, const std::vector<int>& rows) {
+  std::vector<int> free;
+  for (int i = 0; i < fit.directions.rows(); ++i) {
+    if (fit.directions.row(i).norm() > 0.0) free.push_back(i);
+  }
+  if (free.empty() || rows.size() < free.size()) return nullptr;
+  Eigen::MatrixXd A = fit.J(rows, free);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    A.col(static_cast<Eigen::Index>(i)) *= fit.scale[free[i]];
+  }
+  const Eigen::VectorXd values = A.jacobiSvd().singularValues();
+  const double least = values[values.size() - 1];
+  if (!(least * kOpen > values[0])) return nullptr;
+  return values[0] / least;
+}
+
+}  // namespace
+
+Json working_modes_json(
+    const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
+  std::map<int, const simulation::Trial*> by_sample;
+  for (const simulation::Trial& trial : trials) by_sample[trial.sample] = &trial;
+  struct Rows {
+    geometry::WorkingMode mode;
+    int samples = 0;
+    std::vector<int> rows;
+  };
+  std::vector<Rows> modes;
+  for (int i = 0; i < space.samples(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto found = by_sample.find(space.sample[k]);
+    if (found == by_sample.end()) continue;
+    const simulation::Trial& trial = *found->second;
+    const auto mode = geometry::working_mode_of(rig.robot.nominal, trial.q_rad, trial.assembly);
+    if (!mode) continue;
+    auto here = std::ranges::find(modes, *mode, &Rows::mode);
+    if (here == modes.end()) here = modes.insert(modes.end(), {*mode, 0, {}});
+    ++here->samples;
+    for (int row = space.first_row[k]; row < space.first_row[k + 1]; ++row) {
+      here->rows.push_back(row);
+    }
+  }
+  Json json = Json::array();
+  for (const Rows& each : modes) {
+    json.push_back(
+        {{"mode", to_string(each.mode)},
+         {"samples", each.samples},
+         {"condition", condition_of(fit, each.rows)}});
+  }
+  return json;
+}
+
+std::string working_modes_line(const Json& modes, const Json& pooled_condition) {
+  if (modes.size() < 2) return "";
+  std::string text = "condition number by working mode: ";
+  for (const Json& each : modes) {
+    text += fmt::format(
+        "{} {} ({} samples), ", each["mode"].get<std::string>(), words(each["condition"]),
+        each["samples"].get<int>());
+  }
+  text.replace(text.size() - 2, 2, "; ");
+  return text + "pooled " + words(pooled_condition);
+}
+
+}  // namespace sixdial::studies

@@ -1,0 +1,156 @@
+#include "studies/next_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "studies/live_estimate.h"
+
+namespace sixdial::studies {
+namespace {
+
+constexpr int kCandidates = 21;  // along each side, in each working mode
+constexpr double kRounding_mm = 1e6;
+constexpr double kRounding_rad = 1e9;
+
+// To what a plan file holds.
+Eigen::Vector2d rounded(const Eigen::Vector2d& v, double per_unit) {
+  return (v * per_unit).array().round() / per_unit;
+}
+
+/// How far from the target the tool may be: as plan grid has it, more where the estimate says
+/// so (near singular poses small errors of the links grow).
+double robot_error_mm(
+    const calibration::OnlineEstimator& filter, const calibration::WorkspacePose& pose) {
+  constexpr int kEnough = 6;
+  constexpr double kSigmas = 3.0;
+  const double usual_mm = session::PlanOptions{}.robot_error_mm;
+  if (filter.samples() < kEnough) return usual_mm;
+  const auto there = geometry::forward(filter.v(), pose.q_rad, pose.assembly);
+  if (!there) return usual_mm;
+  const double sd_mm = calibration::position_sd_mm(filter.v(), filter.P(), pose);
+  return std::max(usual_mm, (there->p_WE - pose.target_mm).norm() + kSigmas * sd_mm);
+}
+
+std::vector<calibration::DesignCandidate> candidates_in(
+    const geometry::Rig& rig, const session::Rectangle& area, geometry::WorkingMode mode,
+    const calibration::OnlineEstimator& filter) {
+  std::vector<calibration::DesignCandidate> candidates;
+  std::string why = "the robot cannot go there";
+  const std::vector<geometry::WorkingMode> modes{mode};
+  // Joint angles turn on from there without a jump at +-pi.
+  const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  for (calibration::WorkspacePose& pose : calibration::workspace_grid(
+           rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates, modes)) {
+    pose.target_mm = rounded(pose.target_mm, kRounding_mm);
+    const auto q = session::measurable(
+        rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q_rad);
+    if (!q) {
+      why = q.error().reason;
+      continue;
+    }
+    pose.q_rad = rounded(*q, kRounding_rad);
+    candidates.push_back({pose, filter.axis_variance_mm2() * Eigen::Matrix2d::Identity()});
+  }
+  if (candidates.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "no pose of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm can be measured in working mode "
+            "{}: {}",
+            area.min_mm.x(), area.max_mm.x(), area.min_mm.y(), area.max_mm.y(), to_string(mode),
+            why),
+        {{"mode", to_string(mode)}}, "Leave this mode out, or give another rectangle.");
+  }
+  return candidates;
+}
+
+Json figures(const calibration::WorkspaceUncertainty& uncertainty) {
+  return {{"mean_mm", uncertainty.mean_mm}, {"max_mm", uncertainty.max_mm}};
+}
+
+}  // namespace
+
+NextPlan next_plan(const session::Session& session, const NextPlanRequest& request) {
+  const geometry::Rig& rig = session.rig;
+  std::vector<session::PlanPoint> places = points_of(session);
+  if (places.empty()) {  // as for plan grid
+    const session::PlanOptions usual;
+    const Eigen::Vector2d margin(usual.margin_mm, usual.margin_mm);
+    for (const Eigen::Vector2d& corner :
+         {Eigen::Vector2d(usual.rectangle.min_mm + margin),
+          Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
+      const auto q = geometry::inverse(rig.robot.nominal, corner, rig.robot.working_mode);
+      if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
+    }
+  }
+  LiveEstimate estimate(rig, places);
+  int first = 0;
+  for (const session::Sample& sample : session.samples) {
+    estimate.add(sample);
+    if (sample.set == "G1") first = std::max(first, sample.point + 1);
+  }
+  const WorkingArea& known = estimate.area();
+  const session::Rectangle area =
+      request.rectangle.value_or(session::Rectangle{known.low_mm, known.high_mm});
+  const auto modes = request.modes.empty() ? known.measured : request.modes;
+  std::vector<calibration::DesignCandidate> candidates;
+  for (const geometry::WorkingMode mode : modes) {
+    const auto more = candidates_in(rig, area, mode, estimate.filter());
+    candidates.insert(candidates.end(), more.begin(), more.end());
+  }
+  const auto steps = calibration::greedy_design(
+      estimate.filter().v(), estimate.filter().information(), candidates, estimate.workspace(),
+      request.points, request.criterion);
+
+  NextPlan next;
+  Json told = Json::array();
+  for (const calibration::DesignStep& step : steps) {
+    const calibration::WorkspacePose& pose = candidates[step.candidate].pose;
+    told.push_back(
+        {{"target_mm", {pose.target_mm.x(), pose.target_mm.y()}},
+         {"mode", to_string(pose.mode)},
+         {"mean_mm", step.uncertainty.mean_mm},
+         {"max_mm", step.uncertainty.max_mm}});
+    next.plan.points.push_back({"G1", 0, 0, pose.target_mm, pose.q_rad, {}});
+  }
+  order_by_branch(rig, next.plan, first);
+  next.words = {
+      {"samples", estimate.filter().samples()},
+      {"points", next.plan.points.size()},
+      {"criterion", calibration::to_string(request.criterion)},
+      {"now", figures(estimate.uncertainty())},
+      {"after", steps.empty() ? Json(nullptr) : figures(steps.back().uncertainty)},
+      {"steps", std::move(told)}};
+  return next;
+}
+
+void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first) {
+  std::vector<session::Branch> branches;
+  for (const session::PlanPoint& point : plan.points) {
+    const session::Branch branch = session::branch_of(rig, point);
+    if (std::ranges::find(branches, branch) == branches.end()) branches.push_back(branch);
+  }
+  std::ranges::stable_sort(plan.points, {}, [&](const session::PlanPoint& point) {
+    return std::ranges::find(branches, session::branch_of(rig, point)) - branches.begin();
+  });
+  for (session::PlanPoint& point : plan.points) point.point = first++;
+}
+
+std::string next_plan_text(const Json& words) {
+  std::string text = fmt::format(
+      "{} samples of G1: position sd over the workspace {:.4f} mm on average, {:.4f} mm at "
+      "worst",
+      words["samples"].get<int>(), words["now"]["mean_mm"].get<double>(),
+      words["now"]["max_mm"].get<double>());
+  if (words["after"].is_object()) {
+    text += fmt::format(
+        "; with these {} ({}-optimal): {:.4f} and {:.4f} mm", words["points"].get<int>(),
+        words["criterion"].get<std::string>(), words["after"]["mean_mm"].get<double>(),
+        words["after"]["max_mm"].get<double>());
+  }
+  return text;
+}
+
+}  // namespace sixdial::studies

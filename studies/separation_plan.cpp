@@ -1,0 +1,197 @@
+#include "studies/separation_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "diagnosis/limits.h"
+#include "diagnosis/separation.h"
+#include "session/trials.h"
+#include "studies/next_plan.h"
+
+namespace sixdial::studies {
+namespace {
+
+using diagnosis::JointFit;
+using diagnosis::PosePoint;
+
+constexpr int kCandidates = 13;  // along each side, in each working mode
+
+/// What is to come apart: a cause in the fit, and what it is tied with.
+struct Question {
+  JointFit fit;
+  std::size_t cause = 0;
+  std::optional<simulation::ActiveEffect> rival;
+  bool assumed = false;  // the session does not show it; its size is a plausible one
+};
+
+std::optional<Question> tied_in(const diagnosis::Identification& found) {
+  for (std::size_t i = 0; i < found.findings.size(); ++i) {
+    if (found.findings[i].tied_with.empty()) continue;
+    return Question{found.extended, i, found.findings[i].tied_with.front().fitted, false};
+  }
+  return std::nullopt;
+}
+
+/// The effect that would have to be largest, in its own plausible sizes, to be seen.
+std::optional<Question> blindest(
+    const diagnosis::Readings& readings, const diagnosis::Identification& found) {
+  std::vector<diagnosis::NotTestable> ignored;
+  std::vector<diagnosis::Hypothesis> open;
+  for (const auto& each : diagnosis::hypotheses_for(readings, ignored)) {
+    // Poses show what depends on poses.
+    if (each.effect->searched || each.effect->needs & simulation::kTime ||
+        each.effect->needs & simulation::kTemperature) {
+      continue;
+    }
+    open.push_back(each);
+  }
+  const auto limits = diagnosis::limits_of(readings, found.extended, open, {});
+  const diagnosis::Limit* worst = nullptr;
+  for (const diagnosis::Limit& each : limits) {
+    if (!std::isfinite(each.detect)) continue;
+    if (!worst || each.detect / each.plausible > worst->detect / worst->plausible) {
+      worst = &each;
+    }
+  }
+  if (!worst) return std::nullopt;
+  Question question{found.extended, found.extended.effects.size(), std::nullopt, true};
+  simulation::ActiveEffect active = diagnosis::at_rest(worst->hypothesis);
+  active.x[0] = worst->plausible;
+  question.fit.effects.push_back(std::move(active));
+  return question;
+}
+
+std::vector<PosePoint> candidates_of(
+    const session::Session& session, const std::vector<geometry::WorkingMode>& wanted) {
+  const geometry::Rig& rig = session.rig;
+  Eigen::Vector2d low(1e300, 1e300);
+  Eigen::Vector2d high = -low;
+  for (const session::Sample& sample : session.samples) {
+    if (!sample.target_mm) continue;
+    low = low.cwiseMin(*sample.target_mm);
+    high = high.cwiseMax(*sample.target_mm);
+  }
+  if (!(low.array() < high.array()).all()) {
+    const session::Rectangle usual;
+    low = usual.min_mm;
+    high = usual.max_mm;
+  }
+  std::vector<geometry::WorkingMode> modes = wanted;
+  if (modes.empty()) {
+    modes.assign(geometry::kWorkingModes.begin(), geometry::kWorkingModes.end());
+  }
+  std::vector<PosePoint> result;
+  for (const geometry::WorkingMode mode : modes) {
+    const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+    if (!home) continue;
+    for (int i = 0; i < kCandidates; ++i) {
+      for (int j = 0; j < kCandidates; ++j) {
+        const Eigen::Vector2d share(
+            static_cast<double>(i) / (kCandidates - 1),
+            static_cast<double>(j) / (kCandidates - 1));
+        const Eigen::Vector2d target =
+            ((low + share.cwiseProduct(high - low)) * 1e6).array().round() / 1e6;
+        const auto q = session::measurable(
+            rig, target, mode, session::PlanOptions{}.robot_error_mm, *home);
+        if (!q) continue;
+        const auto assembly = geometry::assembly_at(rig.robot.nominal, *q, target);
+        if (!assembly) continue;
+        const Eigen::Vector2d rounded = (*q * 1e9).array().round() / 1e9;
+        // The side of arrival is part of the question for backlash and its like.
+        const int side = (i + j) % 2 == 0 ? 1 : -1;
+        result.push_back({rounded, target, *assembly, {side, side}});
+      }
+    }
+  }
+  return result;
+}
+
+Json name_of(const simulation::ActiveEffect& effect) {
+  return {{"cause", effect.effect->cause}, {"where", effect.place.name}};
+}
+
+}  // namespace
+
+SeparationPlan separation_plan(
+    const session::Session& session, const SeparationRequest& request) {
+  const simulation::ForwardModel model(session.rig);
+  diagnosis::Readings readings(model, session::trials_of(session, ""));
+  constexpr Eigen::Index kFewest = 40;
+  if (readings.count() < kFewest) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("{} readings are too few to ask which causes are tied", readings.count()),
+        {{"session", session.name}}, "Measure a first session, then ask again.");
+  }
+  const diagnosis::Identification found = diagnosis::identify(readings);
+  std::optional<Question> question = tied_in(found);
+  if (!question) question = blindest(readings, found);
+  if (!question) {
+    throw Error(
+        ErrorCode::kBadData, "there is nothing to separate: no tied causes, no hidden effect",
+        {{"session", session.name}}, "");
+  }
+  const std::vector<PosePoint> candidates = candidates_of(session, request.modes);
+  if (candidates.empty()) {
+    throw Error(
+        ErrorCode::kBadData, "no pose can be measured in these working modes",
+        {{"session", session.name}}, "Leave --mode out.");
+  }
+  const diagnosis::Separation separation = diagnosis::separating_poses(
+      readings, question->fit, question->cause, question->rival, candidates, request.points);
+
+  SeparationPlan result;
+  int first = 0;
+  for (const session::Sample& sample : session.samples) {
+    if (sample.set == "G1") first = std::max(first, sample.point + 1);
+  }
+  Json by_point = Json::array();
+  for (std::size_t i = 0; i < separation.chosen.size(); ++i) {
+    const PosePoint& pose = candidates[separation.chosen[i]];
+    session::PlanPoint point{"G1", 0, 0, pose.target_mm, pose.q_rad, pose.approach};
+    by_point.push_back(
+        {{"target_mm", {pose.target_mm.x(), pose.target_mm.y()}},
+         {"mode", to_string(session::branch_of(session.rig, point).mode)},
+         {"log_odds", separation.log_odds[i]}});
+    result.plan.points.push_back(std::move(point));
+  }
+  order_by_branch(session.rig, result.plan, first);
+  const simulation::ActiveEffect& own = question->fit.effects[question->cause];
+  result.words = {
+      {"separates", name_of(own)},
+      {"rival", question->rival ? name_of(*question->rival) : Json(nullptr)},
+      {"size_assumed", question->assumed ? Json(own.x[0]) : Json(nullptr)},
+      {"unit", parameter_at(*own.effect, own.place, 0).unit},
+      {"points", result.plan.points.size()},
+      {"log_odds_now", separation.log_odds_now},
+      {"log_odds_after",
+       separation.log_odds.empty() ? separation.log_odds_now : separation.log_odds.back()},
+      {"by_point", std::move(by_point)}};
+  return result;
+}
+
+std::string separation_text(const Json& words) {
+  const auto name = [](const Json& effect) {
+    return fmt::format(
+        "{} at {}", effect["cause"].get<std::string>(), effect["where"].get<std::string>());
+  };
+  std::string text =
+      words["rival"].is_null()
+          ? fmt::format(
+                "No causes are tied. This session is blindest to {} (taken as {:.3g} {}).",
+                name(words["separates"]), words["size_assumed"].get<double>(),
+                words["unit"].get<std::string>())
+          : fmt::format("{} and {} are tied.", name(words["separates"]), name(words["rival"]));
+  return text +
+         fmt::format(
+             " Expected log odds now {:.1f}, with these {} points {:.1f} (5 is certain).",
+             words["log_odds_now"].get<double>(), words["points"].get<int>(),
+             words["log_odds_after"].get<double>());
+}
+
+}  // namespace sixdial::studies

@@ -1,0 +1,106 @@
+// The collector's screen in a terminal: large digits, states in words, never wider than it is.
+#include "cli/collect_screen.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace sixdial::cli {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Json dial(const Json& value_mm, const char* state, const char* reason = "") {
+  return {{"value_mm", value_mm}, {"quality", "good"}, {"reason", reason}, {"state", state}};
+}
+
+Json six_dials() {
+  return {
+      {"dials",
+       {{"A", dial(10.490, "ok")},
+        {"B", dial(2.345, "settling")},
+        {"C", dial(nullptr, "free", "no contact")},
+        {"D", dial(nullptr, "lost", "timeout")},
+        {"E", dial(nullptr, "stale", "stale")},
+        {"F", dial(-1.678, "ok")}}},
+      {"settle", {{"spread_mm", 0.002}, {"limit_mm", 0.012}, {"settled", true}}},
+      {"pose",
+       {{"x_mm", 28.0}, {"y_mm", 48.5}, {"gamma_rad", 0.1}, {"dials", {"A", "B", "F"}}}}};
+}
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST(CollectScreen, ShowsEveryDialWithItsStateInWords) {
+  for (const std::size_t width : {200U, 79U, 76U}) {
+    const std::string text = joined(dial_lines(six_dials(), width));
+    for (const char* id : {"A", "B", "C", "D", "E", "F"}) EXPECT_THAT(text, HasSubstr(id));
+    for (const char* word : {"ok", "settling", "no contact", "LOST: timeout", "STALE"}) {
+      EXPECT_THAT(text, HasSubstr(word)) << width;
+    }
+    EXPECT_THAT(text, HasSubstr("x 28.000  y 48.500 mm  gamma 5.730 deg")) << width;
+    EXPECT_THAT(text, HasSubstr("settled: 0.002 of 0.012 mm")) << width;
+  }
+}
+
+TEST(CollectScreen, ASampleThatLooksUnusualSaysSoAndWhatToDo) {
+  Json sample{
+      {"set", "G1"},
+      {"point", 18},
+      {"repeat", 0},
+      {"position_mm", {20.491, 29.754}},
+      {"dials", {{"A", {{"value_mm", 5.225}}}}},
+      {"remarks", Json::array()},
+      {"doubt", ""}};
+  EXPECT_EQ(sample_line(sample), "G1 18.0  x 20.491  y 29.754 mm  A 5.225");
+  sample["doubt"] = "6 times the usual residual";
+  EXPECT_THAT(sample_line(sample), HasSubstr("; 6 times the usual residual: r to retake"));
+}
+
+TEST(CollectScreen, DrawsLargeDigitsWhereTheyFit) {
+  const Json one{
+      {"dials", {{"A", dial(10.490, "ok")}}},
+      {"settle", {{"spread_mm", nullptr}}},
+      {"pose", nullptr}};
+  const auto lines = dial_lines(one, 100);
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_THAT(lines[0], testing::StartsWith("       _         _   _  "));
+  EXPECT_THAT(lines[1], testing::StartsWith("    | | |   |_| |_| | | "));
+  EXPECT_THAT(lines[2], testing::StartsWith("    | |_| .   |  _| |_| "));
+  EXPECT_THAT(lines[4], HasSubstr("fewer than three dials"));
+}
+
+TEST(CollectScreen, IsNeverWiderThanTheTerminal) {
+  for (std::size_t width = 1; width < 120; ++width) {
+    for (const std::string& line : dial_lines(six_dials(), width))
+      EXPECT_LE(line.size(), width);
+  }
+}
+
+TEST(CollectScreen, OffATerminalThereAreNoLiveReadingsAndNoEscapes) {
+  std::ostringstream out, err;
+  const Console plain{.out = out, .err = err};
+  EXPECT_THAT(screen_topics(plain), Not(testing::Contains("live")));
+  Screen screen(plain);
+  screen.show_dials(six_dials());
+  screen.end();
+  EXPECT_THAT(err.str() + out.str(), Not(HasSubstr("\x1b")));
+  std::ostringstream screen_out, screen_err;
+  const Console terminal{.out = screen_out, .err = screen_err, .terminal = true};
+  EXPECT_THAT(screen_topics(terminal), testing::Contains("live"));
+  Screen live(terminal);
+  live.show_dials(six_dials());
+  live.show_dials(six_dials());
+  live.end();
+  EXPECT_THAT(screen_err.str(), HasSubstr("\x1b["));  // taken away before it is drawn again
+  EXPECT_THAT(screen_err.str(), HasSubstr("LOST"));
+}
+
+}  // namespace
+}  // namespace sixdial::cli

@@ -1,0 +1,243 @@
+// All methods on one session: any combination, either space, as one document.
+#include "studies/compare.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "calibration/comparison.h"
+#include "calibration/random.h"
+#include "report/report_run.h"
+#include "session/bundle.h"
+#include "studies/assessment.h"
+#include "studies/calibrate.h"
+#include "tests/support/rig_for_tests.h"
+
+namespace sixdial::studies {
+namespace {
+
+using testing::LineClient;
+using testing::RunningService;
+
+const std::filesystem::path kBundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+
+CompareRequest quick() {
+  CompareRequest request;
+  request.particles = 20;
+  request.qpso1_iterations = 6;
+  request.qpso2_iterations = 60;
+  request.anfis_epochs = 20;
+  request.bpnn_epochs = 100;
+  request.threads = 1;
+  return request;
+}
+
+std::vector<std::string> every_combination() {
+  std::vector<std::string> methods{"before"};
+  for (const auto* identifier : calibration::all_identifiers()) {
+    methods.emplace_back(identifier->name);
+    for (const auto* model : calibration::all_residual_models()) {
+      methods.push_back(std::string(identifier->name) + "+" + std::string(model->name));
+    }
+  }
+  return methods;
+}
+
+void expect_figures(const Json& set, int points) {
+  for (const char* key : {"mean_mm", "std_mm", "max_mm", "rmse_mm"}) {
+    ASSERT_TRUE(set[key].is_number()) << key;
+    EXPECT_GT(set[key].get<double>(), 0.0) << key;
+  }
+  EXPECT_GE(set["max_mm"], set["mean_mm"]);
+  EXPECT_GE(set["rmse_mm"], set["mean_mm"]);
+  EXPECT_EQ(set["points"], points);
+  EXPECT_EQ(set["unreachable"], 0);
+}
+
+TEST(Compare, AnyCombinationInEitherSpaceIsADocumentOfTheSameShape) {
+  const session::Session session = session::read_bundle(kBundle);
+  for (const char* space : {"positions", "dials"}) {
+    SCOPED_TRACE(space);
+    CompareRequest request = quick();
+    request.space = space;
+    request.methods = every_combination();
+    const Json document = compare(session, request);
+    EXPECT_EQ(document["schema"], "sixdial.comparison");
+    EXPECT_EQ(document["schema_version"], kComparisonSchemaVersion);
+    EXPECT_EQ(document["inputs"]["settings"]["space"], space);
+    EXPECT_EQ(document["inputs"]["data_hash"], "sha256:" + session::data_sha256(session));
+    ASSERT_EQ(document["methods"].size(), request.methods.size());
+    for (std::size_t i = 0; i < request.methods.size(); ++i) {
+      const Json& method = document["methods"][i];
+      const std::string& id = request.methods[i];
+      SCOPED_TRACE(id);
+      EXPECT_EQ(method["id"], id);
+      EXPECT_FALSE(method["name"].get<std::string>().empty());
+      EXPECT_FALSE(method["description"].get<std::string>().empty());
+      expect_figures(method["g1"], 100);
+      expect_figures(method["g2"], 50);
+      EXPECT_EQ(method["g1_errors_mm"].size(), 100U);
+      EXPECT_EQ(method["g2_errors_mm"].size(), 50U);
+      EXPECT_GE(method["seconds"].get<double>(), 0.0);
+      if (id == "before") {
+        EXPECT_TRUE(method["identifier"].is_null());
+        EXPECT_GT(method["g2"]["mean_mm"], 1.0);
+        continue;
+      }
+      const std::size_t plus = id.find('+');
+      EXPECT_EQ(method["identifier"], id.substr(0, plus));
+      EXPECT_EQ(method["parameters"].size(), std::string_view(space) == "dials" ? 11U : 10U);
+      for (const auto& [name, value] : method["parameters"].items()) {
+        EXPECT_TRUE(value["value"].is_number()) << name;
+        EXPECT_GT(value["sd"].get<double>(), 0.0) << name;
+      }
+      EXPECT_LT(method["g2"]["mean_mm"], 0.1);
+      if (plus == std::string::npos) {
+        EXPECT_TRUE(method["residual_model"].is_null());
+      } else {
+        EXPECT_EQ(method["residual_model"], id.substr(plus + 1));
+        EXPECT_EQ(method["effective_parameters"].size(), 2U);
+        EXPECT_FALSE(method["note"].get<std::string>().empty());
+      }
+    }
+    // the best one is the least mean on G2
+    double least = HUGE_VAL;
+    std::string best;
+    for (const Json& method : document["methods"]) {
+      if (method["g2"]["mean_mm"].get<double>() < least) {
+        least = method["g2"]["mean_mm"].get<double>();
+        best = method["id"].get<std::string>();
+      }
+    }
+    EXPECT_EQ(document["best"], best);
+    for (const char* key : {"assessment", "precision", "gross_errors"}) {
+      EXPECT_TRUE(document[key].is_object()) << key;
+    }
+    EXPECT_EQ(document["assessment"]["space"], space);
+    // what comes out of a file is what went in
+    EXPECT_EQ(Json::parse(document.dump()), document);
+    const std::string text = comparison_text(document);
+    for (const std::string& id : request.methods) EXPECT_NE(text.find(id), std::string::npos);
+  }
+}
+
+TEST(Compare, WithoutMethodsTakesTheTwelveOfTheIssueInTheirOrder) {
+  const Json document = compare(session::read_bundle(kBundle), quick());
+  std::vector<std::string> ids;
+  for (const Json& method : document["methods"]) ids.push_back(method["id"]);
+  EXPECT_EQ(
+      ids, std::vector<std::string>(
+               calibration::kComparedMethods.begin(), calibration::kComparedMethods.end()));
+}
+
+TEST(Compare, AMethodThatDoesNotExistIsRefusedWithTheNearest) {
+  CompareRequest request = quick();
+  request.methods = {"lm", "ekf+gpp"};
+  try {
+    static_cast<void>(compare(session::read_bundle(kBundle), request));
+    FAIL() << "ekf+gpp was compared";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kInvalidParams);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("gpp"));
+  }
+}
+
+TEST(Compare, TheServiceAndABundleGiveTheSameFigures) {
+  RunningService running;
+  LineClient client = running.client();
+  client.call("session.import", {{"path", kBundle.string()}, {"name", "here"}});
+  const Json job = client.call(
+      "compare.start",
+      {{"session", "here"}, {"methods", {"lm", "lm+gp"}}, {"space", "dials"}})["result"];
+  const Json ended = client.call("job.wait", {{"job", job["job"]}})["result"];
+  ASSERT_EQ(ended["state"], "done") << ended;
+  std::string text;
+  for (Json next = 0; !next.is_null();) {
+    const Json page =
+        client.call("result.get", {{"result", ended["result"]}, {"offset", next}})["result"];
+    text += page["text"].get<std::string>();
+    next = page["next_offset"];
+  }
+  const Json stored = Json::parse(text);
+  CompareRequest request;
+  request.methods = {"lm", "lm+gp"};
+  request.space = "dials";
+  const Json alone = compare(session::read_bundle(kBundle), request);
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (const char* key : {"g1_errors_mm", "g2_errors_mm", "parameters"}) {
+      EXPECT_EQ(stored["methods"][i][key], alone["methods"][i][key]) << key;
+    }
+  }
+}
+
+/// Session 00's rig with both motors on one axis and links of four lengths, positions by some
+/// other instrument.
+session::Session coaxial_session() {
+  session::Session session = session::read_bundle(kBundle);
+  geometry::ParameterVector nominal;
+  nominal << 60, 65, 58, 62, 0, 0, 0, 0, 0, 0;
+  geometry::ParameterVector robot = nominal;
+  robot.head<4>() << 60.2, 64.9, 58.3, 61.8;
+  robot[geometry::kX0] = 0.4;
+  robot[geometry::kOffset1] = 0.005;
+  session.rig.robot.nominal = nominal;
+  session.rig.robot.working_mode = {+1, -1};
+  calibration::RandomSequence random(5, 1);
+  for (session::Sample& sample : session.samples) {
+    const Eigen::Vector2d target(random.uniform(-20, 20), random.uniform(60, 90));
+    sample.q_rad = geometry::inverse(nominal, target, {+1, -1}).value();
+    sample.target_mm = target;
+    const auto assembly = geometry::assembly_at(nominal, sample.q_rad, target).value();
+    const auto pose = geometry::forward(robot, sample.q_rad, assembly).value();
+    sample.position_mm = pose.p_WE + 0.003 * Eigen::Vector2d(random.normal(), random.normal());
+    for (session::DialValue& dial : sample.dials) dial = {};
+  }
+  return session;
+}
+
+constexpr const char* kCommonTurn = "alpha rises while dtheta1 and dtheta2 fall";
+
+void expect_common_turn(const Json& held) {
+  ASSERT_EQ(held.size(), 1U) << held;
+  EXPECT_THAT(held[0]["words"].get<std::string>(), ::testing::StartsWith(kCommonTurn));
+  EXPECT_THAT(held[0]["words"].get<std::string>(), ::testing::HasSubstr("common shift"));
+}
+
+TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
+  const session::Session session = coaxial_session();
+  for (const bool fixed : {false, true}) {
+    SCOPED_TRACE(fixed ? "d fixed" : "d free");
+    CompareRequest request = quick();
+    request.methods = {"before", "lse", "lm", "tikhonov", "ekf", "ekf_dqpso", "lm+gp"};
+    if (fixed) request.fix = {"d"};
+    const Json compared = compare(session, request);
+    expect_common_turn(compared["assessment"]["identifiability"]["held"]);
+    const std::string screen =
+        ::testing::PrintToString(assessment_lines(compared["assessment"]));
+    EXPECT_THAT(screen, ::testing::HasSubstr(kCommonTurn));
+    for (const Json& method : compared["methods"]) {
+      EXPECT_EQ(method["g2"]["unreachable"], 0) << method["id"];
+      if (method["id"] == "lm") {
+        EXPECT_LT(method["g2"]["mean_mm"], 0.006);
+      }
+    }
+    CalibrationRequest calibration;
+    calibration.particles = 30;
+    calibration.qpso1_iterations = 20;
+    calibration.qpso2_iterations = 200;
+    calibration.anfis_epochs = 20;
+    if (fixed) calibration.fix = {"d"};
+    const Json calibrated = calibrate(session, calibration);
+    expect_common_turn(calibrated["identification"]["held"]);
+    expect_common_turn(calibrated["assessment"]["identifiability"]["held"]);
+    EXPECT_LT(calibrated["above_minimum_mm"].get<double>(), 1e-6);
+    const report::ReportData report = report::report_data(calibrated, session, "somebody");
+    ASSERT_EQ(report.unidentifiable.size(), 1U);
+    EXPECT_THAT(report.unidentifiable[0], ::testing::StartsWith(kCommonTurn));
+  }
+}
+
+}  // namespace
+}  // namespace sixdial::studies
