@@ -101,7 +101,7 @@ TEST(Against, AResultThatIsNoCalibrationIsRefused) {
   const Json nothing{{"schema", "something.else"}};
   EXPECT_THROW(
       static_cast<void>(report::against_sections({nothing, session}, {nothing, session})),
-      service::Error);
+      studies::Error);
 }
 
 TEST(ReportCommand, PrintsAPdfAndShowsTwoSessionsBelowAMegabyte) {

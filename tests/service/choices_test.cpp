@@ -71,8 +71,7 @@ TEST(Choices, AReportIsOfTheSamplesThatThereAre) {
   run("diagnose.start", {{"bootstrap", 0}, {"gain", false}});
   EXPECT_EQ(choices(client, "monday")["report_of"], "diagnosis");
   EXPECT_TRUE(choices(client, "monday")["choices"]["report"].is_null());
-  run(
-      "calibrate.start", {{"particles", 10},
+  run("calibrate.start", {{"particles", 10},
                           {"qpso1_iterations", 5},
                           {"qpso2_iterations", 5},
                           {"anfis_epochs", 2}});

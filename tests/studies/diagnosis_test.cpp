@@ -330,7 +330,7 @@ TEST(Diagnosis, TooFewReadingsAreRefusedInWords) {
     EXPECT_THAT(error.what(), HasSubstr("at least"));
     EXPECT_FALSE(error.hint().empty());
   }
-  EXPECT_THROW(check_diagnosis({{"schema", "sixdial.calibration"}}), service::Error);
+  EXPECT_THROW(check_diagnosis({{"schema", "sixdial.calibration"}}), Error);
 }
 
 TEST(Diagnosis, IsCancelledBetweenItsStages) {

@@ -89,15 +89,15 @@ TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   EXPECT_LT(up, 30);
   session::Plan beyond = plan;
   beyond.points[3].target_mm = {400, 0};
-  EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), service::Error);
+  EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), Error);
 }
 
 TEST(ExtendedCommand, ADiagnosisOfAnotherKindIsRefused) {
   const geometry::Rig rig = geometry::default_rig();
-  EXPECT_THROW(ExtendedCommand({{"schema", "sixdial.calibration"}}, rig), service::Error);
+  EXPECT_THROW(ExtendedCommand({{"schema", "sixdial.calibration"}}, rig), Error);
   Json document = diagnosis_of("01");
   document["extended_model"]["effects"][0]["where"] = "joint7";
-  EXPECT_THROW(ExtendedCommand(document, rig), service::Error);
+  EXPECT_THROW(ExtendedCommand(document, rig), Error);
 }
 
 Json finished(LineClient& client, const Json& job) {

@@ -152,7 +152,7 @@ TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
     EXPECT_GT((plan.points[i].q_rad - plan.points[i + 1].q_rad).norm(), 1e-3);
   }
   request.set = "G9";
-  EXPECT_THROW(validation_plan(session, calibration, request), service::Error);
+  EXPECT_THROW(validation_plan(session, calibration, request), Error);
 }
 
 TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
@@ -181,7 +181,7 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
         without[1].get<double>() - with[1].get<double>());
     EXPECT_LT((full.correction(sample.q_rad) - learned).norm(), 1e-12);
   }
-  EXPECT_THROW(compensation_model({{"schema", "other"}}, CompensateBy::kFull), service::Error);
+  EXPECT_THROW(compensation_model({{"schema", "other"}}, CompensateBy::kFull), Error);
 }
 
 TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
