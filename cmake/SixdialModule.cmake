@@ -18,6 +18,10 @@ endif()
 find_program(SIXDIAL_CCACHE ccache)
 if(SIXDIAL_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${SIXDIAL_CCACHE})
+  # Without these ccache keeps nothing that was compiled with a precompiled header.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options(-fpch-preprocess)
+  endif()
 endif()
 
 function(sixdial_module name)
