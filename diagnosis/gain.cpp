@@ -215,7 +215,7 @@ GainStudy study_gain(
       const std::size_t t = poses[i];
       Eigen::Vector2d error = shift.col(static_cast<Eigen::Index>(t));
       if (learned) {
-        const Eigen::Vector2d said = learned->correction(test.trials()[t].q_rad);
+        const Eigen::Vector2d said = learned->correction(test.trials()[t].q);
         error -= said;
         const Eigen::Index first = test.first_row(t);
         const Eigen::Index rows = test.first_row(t + 1) - first;

@@ -64,7 +64,7 @@ TEST(Trials, OfTheSharedSessionsHaveThePositionsOfARobotThatMissesByMillimetres)
       EXPECT_LT(miss, 6.0);
       EXPECT_GT(std::sqrt(trial.position_covariance.trace()), 0.001);
       EXPECT_LT(std::sqrt(trial.position_covariance.trace()), 0.02);
-      for (const int dial : trial.active_dials) EXPECT_GE(dial, 0);
+      for (const int dial : trial.position_channels) EXPECT_GE(dial, 0);
     }
     EXPECT_EQ(with_position, 150) << folder;
     EXPECT_GT(sum / 150, 0.5) << folder;
@@ -85,7 +85,7 @@ TEST(Trials, AgreeWithLeastSquaresOverAllDialsWithinNoise) {
     ASSERT_TRUE(trial.position_mm.has_value());
     std::vector<geometry::DialReading> readings;
     for (std::size_t i = 0; i < dials.size(); ++i) {
-      if (trial.dial_mm[i]) readings.push_back({static_cast<int>(i), *trial.dial_mm[i], 0.002});
+      if (trial.reading[i]) readings.push_back({static_cast<int>(i), *trial.reading[i], 0.002});
     }
     const auto all = geometry::least_squares_pose(
         dials, readings, session.rig.cuboid.side_mm, trial.gamma_rad.value());
@@ -154,10 +154,10 @@ TEST(Trials, LeaveOutBadReadingsAndPlungersAtTheirEnds) {
   sample.dials[2].value_mm = 0.004;
   sample.dials[3].value_mm = 50.795;
   const auto trial = trial_of(rig, sample);
-  EXPECT_FALSE(trial.dial_mm[0].has_value());
-  EXPECT_TRUE(trial.dial_mm[1].has_value());
-  EXPECT_FALSE(trial.dial_mm[2].has_value());
-  EXPECT_FALSE(trial.dial_mm[3].has_value());
+  EXPECT_FALSE(trial.reading[0].has_value());
+  EXPECT_TRUE(trial.reading[1].has_value());
+  EXPECT_FALSE(trial.reading[2].has_value());
+  EXPECT_FALSE(trial.reading[3].has_value());
   EXPECT_TRUE(trial.position_mm.has_value()) << "B with E and F";
 }
 
@@ -172,7 +172,7 @@ TEST(Trials, KeepASampleThatAllowsNoPosition) {
   ASSERT_EQ(trials.size(), 1U);
   EXPECT_FALSE(trials[0].position_mm.has_value());
   EXPECT_EQ(trials[0].active_dials, (std::array{-1, -1, -1}));
-  EXPECT_TRUE(trials[0].dial_mm[1].has_value());
+  EXPECT_TRUE(trials[0].reading[1].has_value());
 }
 
 TEST(Trials, KeepASampleThatTheNominalRobotCannotTake) {
@@ -182,7 +182,7 @@ TEST(Trials, KeepASampleThatTheNominalRobotCannotTake) {
   sample.q_rad = {1.5, 0.1};
   const auto trial = trial_of(rig, sample);
   EXPECT_FALSE(trial.position_mm.has_value());
-  EXPECT_TRUE(trial.dial_mm[0].has_value());
+  EXPECT_TRUE(trial.reading[0].has_value());
 }
 
 TEST(Trials, TakeAnInstrumentsPositionBeforeTheDials) {
@@ -192,7 +192,7 @@ TEST(Trials, TakeAnInstrumentsPositionBeforeTheDials) {
   sample.position_mm = Vector2d(28.5, 48.5);
   const auto trial = trial_of(rig, sample);
   EXPECT_EQ(trial.position_mm, sample.position_mm);
-  EXPECT_EQ(trial.active_dials, (std::array{-1, -1, -1}));
+  EXPECT_EQ(trial.position_channels, (std::array{-1, -1, -1}));
 }
 
 TEST(Trials, TakeTheDialsSpreadFromTheRigFile) {
