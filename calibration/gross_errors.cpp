@@ -149,7 +149,7 @@ std::vector<DialErrors> errors_by_dial(
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
       DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
       place_of_row.push_back(dial.error_mm.size());
-      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q_rad);
+      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
       dial.error_mm.push_back(e[row]);
     }
   }

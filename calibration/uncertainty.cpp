@@ -86,7 +86,7 @@ std::optional<RepeatNoise> repeat_noise(std::span<const Trial> trials, bool dial
   Pool pool;
   for (const auto& [point, members] : by_point) {
     const bool same_pose = std::ranges::all_of(members, [&](const Trial* each) {
-      return (each->q_rad - members.front()->q_rad).cwiseAbs().maxCoeff() < kSamePose_rad;
+      return (each->q - members.front()->q).cwiseAbs().maxCoeff() < kSamePose_rad;
     });
     if (!same_pose) continue;
     std::map<std::size_t, std::vector<double>> values;  // by dial, or by axis

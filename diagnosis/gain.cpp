@@ -198,7 +198,7 @@ GainStudy study_gain(
       Eigen::MatrixX2d q(static_cast<Eigen::Index>(usable.size()), 2);
       Eigen::MatrixX2d target(q.rows(), 2);
       for (std::size_t i = 0; i < usable.size(); ++i) {
-        q.row(static_cast<Eigen::Index>(i)) = learn.trials()[usable[i]].q_rad.transpose();
+        q.row(static_cast<Eigen::Index>(i)) = learn.trials()[usable[i]].q.transpose();
         target.row(static_cast<Eigen::Index>(i)) =
             train.col(static_cast<Eigen::Index>(usable[i])).transpose();
       }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/units.h"
+
 namespace sixdial::geometry {
 namespace {
 
@@ -11,7 +13,6 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kAngle_rad = 1.0 / 60.0;  // moves the end of a 60 mm link by one millimetre
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }

@@ -1,17 +1,17 @@
 #include "simulation/forward_model.h"
 
 #include <algorithm>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "geometry/units.h"
 
 namespace sixdial::simulation {
 namespace {
 
 using geometry::Mount;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kClampChange_rad = 1.0 / 60.0;
 
 }  // namespace
@@ -19,7 +19,7 @@ constexpr double kClampChange_rad = 1.0 / 60.0;
 std::vector<geometry::ParameterInfo> parameters_of(const geometry::Rig& /*rig*/) {
   std::vector<geometry::ParameterInfo> result(
       geometry::kParameters.begin(), geometry::kParameters.end());
-  result.push_back({"clamp", "", "deg", kDegPerRad, "rad", kClampChange_rad});
+  result.push_back({"clamp", "", "deg", geometry::kDegPerRad, "rad", kClampChange_rad});
   return result;
 }
 

@@ -175,7 +175,7 @@ MeasuredSession measured_session_00() {
     cells.resize(17);
     simulation::Trial trial;
     trial.point = std::stoi(cells[1]);
-    trial.q = {std::stod(cells[4]), std::stod(cells[5])};
+    trial.q = Vector2d(std::stod(cells[4]), std::stod(cells[5]));
     trial.target_mm = Vector2d(std::stod(cells[6]), std::stod(cells[7]));
     trial.assembly =
         geometry::assembly_at(session.nominal, trial.q, *trial.target_mm).value();

@@ -43,7 +43,7 @@ Session session_of(const Recipe& recipe) {
   for (int i = 0; i < 5; ++i) truth[i] += random.uniform(-0.5, 0.5);
   for (int i = 5; i < 7; ++i) truth[i] += random.uniform(-0.8, 0.8);
   for (int i = 7; i < 10; ++i) truth[i] += random.uniform(-0.01, 0.01);
-  truth[simulation::kClamp] = random.uniform(-0.01, 0.01);
+  truth[session.model.find("clamp").value()] = random.uniform(-0.01, 0.01);
   const auto reference = geometry::inverse(
       rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
   Eigen::Vector2d before = *reference;
@@ -62,7 +62,7 @@ Session session_of(const Recipe& recipe) {
       trial.temperature_c = 20.0 + 4.0 * (1 - std::exp(-trial.time_s.value() / 600.0)) +
                             0.5 * std::sin(trial.time_s.value() / 150.0);
       for (int j = 0; j < 2; ++j) {
-        trial.approach[static_cast<std::size_t>(j)] = (*q)[j] > before[j] ? 1 : -1;
+        trial.approach.push_back((*q)[j] > before[j] ? 1 : -1);
       }
       trial.reading.assign(rig.dials.size(), 0.0);
       before = *q;

@@ -45,7 +45,7 @@ TEST(Trials, OfTheSharedSessionKeepEverySampleOfTheSet) {
   EXPECT_EQ(g2[0].sample, 100);
   EXPECT_EQ(g1[0].time_s, 0.0);
   EXPECT_NEAR(g1[1].time_s.value(), 8.888, 1e-9);
-  EXPECT_EQ(g1[1].approach, (std::array{-1, -1}));
+  EXPECT_EQ(g1[1].approach, (std::vector{-1, -1}));
 }
 
 // Both robots are off by about 3 mm, 6 at most: measured positions stand that far from the
@@ -64,7 +64,7 @@ TEST(Trials, OfTheSharedSessionsHaveThePositionsOfARobotThatMissesByMillimetres)
       EXPECT_LT(miss, 6.0);
       EXPECT_GT(std::sqrt(trial.position_covariance.trace()), 0.001);
       EXPECT_LT(std::sqrt(trial.position_covariance.trace()), 0.02);
-      for (const int dial : trial.position_channels) EXPECT_GE(dial, 0);
+      EXPECT_EQ(trial.position_channels.size(), 3U);
     }
     EXPECT_EQ(with_position, 150) << folder;
     EXPECT_GT(sum / 150, 0.5) << folder;
@@ -171,7 +171,7 @@ TEST(Trials, KeepASampleThatAllowsNoPosition) {
   const auto trials = trials_of(session, "G1");
   ASSERT_EQ(trials.size(), 1U);
   EXPECT_FALSE(trials[0].position_mm.has_value());
-  EXPECT_EQ(trials[0].active_dials, (std::array{-1, -1, -1}));
+  EXPECT_TRUE(trials[0].position_channels.empty());
   EXPECT_TRUE(trials[0].reading[1].has_value());
 }
 
@@ -191,8 +191,8 @@ TEST(Trials, TakeAnInstrumentsPositionBeforeTheDials) {
   Sample sample = ideal_sample(rig, q, Assembly::kLeft, 0.0);
   sample.position_mm = Vector2d(28.5, 48.5);
   const auto trial = trial_of(rig, sample);
-  EXPECT_EQ(trial.position_mm, sample.position_mm);
-  EXPECT_EQ(trial.position_channels, (std::array{-1, -1, -1}));
+  EXPECT_EQ(trial.position_mm.value(), *sample.position_mm);
+  EXPECT_TRUE(trial.position_channels.empty());
 }
 
 TEST(Trials, TakeTheDialsSpreadFromTheRigFile) {

@@ -24,7 +24,7 @@ struct WithMount : testing::TestWithParam<Mount> {
   ModelVector drawn_model() {
     ModelVector result = model.nominal();
     for (int i = 0; i < 7; ++i) result[i] += drawn(-0.6, 0.6);
-    for (int i = 7; i < kModelParameterCount; ++i) result[i] += drawn(-0.02, 0.02);
+    for (Eigen::Index i = 7; i < model.parameter_count(); ++i) result[i] += drawn(-0.02, 0.02);
     return result;
   }
   Vector2d drawn_q() {
@@ -39,11 +39,11 @@ TEST_P(WithMount, JacobianAgreesWithDifferences) {
     const ModelVector x = drawn_model();
     const Vector2d q = drawn_q();
     const Prediction exact = *model.predict(x, q, geometry::Assembly::kLeft);
-    Eigen::MatrixXd slope(exact.reading.size(), kModelParameterCount);
-    for (int i = 0; i < kModelParameterCount; ++i) {
+    Eigen::MatrixXd slope(exact.reading.size(), model.parameter_count());
+    for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
       const double h = i < 7 ? 2e-3 : 2e-5;
       const auto at = [&](double step) -> Eigen::VectorXd {
-        return model.predict(x + step * ModelVector::Unit(i), q, geometry::Assembly::kLeft)
+        return model.predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
             ->reading;
       };
       slope.col(i) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
@@ -100,12 +100,12 @@ TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
   EXPECT_LT(
       ((moved->reading - seen->reading) / 1e-6 - seen->reading_J_gamma).norm(),
       1e-4 * seen->reading_J_gamma.norm());
-  EXPECT_EQ(seen->reading_J.col(kClamp).norm(), 0.0);
+  EXPECT_EQ(seen->reading_J.col(model.find("clamp").value()).norm(), 0.0);
 }
 
 TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {
   const ForwardModel model(geometry::default_rig());
-  const auto seen = model.predict(model.nominal(), {3.1, 0.0}, geometry::Assembly::kLeft);
+  const auto seen = model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error(), geometry::KinematicTrouble::kOutOfReach);
 }
