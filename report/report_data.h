@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "report/document.h"
 #include "studies/dial_residuals.h"
 

@@ -11,7 +11,7 @@
 #include <numeric>
 
 #include "diagnosis/gain.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::studies {
 namespace {

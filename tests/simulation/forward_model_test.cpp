@@ -68,7 +68,7 @@ TEST_P(WithMount, ReadingsGiveTheToolBack) {
         model.rig().dial_geometries(), readings, model.rig().cuboid.side_mm, seen.gamma_rad);
     if (!back) continue;
     ++solved;
-    ASSERT_LT((back->pose.p_WE - seen.pose.p_WE).norm(), kSolved_mm);
+    ASSERT_LT((back->pose.p_WE - seen.p_WE()).norm(), kSolved_mm);
     ASSERT_LT(std::abs(back->pose.gamma_rad - seen.gamma_rad), 1e-12);
   }
   EXPECT_GT(solved, 450);

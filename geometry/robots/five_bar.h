@@ -21,7 +21,7 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "geometry/parameter.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::geometry {
 
@@ -38,31 +38,11 @@ enum ParameterIndex : int { kL11, kL12, kL21, kL22, kD, kX0, kY0, kAlpha, kOffse
 
 extern const std::array<ParameterInfo, kParameterCount> kParameters;
 
-/// beta of equation (3): E to the left or to the right of O3 -> O4.
-enum class Assembly : int { kLeft = +1, kRight = -1 };
-
-/// Elbow side of each leg: +1 turns the proximal link counter-clockwise from the line O -> E.
-struct WorkingMode {
-  int leg1 = +1;
-  int leg2 = +1;
-  friend bool operator==(const WorkingMode&, const WorkingMode&) = default;
-};
 inline constexpr std::array<WorkingMode, 4> kWorkingModes{
     WorkingMode{+1, +1}, WorkingMode{+1, -1}, WorkingMode{-1, +1}, WorkingMode{-1, -1}};
 /// "++", "+-", "-+", "--".
 [[nodiscard]] std::string to_string(WorkingMode mode);
 [[nodiscard]] std::optional<WorkingMode> working_mode_from(std::string_view text);
-
-/// Why a pose does not exist, or exists without a usable derivative.
-enum class KinematicTrouble {
-  kOutOfReach,        // the links cannot close
-  kStretched,         // a dyad is straight: position exists, its branch and derivative do not
-  kFolded,            // a dyad is folded onto itself
-  kCoincidentElbows,  // D = 0: E is anywhere on a circle
-  kBadParameters,     // a length is not positive or a number is not finite
-};
-/// A clause for messages: "the legs cannot reach this point".
-[[nodiscard]] std::string_view describe(KinematicTrouble trouble);
 
 /// Poses closer to stretched or folded than this are refused: sine of the angle between the two
 /// links of a dyad (1e-7 keeps a derivative meaningful to 1e-9 relative).
@@ -105,5 +85,9 @@ struct ForwardDerivative {
 /// The working mode that a pose is in.
 [[nodiscard]] tl::expected<WorkingMode, KinematicTrouble> working_mode_of(
     const ParameterVector& v, const Eigen::Vector2d& q, Assembly assembly);
+
+/// The row of the registry, and the one model of this kind.
+extern const RobotKind five_bar;
+[[nodiscard]] const std::shared_ptr<const RobotModel>& five_bar_model();
 
 }  // namespace sixdial::geometry
