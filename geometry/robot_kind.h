@@ -95,28 +95,6 @@ using Reached = tl::expected<void, KinematicTrouble>;
 /// A vector, or a part of one, without a copy.
 using Values = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Many samples of one robot, for kernels that take all of them in one call.
-struct PositionSamples {
-  Eigen::MatrixXd q;               // joints x samples
-  Eigen::MatrixXd p_WE;            // measured tool positions, 2 or 3 x samples [mm]
-  std::vector<Assembly> assembly;  // by sample
-};
-
-/// The arithmetic of a fit for all samples and many parameter vectors in one call, for kinds
-/// that have it in vector instructions. It must agree with `forward` (a law tests it).
-class RobotKernel {
- public:
-  RobotKernel() = default;
-  RobotKernel(const RobotKernel&) = delete;
-  RobotKernel& operator=(const RobotKernel&) = delete;
-  virtual ~RobotKernel() = default;
-  /// rmse_mm[k]: root of the mean squared distance between measured and computed positions for
-  /// the parameters in column k of `v`; +inf where a pose cannot be reached.
-  virtual void rmse(
-      const Eigen::Ref<const Eigen::MatrixXd>& v,
-      Eigen::Ref<Eigen::VectorXd> rmse_mm) const = 0;
-};
-
 /// The robot at hand: what its kind and its rig file fix and calibration leaves alone, and what
 /// its parameters are. Immutable; shared by all that use the rig.
 struct RobotModel {
@@ -187,9 +165,6 @@ struct RobotKind {
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;
-  /// Optional: the fast way for whole sessions.
-  std::unique_ptr<RobotKernel> (*kernel)(
-      const RobotModel& robot, const PositionSamples& samples) = nullptr;
 };
 
 /// Every kind, by name. Rows added at run time come last and stay for the rest of the program.

@@ -183,8 +183,9 @@ TEST_P(EveryRobot, EveryJointAndParameterMovesAFrame) {
   }
 }
 
-TEST_P(EveryRobot, ForwardOfInverseCloses) {
-  if (GetParam()->inverse == nullptr) GTEST_SKIP() << "this kind has no inverse";
+class EveryInverse : public EveryRobot {};
+
+TEST_P(EveryInverse, ForwardOfInverseCloses) {
   int reached = 0;
   for (int i = 0; i < 3 * kPoses && reached < kPoses; ++i) {
     const Drawn at = draw();
@@ -213,45 +214,18 @@ TEST_P(EveryRobot, ForwardOfInverseCloses) {
   EXPECT_GE(reached, kPoses);
 }
 
-TEST_P(EveryRobot, KernelAgreesWithTheFunction) {
-  if (GetParam()->kernel == nullptr) GTEST_SKIP() << "this kind has no kernel";
-  PositionSamples samples;
-  samples.q.resize(robot_.joint_count(), 0);
-  samples.p_WE.resize(3, 0);
-  while (samples.q.cols() < 37) {
-    const Drawn at = draw();
-    Frames frames(robot_);
-    if (!robot_.forward(robot_.nominal, at.q, at.assembly, frames.X)) continue;
-    samples.q.conservativeResize(Eigen::NoChange, samples.q.cols() + 1);
-    samples.p_WE.conservativeResize(Eigen::NoChange, samples.p_WE.cols() + 1);
-    samples.q.rightCols(1) = at.q;
-    samples.p_WE.rightCols(1) = frames.X[0].p;
-    samples.assembly.push_back(at.assembly);
-  }
-  Eigen::MatrixXd v(robot_.parameter_count(), 21);
-  for (Eigen::Index k = 0; k < v.cols(); ++k) v.col(k) = draw().v;
-  Eigen::VectorXd rmse_mm(v.cols());
-  GetParam()->kernel(robot_, samples)->rmse(v, rmse_mm);
-  for (Eigen::Index k = 0; k < v.cols(); ++k) {
-    double sum = 0.0;
-    for (Eigen::Index i = 0; i < samples.q.cols(); ++i) {
-      Frames frames(robot_);
-      const auto reached = robot_.forward(
-          v.col(k), samples.q.col(i), samples.assembly[static_cast<std::size_t>(i)], frames.X);
-      sum += reached ? (frames.X[0].p - samples.p_WE.col(i)).squaredNorm() : HUGE_VAL;
-    }
-    const double expected = std::sqrt(sum / static_cast<double>(samples.q.cols()));
-    if (std::isinf(expected)) {
-      EXPECT_TRUE(std::isinf(rmse_mm[k]));
-    } else {
-      EXPECT_NEAR(rmse_mm[k], expected, 1e-12 * expected);
-    }
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(, EveryRobot, testing::ValuesIn(every_kind()), [](const auto& each) {
   return std::string(each.param->name);
 });
+
+std::vector<const RobotKind*> kinds_with_inverse() {
+  auto kinds = every_kind();
+  std::erase_if(kinds, [](const RobotKind* kind) { return kind->inverse == nullptr; });
+  return kinds;
+}
+INSTANTIATE_TEST_SUITE_P(
+    , EveryInverse, testing::ValuesIn(kinds_with_inverse()),
+    [](const auto& each) { return std::string(each.param->name); });
 
 TEST(RobotKinds, ANameCanBeHadOnce) {
   RobotKind again = planar_arm();
