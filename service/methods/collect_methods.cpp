@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "report/documents/plan_json.h"
 #include "service/service.h"
 #include "session/plan.h"
-#include "studies/next_plan.h"
-#include "studies/separation_plan.h"
 
 namespace sixdial::service {
 namespace {
@@ -50,11 +49,7 @@ Json plan_next(const Call& call) {
   for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
     request.modes.push_back(*geometry::working_mode_from(mode));
   }
-  studies::NextPlan next = studies::next_plan(session, request);
-  Json answer = std::move(next.words);
-  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
-  answer["notes"] = session::operator_notes(session.rig, next.plan);
-  return answer;
+  return report::plan_answer(studies::next_plan(session, request), session.rig);
 }
 
 Json plan_separate(const Call& call) {
@@ -66,11 +61,7 @@ Json plan_separate(const Call& call) {
   for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
     request.modes.push_back(*geometry::working_mode_from(mode));
   }
-  studies::SeparationPlan next = studies::separation_plan(session, request);
-  Json answer = std::move(next.words);
-  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
-  answer["notes"] = session::operator_notes(session.rig, next.plan);
-  return answer;
+  return report::plan_answer(studies::separation_plan(session, request), session.rig);
 }
 
 Json status(const Call& call) { return call.service.collection().status(); }

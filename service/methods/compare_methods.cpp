@@ -1,41 +1,23 @@
 // The comparison of all methods as a job with a stored result.
 #include <array>
 
+#include "report/documents/comparison_json.h"
 #include "service/document_job.h"
 #include "service/service.h"
-#include "studies/compare.h"
+#include "service/study_params.h"
 
 namespace sixdial::service {
 namespace {
 
-studies::CompareRequest request_of(const Json& params) {
-  studies::CompareRequest request;
-  request.methods = param_or(params, "methods", request.methods);
-  request.space = param_or(params, "space", request.space);
-  request.fix = param_or(params, "fix", request.fix);
-  request.free = param_or(params, "free", request.free);
-  request.loss = param_or(params, "loss", request.loss);
-  request.profile = param_or(params, "profile", request.profile);
-  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
-  request.seed = param_or<std::uint64_t>(params, "seed", 1);
-  request.threads = param_or(params, "threads", 0);
-  request.particles = param_or(params, "particles", 0);
-  request.qpso1_iterations = param_or(params, "qpso1_iterations", 0);
-  request.qpso2_iterations = param_or(params, "qpso2_iterations", 0);
-  request.anfis_epochs = param_or(params, "anfis_epochs", 0);
-  request.bpnn_epochs = param_or(params, "bpnn_epochs", 0);
-  return request;
-}
-
 Json start_comparison(const Call& call) {
-  const studies::CompareRequest request = request_of(call.params);
+  const studies::CompareRequest request = comparison_request(call.params);
   studies::check_methods(request.methods);
   return start_document_job(
       call, "comparison", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
-        return studies::compare(session, request, progress, std::move(stop));
+        return report::to_json(studies::compare(session, request, progress, std::move(stop)));
       });
 }
 

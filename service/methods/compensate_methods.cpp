@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "service/document_job.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
@@ -219,15 +220,9 @@ Json start_validation(const Call& call) {
         document["inputs"]["calibration_result"] = calibration_id.value;
         document["inputs"]["diagnosis_result"] = diagnosis_id;
         document["troubles"] = status["troubles"];
-        db::NewResult result;
-        result.session = id;
-        result.kind = "validation";
-        result.json = document.dump();
-        result.settings = Json{{"set", request.set}, {"validation_session", name}}.dump();
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+        return save_document(
+            service, self, id, document, {{"set", request.set}, {"validation_session", name}},
+            document["inputs"]["data_hash"].get<std::string>());
       });
   return to_json(started);
 }

@@ -8,6 +8,7 @@
 #include "service/document_job.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
+#include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/diagnose.h"
 
@@ -15,14 +16,11 @@ namespace sixdial::service {
 namespace {
 
 Json start_diagnosis(const Call& call) {
-  studies::DiagnosisRequest request;
-  request.seed = param_or<std::uint64_t>(call.params, "seed", request.seed);
-  request.bootstrap = param_or(call.params, "bootstrap", request.bootstrap);
-  request.with_gain = param_or(call.params, "gain", request.with_gain);
+  const studies::DiagnosisRequest request = diagnosis_request(call.params);
   return start_document_job(
       call, "diagnosis", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
         return studies::diagnose(session, request, progress, std::move(stop));
       });

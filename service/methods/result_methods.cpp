@@ -11,6 +11,7 @@
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/store_json.h"
+#include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 
@@ -20,32 +21,12 @@ namespace {
 constexpr std::size_t kMostPageBytes =
     std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
-studies::CalibrationRequest request_of(const Json& params) {
-  const auto optional_count = [&](const char* name) -> std::optional<int> {
-    const int count = param_or(params, name, 0);
-    return count > 0 ? std::optional(count) : std::nullopt;
-  };
-  studies::CalibrationRequest request;
-  request.profile =
-      *calibration::profile_from(param_or<std::string>(params, "profile", "default"));
-  request.seed = param_or<std::uint64_t>(params, "seed", 1);
-  request.threads = param_or(params, "threads", 0);
-  request.particles = optional_count("particles");
-  request.qpso1_iterations = optional_count("qpso1_iterations");
-  request.qpso2_iterations = optional_count("qpso2_iterations");
-  request.anfis_epochs = optional_count("anfis_epochs");
-  request.fix = param_or(params, "fix", request.fix);
-  request.free = param_or(params, "free", request.free);
-  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
-  return request;
-}
-
 Json start_calibration(const Call& call) {
-  const studies::CalibrationRequest request = request_of(call.params);
+  const studies::CalibrationRequest request = calibration_request(call.params);
   return start_document_job(
       call, "calibration", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
         return studies::calibrate(session, request, progress, std::move(stop));
       });
