@@ -5,12 +5,13 @@
 #include "cli/cli.h"
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
+#include "report/documents/validation_json.h"
+#include "report/words/validation_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
 #include "studies/diagnose.h"
 #include "studies/extended_command.h"
-#include "studies/validate.h"
 
 namespace sixdial::cli {
 namespace {
@@ -168,22 +169,20 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
   const StoredResult stored = run_job(cli, "validate.start", params);
-  const Json& document = stored.document;
-  if (!options.output.empty()) session::write_file(options.output, document.dump(1) + "\n");
+  if (!options.output.empty()) {
+    session::write_file(options.output, stored.document.dump(1) + "\n");
+  }
+  const studies::ValidationResult result = report::validation_from_json(stored.document);
   cli.console.print(
-      "validation", studies::result_summary(document), studies::validation_text(document));
-  for (const Json& point : document["troubles"]) {
-    cli.console.warn(fmt::format(
-        "{} {} not measured: {}", point["set"].get<std::string>(), point["point"].get<int>(),
-        point["why"].get<std::string>()));
+      "validation", studies::result_summary(stored.document), report::validation_text(result));
+  for (const studies::NotMeasured& point : result.troubles) {
+    cli.console.warn(fmt::format("{} {} not measured: {}", point.set, point.point, point.why));
   }
   if (!cli.console.json) {
     cli.console.note(fmt::format(
-        "samples in session {}, result {}",
-        document["inputs"]["validation_session"].get<std::string>(), stored.number));
+        "samples in session {}, result {}", result.inputs.validation_session, stored.number));
   }
-  return document["troubles"].empty() ? service::ExitCode::kOk
-                                      : service::ExitCode::kDataQuality;
+  return result.troubles.empty() ? service::ExitCode::kOk : service::ExitCode::kDataQuality;
 }
 
 void add_compensate(CLI::App& app, Cli& cli) {

@@ -69,7 +69,7 @@ void add_threads(CLI::App& command, int& threads) {
 
 void add_count(
     CLI::App& command, const char* name, std::optional<int>& value, const char* words) {
-  command.add_option(name, value, words)->check(CLI::Range(1, 100000));
+  command.add_option(name, value, words)->check(CLI::Range(1, 1000000));
 }
 
 }  // namespace sixdial::cli

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "report/documents/plan_json.h"
+#include "service/methods/shared_params.h"
 #include "service/service.h"
 #include "session/plan.h"
 
@@ -103,7 +104,7 @@ Json moved(const Call& call) {
 constexpr std::array<std::string_view, 2> kOnFault{"store", "pause"};
 constexpr std::array<std::string_view, 2> kOnModeChange{"pause", "go"};
 constexpr std::array kStartParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "plan_csv",
         .doc =
@@ -138,9 +139,8 @@ constexpr std::array kStartParams{
         .min = 0,
         .max = 100}};
 constexpr std::array<std::string_view, 2> kCriteria{"I", "D"};
-constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr std::array kNextParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "points",
         .type = ParamType::kInteger,
@@ -155,9 +155,9 @@ constexpr std::array kNextParams{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes to measure in; default: those of the session",
-        .one_of = kModes}};
+        .one_of = params::kModeWords}};
 constexpr std::array kSeparateParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "points",
         .type = ParamType::kInteger,
@@ -168,7 +168,7 @@ constexpr std::array kSeparateParams{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes to measure in; default: all that can be measured",
-        .one_of = kModes}};
+        .one_of = params::kModeWords}};
 constexpr std::array kWaitParams{Param{
     .name = "timeout_s",
     .type = ParamType::kNumber,

@@ -3,6 +3,7 @@
 
 #include "report/documents/comparison_json.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/service.h"
 #include "service/study_params.h"
 
@@ -23,12 +24,8 @@ Json start_comparison(const Call& call) {
 
 constexpr std::array<std::string_view, 2> kSpaces{"positions", "dials"};
 constexpr std::array<std::string_view, 3> kLosses{"square", "huber", "cauchy"};
-constexpr std::array<std::string_view, 2> kProfiles{"default", "paper"};
-constexpr Param count(std::string_view name, std::string_view doc, double least) {
-  return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = least, .max = 1e6};
-}
 constexpr std::array kParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "methods",
         .type = ParamType::kStringList,
@@ -39,32 +36,25 @@ constexpr std::array kParams{
         .name = "space",
         .doc = "what is fitted: positions, or raw readings of all dials in contact",
         .one_of = kSpaces},
-    Param{
-        .name = "fix",
-        .type = ParamType::kStringList,
-        .doc = "parameters that keep their nominal value"},
-    Param{
-        .name = "free",
-        .type = ParamType::kStringList,
-        .doc = "only these parameters are fitted; default: all"},
+    params::kFix,
+    params::kFree,
     Param{.name = "loss", .doc = "of lm", .one_of = kLosses},
     Param{
-        .name = "profile", .doc = "paper: its literal filter and search", .one_of = kProfiles},
-    Param{
-        .name = "keep_gross_errors",
-        .type = ParamType::kBoolean,
-        .doc = "list readings that stand out, but fit them too"},
+        .name = "profile",
+        .doc = "paper: its literal filter and search",
+        .one_of = params::kProfileWords},
+    params::kKeepGrossErrors,
     Param{
         .name = "seed",
         .type = ParamType::kInteger,
         .doc = "of searches and networks; the same gives the same result; default 1",
         .min = 0},
-    count("threads", "0: as many as the machine has; the result is the same", 0),
-    count("particles", "instead of 50", 4),
-    count("qpso1_iterations", "instead of 100", 1),
-    count("qpso2_iterations", "instead of 400", 1),
-    count("anfis_epochs", "instead of 500", 1),
-    count("bpnn_epochs", "instead of 40000", 1)};
+    params::kThreads,
+    params::kParticles,
+    params::kQpso1,
+    params::kQpso2,
+    params::kAnfisEpochs,
+    params::count("bpnn_epochs", "instead of 40000", 1)};
 
 constexpr std::array kMethods{Method{
     .name = "compare.start",

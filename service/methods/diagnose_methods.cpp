@@ -6,6 +6,7 @@
 
 #include "report/sections/sections_of_studies.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/study_params.h"
@@ -27,12 +28,7 @@ Json start_diagnosis(const Call& call) {
 }
 
 Json write_page(const Call& call) {
-  const std::filesystem::path path = call.params.at("path").get<std::string>();
-  if (!path.is_absolute()) {
-    throw Error(
-        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
-        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
-  }
+  const std::filesystem::path path = params::absolute_path(call);
   const db::ResultRecord record = diagnosis_record(call);
   db::Store& reader = call.service.reader();
   session::write_file(
@@ -51,7 +47,7 @@ constexpr std::array kPageParams{
     Param{.name = "session", .doc = "instead of `result`"},
     Param{.name = "path", .required = true, .doc = "absolute path of the page"}};
 constexpr std::array kParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "seed",
         .type = ParamType::kInteger,
