@@ -7,11 +7,12 @@
 #include <string>
 
 #include "report/documents/json.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::report {
 
 inline Json stored_document(const std::string& name) {
-  std::ifstream file(std::string(SIXDIAL_TEST_DATA) + "/documents/" + name);
+  std::ifstream file(test_paths::test_data() + "/documents/" + name);
   EXPECT_TRUE(file) << name;
   return Json::parse(file);
 }
