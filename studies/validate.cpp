@@ -129,13 +129,13 @@ ValidationResult validation_result(
         ++way.without_position;
         continue;
       }
-      const Eigen::Vector2d missed = *trial.position_mm - *trial.target_mm;  // (41)
+      const Eigen::VectorXd missed = *trial.position_mm - *trial.target_mm;  // (41)
       errors_mm.push_back(missed.norm());
       result.points.push_back(
           {.by = by,
            .point = trial.point,
            .target_mm = *trial.target_mm,
-           .theta_rad = {trial.q_rad.begin(), trial.q_rad.end()},
+           .theta_rad = {trial.q.begin(), trial.q.end()},
            .error_mm = missed});
     }
     way.errors = reached(errors_mm);
