@@ -207,8 +207,8 @@ Json joint_signature(
   if (effect.effect->cause == "joint_backlash") {
     const auto arrives = [&](int sign) {
       return [&trials, joint, sign](Eigen::Index t) {
-        return trials[static_cast<std::size_t>(t)].approach_of(static_cast<std::size_t>(joint)) ==
-               sign;
+        return trials[static_cast<std::size_t>(t)].approach_of(
+                   static_cast<std::size_t>(joint)) == sign;
       };
     };
     return Curve(name, "deg", axis, "deg")

@@ -16,8 +16,7 @@ simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) 
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "the diagnosis has {} parameters where {} are needed", values.size(),
-            parameters),
+            "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
   }
   return Eigen::Map<const simulation::ModelVector>(
