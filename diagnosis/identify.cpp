@@ -29,8 +29,8 @@ double implausibility(const ActiveEffect& active) {
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const double plausible = parameter_at(*active.effect, active.place, i).sigma;
-    sum += std::pow(active.x[k] / (kWidth * plausible), 2);
+    const auto parameter = parameter_at(*active.effect, active.place, i);
+    if (parameter) sum += std::pow(active.x[k] / (kWidth * parameter->sigma), 2);
   }
   constexpr double kAbsurd = 20.0;
   return sum > kAbsurd * kAbsurd ? kNever : std::log1p(sum);
@@ -253,7 +253,7 @@ std::optional<Hypothesis> find_swap(
   JointFit best = baseline;
   double best_likelihood = baseline.log_likelihood + kBeyondDoubt;
   for (const Hypothesis& each : hypotheses) {
-    if (each.effect->cause != "dial_swap") continue;
+    if (!each.effect->exchanges_dials) continue;
     Readings swapped = readings.with_swapped_dials(each.place.dial, each.place.other_dial);
     for (const simulation::ModelVector& start : {baseline.model, readings.model().nominal()}) {
       JointFit fit = fit_jointly(swapped, start, {});
@@ -299,10 +299,9 @@ class Refinement {
   /// own, at every scale.
   [[nodiscard]] double needed(const Hypothesis& name) const {
     if (found_.unknown.empty()) return settings_.least_log_odds;
-    const bool in_time = name.effect->cause == "step" || name.effect->needs & simulation::kTime;
     for (const UnknownCandidate& each : found_.unknown) {
       const bool wanders = each.length < 0 && each.covariates.front() == "time";
-      if (wanders && in_time) return settings_.beside_wandering_log_odds;
+      if (wanders && name.effect->in_time) return settings_.beside_wandering_log_odds;
     }
     return settings_.beside_unknown_log_odds;
   }

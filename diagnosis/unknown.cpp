@@ -8,13 +8,10 @@
 #include <optional>
 
 #include "diagnosis/evidence.h"
-#include "diagnosis/search.h"
-#include "simulation/effect.h"
+#include "diagnosis/stages.h"
 
 namespace sixdial::diagnosis {
 namespace {
-
-using simulation::ActiveEffect;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -257,25 +254,18 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
 
-  // How a shift at each stage shows in every reading: what a step from the first sample does.
-  const simulation::Effect& step = *simulation::find_effect("step");
-  const auto stage = [&](const simulation::Place& place) {
-    const ActiveEffect active{&step, place, {0.0, 0.0, -1.0}};
-    return effect_columns(readings, fit.model, extended, active, simulated);
+  const auto stage = [&](Stage where, int joint = -1) {
+    return stage_columns(readings, fit, simulated, where, joint);
   };
-  const Eigen::MatrixXd tool = stage({.name = "base"});
+  const Eigen::MatrixXd tool = stage(Stage::kTool);
   const Covariates at = covariates_of(readings, fit, extended);
 
   UnknownSearch search(readings, fit);
   constexpr int kFunctions = 16;
   constexpr int kOfTime = 40;  // a random walk is rough
   constexpr int kFew = 10;
-  search.along(
-      "theta1", "joint1", at.theta1, stage({.name = "joint1", .joint = 0}).leftCols(1),
-      kFunctions);
-  search.along(
-      "theta2", "joint2", at.theta2, stage({.name = "joint2", .joint = 1}).leftCols(1),
-      kFunctions);
+  search.along("theta1", "joint1", at.theta1, stage(Stage::kJointAngle, 0), kFunctions);
+  search.along("theta2", "joint2", at.theta2, stage(Stage::kJointAngle, 1), kFunctions);
   search.along("time", "tool", at.time, tool, kOfTime);
   search.along("temperature", "tool", at.temperature, tool, kFew);
   search.over(at.x, at.y, "tool", tool);
@@ -289,14 +279,10 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     search.along("temperature", name, at.temperature, J.col(k), kFew);
   }
   if (readings.has_dials()) {
-    simulation::Place cuboid;
-    cuboid.name = "cuboid";
-    const ActiveEffect growth = at_rest({simulation::find_effect("cuboid_size"), cuboid});
-    const Eigen::MatrixXd side =
-        effect_columns(readings, fit.model, extended, growth, simulated).leftCols(1);
+    const Eigen::MatrixXd side = stage(Stage::kCuboidSide);
     search.along("time", "cuboid", at.time, side, kFew);
     search.along("temperature", "cuboid", at.temperature, side, kFew);
-    const Eigen::MatrixXd clamp = stage({.name = "cuboid"}).leftCols(1);
+    const Eigen::MatrixXd clamp = stage(Stage::kCuboidAngle);
     search.along("time", "clamp", at.time, clamp, kFew);
     search.along("gamma", "clamp", at.gamma, clamp, kFew);
     const auto& dials = readings.model().rig().dials;

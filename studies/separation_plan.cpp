@@ -166,7 +166,7 @@ SeparationPlan separation_plan(
       {"separates", name_of(own)},
       {"rival", question->rival ? name_of(*question->rival) : Json(nullptr)},
       {"size_assumed", question->assumed ? Json(own.x[0]) : Json(nullptr)},
-      {"unit", parameter_at(*own.effect, own.place, 0).unit},
+      {"unit", parameter_at(*own.effect, own.place, 0)->unit},
       {"points", result.plan.points.size()},
       {"log_odds_now", separation.log_odds_now},
       {"log_odds_after",

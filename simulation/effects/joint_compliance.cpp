@@ -23,10 +23,14 @@ extern constinit const Effect joint_compliance;
 constinit const Effect joint_compliance{
     .cause = "joint_compliance",
     .in_words = "compliance",
+    .in_words_with_place = "compliance of {place}",
     .places = [](const geometry::Rig&) { return at_one_place("joints"); },
     .parameters = kParameters,
     .needs = kDials,
     .before_kinematics = bend_kinematics,
+    .size = "joint 1 {1/K1}, joint 2 {1/K2}",
+    .plot = {Shows::kToolShift, Against::kForce, Groups::kNone, false},
+    .twin = "joint_compliance",
     .signature =
         "Residuals follow the sum of the plungers' forces, seen through the arm's lever.",
     .consequence = "The tool gives way under load: cutting or probing forces move it.",

@@ -24,10 +24,14 @@ extern constinit const Effect joint_second_harmonic;
 constinit const Effect joint_second_harmonic{
     .cause = "joint_second_harmonic",
     .in_words = "second harmonic",
+    .in_words_with_place = "second harmonic of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,
+    .size = "amplitude {a,b}",
+    .plot = {Shows::kJointAngle, Against::kJointAngle},
+    .twin = "joint_second_harmonic",
     .signature =
         "A smooth wave over one joint's angle, twice a turn, the same whenever the joint "
         "passes there.",
