@@ -138,7 +138,8 @@ struct Effect {
 
   /// How its size is said. {a}: parameter a with its uncertainty; {a,b}: the length of the
   /// vector (a, b) with its uncertainty, a part that the place lacks left out; {=a}: a without
-  /// uncertainty. "amplitude {a,b}, period {=period}". Empty: each parameter in turn.
+  /// uncertainty ({=a:.2f}: with two decimals). "amplitude {a,b}, period {=period}". Empty:
+  /// each parameter in turn.
   std::string_view size = {};
   SignaturePlot plot = {};
   Callable<SignaturePlot(const Place&)> plot_of_place = {};  // where it depends on the place

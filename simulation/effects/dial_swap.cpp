@@ -24,7 +24,7 @@ constinit const Effect dial_swap{
     .needs = kDials,
     .exchanges_dials = true,
     .after_reading = bend_after_reading,
-    .size = "they differ by {=difference_rms} rms",
+    .size = "they differ by {=difference_rms:.2f} rms",
     .plot = {Shows::kReading, Against::kSimulatedReading},
     .twin = "dial_swap",
     .signature = "Two dials are off by large amounts of opposite course.",

@@ -3,6 +3,8 @@
 #include <random>
 #include <set>
 
+#include "simulation/effect_words.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -144,13 +146,6 @@ EffectLaws::Complaints EffectLaws::says_what_it_is(
     if (here.unit.empty() || !(here.sigma > 0)) result.push_back(name + " lacks unit or size");
     if (here.name != own.name) result.push_back(name + " changes its name by place");
     if (!names.insert(own.name).second) result.push_back(name + " is there twice");
-    bool said = effect.size.empty();
-    for (const char* before : {"{", ",", "="}) {
-      for (const char* after : {"}", ","}) {
-        said = said || effect.size.find(before + name + after) != std::string_view::npos;
-      }
-    }
-    if (!said) result.push_back(name + " is not in the words of its size");
   }
   if ((effect.needs & kTime) && !effect.in_time) {
     result.emplace_back("it needs the time, but is not said to be in time");
@@ -160,12 +155,41 @@ EffectLaws::Complaints EffectLaws::says_what_it_is(
   return result;
 }
 
+std::string EffectLaws::example_of_size(
+    const Effect& effect, const Place& place, int enlarged) {
+  std::vector<FoundParameter> found;
+  for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
+    const auto parameter = parameter_at(effect, place, k);
+    if (!parameter) continue;
+    const double value = (k == enlarged ? 3 : 1) * parameter->sigma;
+    found.push_back({parameter->name, value, 0.1 * parameter->sigma, parameter->unit});
+  }
+  return size_in_words(effect, found);
+}
+
+EffectLaws::Complaints EffectLaws::says_its_size(
+    const Effect& effect, const Place& place) const {
+  Complaints result;
+  const std::string words = example_of_size(effect, place);
+  if (words.empty() || words.find('{') != std::string::npos) {
+    result.push_back("its size is not said: '" + words + "'");
+  }
+  for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
+    const auto parameter = parameter_at(effect, place, k);
+    if (parameter && example_of_size(effect, place, k) == words) {
+      result.push_back(std::string(parameter->name) + " is not in the words of its size");
+    }
+  }
+  return result;
+}
+
 EffectLaws::Complaints EffectLaws::all(const Effect& effect, const Place& place) const {
   Complaints result = says_what_it_is(effect, place);
   append(result, does_nothing_at_zero(effect, place));
   append(result, every_parameter_acts(effect, place));
   append(result, is_smooth(effect, place));
   append(result, exchanges_its_dials(effect, place));
+  append(result, says_its_size(effect, place));
   return result;
 }
 

@@ -25,9 +25,14 @@ class EffectLaws {
   [[nodiscard]] Complaints is_smooth(const Effect& effect, const Place& place) const;
   /// What has no size exchanges the readings of its two dials and leaves the others.
   [[nodiscard]] Complaints exchanges_its_dials(const Effect& effect, const Place& place) const;
-  /// Names, units, sizes, words and the twin's name are there; the size's words name all
-  /// parameters; what is of time says so.
+  /// Names, units, sizes, words and the twin's name are there; what is of time says so.
   [[nodiscard]] Complaints says_what_it_is(const Effect& effect, const Place& place) const;
+
+  /// The size in words changes with each parameter.
+  [[nodiscard]] Complaints says_its_size(const Effect& effect, const Place& place) const;
+  /// Those words where each parameter has its plausible size, known to a tenth of it.
+  [[nodiscard]] static std::string example_of_size(
+      const Effect& effect, const Place& place, int enlarged = -1);
 
   [[nodiscard]] Complaints all(const Effect& effect, const Place& place) const;
   [[nodiscard]] const geometry::Rig& rig() const { return model_.rig(); }

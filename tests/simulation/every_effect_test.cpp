@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <string>
 #include <utility>
 
+#include "simulation/effect_words.h"
 #include "tests/simulation/effect_laws.h"
 
 namespace sixdial::simulation {
@@ -54,6 +56,12 @@ TEST_P(EveryEffect, ExchangesReadingsIfItSaysSo) {
 
 TEST_P(EveryEffect, SaysWhatItIsInWords) {
   EXPECT_THAT(laws_.says_what_it_is(effect_, place_), IsEmpty());
+}
+
+TEST_P(EveryEffect, SaysHowLargeItIs) {
+  EXPECT_THAT(laws_.says_its_size(effect_, place_), IsEmpty());
+  std::cout << effect_.cause << " at " << place_.name << ": "
+            << EffectLaws::example_of_size(effect_, place_) << "\n";
 }
 
 INSTANTIATE_TEST_SUITE_P(, EveryEffect, testing::ValuesIn(all_cases()), [](const auto& each) {
@@ -177,7 +185,7 @@ TEST_F(Laws, FindWhatIsNotSaid) {
   effect.size = "amplitude {a}";
   const AddedEffect added(effect);
   EXPECT_THAT(
-      laws_.says_what_it_is(effect, place_), Contains("b is not in the words of its size"));
+      laws_.says_its_size(effect, place_), Contains("b is not in the words of its size"));
   effect.twin = "";
   EXPECT_THAT(laws_.says_what_it_is(effect, place_), Contains("a name or a text is missing"));
   effect.needs = kTime;
@@ -227,6 +235,32 @@ TEST(AddedEffect, RefusesATakenNameAndARowThatDoesNothing) {
   effect.before_kinematics = nullptr;
   EXPECT_THROW(AddedEffect{effect}, std::invalid_argument);
   EXPECT_EQ(find_effect("joint_fourth_harmonic"), nullptr);
+}
+
+TEST(EffectWords, SayTheSize) {
+  const double nan = std::nan("");
+  const auto words = [](const char* cause, std::vector<FoundParameter> found) {
+    return size_in_words(*find_effect(cause), found);
+  };
+  EXPECT_EQ(
+      words("joint_backlash", {{"b", 6e-4, 2e-5, "rad"}}), "0.0344\u00B0 \u00B1 0.0011\u00B0");
+  EXPECT_EQ(
+      words("joint_eccentricity", {{"a", 3e-3, 1e-4, "rad"}, {"b", 4e-3, 1e-4, "rad"}}),
+      "amplitude 0.2865\u00B0 \u00B1 0.0057\u00B0");
+  EXPECT_EQ(
+      words("step", {{"shift", -0.02, 1e-3, "mm"}, {"sample", 1071, nan, "1"}}),
+      "-0.0200 mm \u00B1 0.0010 mm from sample 1071 on");
+  EXPECT_EQ(
+      words(
+          "dial_cyclic",
+          {{"a", 3e-3, 1e-4, "mm"}, {"b", 4e-3, 1e-4, "mm"}, {"period", 5.0, 0.01, "mm"}}),
+      "amplitude 0.00500 mm \u00B1 0.00010 mm, period 5 mm");
+  EXPECT_EQ(
+      words("dial_swap", {{"difference_rms", 3.256, nan, "mm"}}), "they differ by 3.26 mm rms");
+  Effect without_words = right();
+  without_words.size = {};
+  const std::vector<FoundParameter> found{{"a", 1e-3, nan, "rad"}, {"b", 2e-3, nan, "rad"}};
+  EXPECT_EQ(size_in_words(without_words, found), "a 0.0573\u00B0, b 0.115\u00B0");
 }
 
 TEST(EffectWords, NameThePlace) {
