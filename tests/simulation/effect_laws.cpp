@@ -25,13 +25,13 @@ EffectLaws::EffectLaws() : model_(geometry::default_rig()), plain_(model_, {}) {
   std::uniform_real_distribution<double> x(16, 40), y(30, 66);
   for (int i = 0; i < 40; ++i) {
     Trial trial;
-    trial.q_rad = *geometry::inverse(
+    trial.q = *geometry::inverse(
         model_.rig().robot.nominal, {x(engine), y(engine)}, {}, Eigen::Vector2d(1.4, 3.1));
     trial.time_s = 8.0 * i;
     trial.temperature_c = 20.0 + 0.1 * i;
     trial.approach = {i % 2 ? 1 : -1, i % 3 ? -1 : 1};
-    const auto seen = model_.predict(model_.nominal(), trial.q_rad, trial.assembly);
-    for (const double reading_mm : seen->dial_mm) trial.dial_mm.emplace_back(reading_mm);
+    const auto seen = model_.predict(model_.nominal(), trial.q, trial.assembly);
+    for (const double reading_mm : seen->reading) trial.reading.emplace_back(reading_mm);
     trials_.push_back(trial);
   }
   circumstances_ = circumstances_of(model_, model_.nominal(), trials_);
