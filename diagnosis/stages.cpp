@@ -20,7 +20,7 @@ constexpr std::array kGrowth{EffectParameter{"growth", "mm", 2e-2}};
 constexpr Effect kAtJoint{
     .parameters = kTurn,
     .before_kinematics = [](std::span<const double> x, const Place& place, const Circumstance&,
-                            Scene& scene) { scene.q_rad[place.joint] += x[0]; }};
+                            Scene& scene) { scene.q[place.joint] += x[0]; }};
 constexpr Effect kAtTool{
     .parameters = kShift,
     .after_kinematics = [](std::span<const double> x, const Place&, const Circumstance&,

@@ -27,17 +27,17 @@ struct Circumstance {
   int order = 0;        // 0, 1, ... in time
   double time_h = 0.0;  // since the first sample
   double temperature_degC = 20.0;
-  Eigen::Vector2d approach{0, 0};  // sign of each joint's last move
-  Eigen::Vector2d travel{0, 0};    // unit vector of the tool's last move in W, 0 if unknown
-  Eigen::Vector2d force_n{0, 0};   // of all plungers in contact on the cuboid, in W
+  Eigen::VectorXd approach;       // by joint: sign of its last move, 0 unknown
+  Eigen::Vector2d travel{0, 0};   // unit vector of the tool's last move in W, 0 if unknown
+  Eigen::Vector2d force_n{0, 0};  // of all plungers in contact on the cuboid, in W
   std::vector<double> plunger_direction;  // sign of each plunger's last move: +1 pushed in
   std::vector<double> previous_mm;        // each dial's reading one sample earlier; NaN if none
 };
 
 /// One pose on its way from joint angles to readings.
 struct Scene {
-  Eigen::Vector2d q_rad;
-  geometry::ParameterVector v;
+  Eigen::VectorXd q;     // joint by joint [rad, or mm of a prismatic one]
+  Eigen::VectorXd v;     // the robot's parameters
   Eigen::Vector2d p_WE;  // after kinematics
   Eigen::Matrix2d J_q;   // dp_WE/dq [mm/rad], after kinematics
   double gamma_rad = 0.0;

@@ -10,7 +10,7 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
-  scene.q_rad[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
+  scene.q[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
 }
 
 }  // namespace

@@ -13,8 +13,9 @@ void bend_kinematics(
     std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
   // J at the rigid pose, torque of the plungers in contact.
   const Eigen::Vector2d torque_Nmm = scene.J_q.transpose() * sample.force_n;
-  scene.q_rad[0] += x[0] * torque_Nmm[0];
-  scene.q_rad[1] += x[1] * torque_Nmm[1];
+  for (Eigen::Index joint = 0; joint < torque_Nmm.size(); ++joint) {
+    scene.q[joint] += x[static_cast<std::size_t>(joint)] * torque_Nmm[joint];
+  }
 }
 
 }  // namespace

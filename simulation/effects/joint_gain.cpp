@@ -11,7 +11,7 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  scene.q_rad[place.joint] += x[0] * scene.q_rad[place.joint];
+  scene.q[place.joint] += x[0] * scene.q[place.joint];
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  const double twice = 2 * scene.q_rad[place.joint];
-  scene.q_rad[place.joint] += x[0] * std::sin(twice) + x[1] * std::cos(twice);
+  const double twice = 2 * scene.q[place.joint];
+  scene.q[place.joint] += x[0] * std::sin(twice) + x[1] * std::cos(twice);
 }
 
 }  // namespace

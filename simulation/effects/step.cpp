@@ -53,7 +53,7 @@ bool after(std::span<const double> x, const Circumstance& sample) {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
-  if (place.joint >= 0 && after(x, sample)) scene.q_rad[place.joint] += x[0];
+  if (place.joint >= 0 && after(x, sample)) scene.q[place.joint] += x[0];
 }
 
 void bend_after_kinematics(

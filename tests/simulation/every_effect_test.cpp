@@ -87,8 +87,8 @@ constexpr EffectParameter kAngles[] = {{"a", "rad", 1e-3}, {"b", "rad", 1e-3}};
 
 /// Two waves over a joint's angle; keeps every law.
 void bend(std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  const double q = scene.q_rad[place.joint];
-  scene.q_rad[place.joint] += x[0] * std::sin(4 * q) + x[1] * std::cos(4 * q);
+  const double q = scene.q[place.joint];
+  scene.q[place.joint] += x[0] * std::sin(4 * q) + x[1] * std::cos(4 * q);
 }
 
 Effect right() {
@@ -123,7 +123,7 @@ TEST_F(Laws, FindAParameterThatDoesNothing) {
   Effect effect = right();
   effect.before_kinematics = [](std::span<const double> x, const Place& place,
                                 const Circumstance&, Scene& scene) {
-    scene.q_rad[place.joint] += x[0] * std::sin(4 * scene.q_rad[place.joint]);
+    scene.q[place.joint] += x[0] * std::sin(4 * scene.q[place.joint]);
   };
   EXPECT_THAT(laws_.every_parameter_acts(effect, place_), Contains("b moves nothing"));
 }
@@ -135,7 +135,7 @@ TEST_F(Laws, FindASearchedParameterThatDoesNothing) {
   };
   effect.before_kinematics = [](std::span<const double> x, const Place& place,
                                 const Circumstance&, Scene& scene) {
-    scene.q_rad[place.joint] += x[0] * std::sin(4 * scene.q_rad[place.joint]);
+    scene.q[place.joint] += x[0] * std::sin(4 * scene.q[place.joint]);
   };
   EXPECT_THAT(laws_.every_parameter_acts(effect, place_), Contains("b moves nothing"));
 }
@@ -155,7 +155,7 @@ TEST_F(Laws, FindAnOffsetAtZero) {
   Effect effect = right();
   effect.before_kinematics = [](std::span<const double> x, const Place& place,
                                 const Circumstance&,
-                                Scene& scene) { scene.q_rad[place.joint] += 1e-6 + x[0]; };
+                                Scene& scene) { scene.q[place.joint] += 1e-6 + x[0]; };
   EXPECT_THAT(laws_.does_nothing_at_zero(effect, place_), Not(IsEmpty()));
 }
 
@@ -163,7 +163,7 @@ TEST_F(Laws, FindAKink) {
   Effect effect = right();
   effect.before_kinematics = [](std::span<const double> x, const Place& place,
                                 const Circumstance&, Scene& scene) {
-    scene.q_rad[place.joint] += std::sqrt(std::abs(x[0] * 1e-3)) + x[1];
+    scene.q[place.joint] += std::sqrt(std::abs(x[0] * 1e-3)) + x[1];
   };
   EXPECT_THAT(laws_.is_smooth(effect, place_), Contains("a is not smooth"));
 }
@@ -201,8 +201,8 @@ struct Wave {
   double waves;
   void operator()(
       std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) const {
-    const double q = scene.q_rad[place.joint];
-    scene.q_rad[place.joint] += x[0] * std::sin(waves * q) + x[1] * std::cos(waves * q);
+    const double q = scene.q[place.joint];
+    scene.q[place.joint] += x[0] * std::sin(waves * q) + x[1] * std::cos(waves * q);
   }
 };
 

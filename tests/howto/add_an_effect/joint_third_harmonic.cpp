@@ -14,8 +14,8 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  const double q = scene.q_rad[place.joint];
-  scene.q_rad[place.joint] += x[0] * std::sin(3 * q) + x[1] * std::cos(3 * q);
+  const double q = scene.q[place.joint];
+  scene.q[place.joint] += x[0] * std::sin(3 * q) + x[1] * std::cos(3 * q);
 }
 
 }  // namespace
