@@ -3,18 +3,17 @@
 #include <utility>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 
 std::optional<Hypothesis> find_exchanged_dials(
     Readings& readings, const std::vector<Hypothesis>& hypotheses, JointFit& baseline) {
-  // Log odds; more than any single gross reading costs in the mixture of joint_fit.h.
-  constexpr double kBeyondDoubt = 50.0;
   if (!looks_wrong(readings, baseline)) return std::nullopt;
   std::optional<Hypothesis> found;
   std::optional<Readings> best_readings;
   JointFit best = baseline;
-  double best_likelihood = baseline.log_likelihood + kBeyondDoubt;
+  double best_likelihood = baseline.log_likelihood + kExchangeLogOdds;
   for (const Hypothesis& each : hypotheses) {
     if (!each.effect->exchanges_dials) continue;
     Readings swapped = readings.with_swapped_dials(each.place.dial, each.place.other_dial);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -19,15 +21,13 @@ double prior_cost(std::size_t hypotheses) {
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
 /// a large effect is not refused, up to a hundred times what is usual.
 double implausibility(const ActiveEffect& active) {
-  constexpr double kWidth = 5.0;
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto parameter = parameter_at(*active.effect, active.place, i);
-    if (parameter) sum += std::pow(active.x[k] / (kWidth * parameter->sigma), 2);
+    if (parameter) sum += std::pow(active.x[k] / (kBelievedWidth * parameter->sigma), 2);
   }
-  constexpr double kAbsurd = 20.0;
-  return sum > kAbsurd * kAbsurd ? kNever : std::log1p(sum);
+  return sum > kAbsurdSize * kAbsurdSize ? kNever : std::log1p(sum);
 }
 
 /// A searched value that the fit moved out of the range of the search.
@@ -149,7 +149,7 @@ Explanation Search::with_unknown(const Explanation& names) const {
 void Search::reconsider(Explanation& now) const {
   for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size(); ++i) {
     const Explanation less = without(now, i);
-    auto rivals = with_one_more(less, scored(less), {15.0, 5});
+    auto rivals = with_one_more(less, scored(less), kBetterRivals);
     if (!rivals.empty() && rivals.front().evidence > now.evidence + 0.1) {
       now = std::move(rivals.front());
       i = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diagnosis/identify.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 
@@ -24,12 +25,6 @@ struct Explanation {
   std::vector<UnknownCandidate> unknown;
   JointFit fit;
   double evidence = 0.0;  // log likelihood less all costs
-};
-
-/// How far down the list of candidates, and how many of them, are fitted.
-struct Shortlist {
-  double within = 15.0;  // of the best one's evidence
-  std::size_t most = 5;
 };
 
 class Search {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -29,14 +31,14 @@ bool touches_near_edge(
 }  // namespace
 
 std::vector<GrossReading> gross_readings(const Readings& readings, const JointFit& fit) {
-  constexpr double kGrossSigma = 5.0;
   std::vector<GrossReading> result;
   const auto& rig = readings.model().rig();
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   simulation::Scene scene;
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
     const double s_mm = fit.s_mm * fit.noise[row];
-    if (std::abs(fit.residual_mm[row]) < kGrossSigma * s_mm || fit.weight[row] > 0.5) continue;
+    if (std::abs(fit.residual_mm[row]) < kGrossSigma * s_mm || fit.weight[row] > kGoodWeight)
+      continue;
     const Row& each = readings.rows()[static_cast<std::size_t>(row)];
     const auto trial = static_cast<std::size_t>(each.trial);
     const simulation::Circumstance& sample = readings.circumstances()[trial];

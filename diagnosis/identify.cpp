@@ -7,14 +7,11 @@
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
+#include "diagnosis/thresholds.h"
 #include "diagnosis/uneven_noise.h"
 
 namespace sixdial::diagnosis {
 namespace {
-
-/// Smooth functions whose evidence differs by less are not told apart: their evidence is that
-/// of the linear score, not of a refit.
-constexpr double kUnknownTie = 6.0;
 
 /// Beside something smooth: names that it makes needless go, a name takes its place if it can,
 /// names that it hid come; until nothing changes.
@@ -83,7 +80,7 @@ class Refinement {
   bool name_unknown() {
     for (std::size_t i = 0; i < found_.unknown.size(); ++i) {
       const Explanation less = search_.without_unknown(found_, i);
-      auto named = search_.with_one_more(less, search_.scored(less), {25.0, 5});
+      auto named = search_.with_one_more(less, search_.scored(less), kNamesForUnknown);
       if (named.empty() || named.front().evidence <= found_.evidence) continue;
       found_ = search_.with_unknown(named.front());
       return true;
@@ -97,7 +94,7 @@ class Refinement {
     if (family_p_value(candidates) > settings_.false_alarm_level) return false;
     const double least =
         found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
-    auto choices = search_.with_one_more(found_, candidates, {15.0, 5});
+    auto choices = search_.with_one_more(found_, candidates, kBetterRivals);
     if (choices.empty() || choices.front().evidence <= found_.evidence + least) return false;
     found_ = std::move(choices.front());
     return true;
@@ -128,12 +125,13 @@ std::optional<Explanation> with_next_name(
     const std::vector<Candidate>& candidates) {
   std::vector<Explanation> choices;
   if (family_p_value(candidates) <= settings.false_alarm_level) {
-    choices = search.with_one_more(names, candidates, {25.0, 8});
+    choices = search.with_one_more(names, candidates, kNextNames);
   }
   double least = settings.least_log_odds;
   if (choices.empty() || choices.front().evidence <= names.evidence + least) {
     // A p value means nothing among gross errors: these must show more.
-    choices = search.with_one_more(names, search.scored_with_gross(names), {25.0, 4}, true);
+    choices = search.with_one_more(
+        names, search.scored_with_gross(names), kNextNamesAmongGross, true);
     least = settings.unknown_log_odds;
   }
   if (choices.empty() || choices.front().evidence <= names.evidence + least) {
@@ -222,7 +220,7 @@ Finding finding_of(
   if (finding.evidence > kNever / 2) {
     finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
   }
-  for (auto& rival : search.with_one_more(less, search.scored(less), {15.0, 6})) {
+  for (auto& rival : search.with_one_more(less, search.scored(less), kTies)) {
     const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
     if (other == finding.hypothesis) continue;
     const double odds = found.evidence - rival.evidence;

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -14,9 +16,6 @@ using simulation::ActiveEffect;
 using simulation::ExtendedModel;
 using simulation::ModelVector;
 
-constexpr double kGrossRange_mm = 1.0;
-constexpr double kLeastGrossShare = 0.002;
-constexpr double kMostGrossShare = 0.25;
 // A pose that does not exist is as far off as can be.
 constexpr double kOutOfReach_mm = 100.0;
 
@@ -363,9 +362,8 @@ JointFit fit_jointly(
   // From far away every reading counts until the steps are small.
   constexpr int kFromFar = 12;
   JointFit fit = Fitter(readings, start, effects, near, random).run(near ? 0 : kFromFar);
-  // So many gross readings are more often a fit that settled on a part of the session.
-  constexpr double kSuspicious = 0.08;
-  if (near && (fit.gross_share > kSuspicious || !fit.converged)) {
+  // A fit that settled on a part of the session calls the rest gross.
+  if (near && (fit.gross_share > kSuspiciousGrossShare || !fit.converged)) {
     JointFit again = Fitter(readings, start, std::move(effects), near, random).run(kFromFar);
     if (again.log_likelihood > fit.log_likelihood) fit = std::move(again);
   }

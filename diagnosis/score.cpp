@@ -11,15 +11,13 @@
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 using simulation::ActiveEffect;
 using simulation::Effect;
-
-/// Columns that less than this share survives of are absorbed: below it, rounding.
-constexpr double kLeastSurviving = 1e-5;
 
 /// P(chi-squared with k degrees > x), k = 1, 2, 3.
 double chi2_tail(double x, int k) {

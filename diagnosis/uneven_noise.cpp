@@ -4,13 +4,12 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::diagnosis {
 
 std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) {
-  constexpr double kLevel = 1e-4;
-  constexpr double kWorthSaying = 1.3;
-  constexpr double kFewest = 20.0;
-  if (!readings.has_dials() || fit.weight.sum() <= fit.fitted + kFewest) return {};
+  if (!readings.has_dials() || fit.weight.sum() <= fit.fitted + kFewestOfADial) return {};
   const std::size_t dials = readings.model().rig().dials.size();
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dials));
   Eigen::VectorXd freedom = squares;
@@ -27,14 +26,14 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
   std::vector<double> result(dials);
   for (Eigen::Index d = 0; d < squares.size(); ++d) {
     const double others = freedom.sum() - freedom[d];
-    const bool enough = freedom[d] >= kFewest && others >= kFewest;
+    const bool enough = freedom[d] >= kFewestOfADial && others >= kFewestOfADial;
     double ratio = 1.0;
     if (enough) ratio = relative[d] / freedom[d] / ((relative.sum() - relative[d]) / others);
     const double large = std::max(ratio, 1 / ratio);
-    if (enough && std::sqrt(large) > kWorthSaying) {
+    if (enough && std::sqrt(large) > kUnevenFactor) {
       const boost::math::fisher_f law(
           ratio > 1 ? freedom[d] : others, ratio > 1 ? others : freedom[d]);
-      uneven = uneven || boost::math::cdf(boost::math::complement(law, large)) < kLevel;
+      uneven = uneven || boost::math::cdf(boost::math::complement(law, large)) < kUnevenLevel;
     }
     result[static_cast<std::size_t>(d)] =
         enough ? std::sqrt(squares[d] / freedom[d]) : fit.s_mm * before[d];

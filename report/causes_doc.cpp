@@ -77,7 +77,7 @@ std::vector<simulation::Trial> plain_session(const simulation::ForwardModel& mod
 /// An effect of one size of its first parameter; a searched value from the middle.
 ActiveEffect sized(const Readings& readings, const Effect& effect, const Place& place) {
   ActiveEffect active{&effect, place, std::vector<double>(effect.parameters.size(), 0.0)};
-  if (effect.searched != nullptr) {
+  if (effect.searched) {
     const auto values =
         effect.searched(readings.model().rig(), readings.circumstances(), place);
     if (!values.empty()) active.x.back() = values[values.size() / 2];
