@@ -9,6 +9,7 @@
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
+#include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "studies/extended_command.h"
@@ -82,7 +83,7 @@ Json plan(const Call& call) {
           : studies::compensated_plan(asked, studies::compensation_model(document, by), rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
-    answer["plan_csv"] = session::plan_csv(compensated);
+    answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = call.params["path"].get<std::string>();
@@ -91,7 +92,7 @@ Json plan(const Call& call) {
         ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
         {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
   }
-  session::write_plan(compensated, path.string());
+  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
   answer["path"] = path.string();
   return answer;
 }
