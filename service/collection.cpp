@@ -148,7 +148,7 @@ void Collection::make_collector(Run& run) {
 void Collection::forget_last_run() {
   progress_ = {};
   stored_ = skipped_ = failed_ = left_out_ = 0;
-  estimate_ = nullptr;
+  estimate_.reset();
   unusual_.clear();
   ended_because_.clear();
   troubles_ = Json::array();
@@ -241,13 +241,14 @@ void Collection::samples_changed(const std::string& session) {
     const std::lock_guard lock(mutex_);
     if (run_ != run || is_active(state_)) return;  // another collection has begun meanwhile
     unusual_ = std::move(unusual);
-    estimate_ = told ? estimate.json() : Json(nullptr);
+    estimate_.reset();
+    if (told) estimate_ = estimate.summary();
   }
   publish("estimate");
 }
 
 void Collection::show_estimate(const Run& run) {
-  Json estimate = run.estimate->json();
+  studies::EstimateSummary estimate = run.estimate->summary();
   const std::lock_guard lock(mutex_);
   estimate_ = std::move(estimate);
 }

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "report/documents/estimate_json.h"
 #include "service/collection_run.h"
 #include "session/sample_layout.h"
 
@@ -79,7 +80,7 @@ Json Collection::status_locked() const {
       {"skipped", skipped_},
       {"failed", failed_},
       {"left_out", left_out_},
-      {"estimate", estimate_},
+      {"estimate", estimate_ ? report::to_json(*estimate_) : Json(nullptr)},
       {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
       {"troubles", troubles_},
       {"clock_steps", clock_steps_},
