@@ -24,7 +24,10 @@ SampleLayout make_layout(
 SampleLayout layout_of(const geometry::Rig& rig) {
   std::vector<Joint> joints;
   for (const geometry::JointInfo& joint : rig.robot.model->joints) {
-    joints.push_back({joint.name, std::string(joint.unit())});
+    // Of the five-bar the files have always been in radians.
+    const bool degrees_too =
+        joint.unit() == "rad" && rig.robot.model->kind != &geometry::five_bar;
+    joints.push_back({joint.name, std::string(joint.unit()), degrees_too});
   }
   std::vector<std::string> axes{"x", "y"};
   if (rig.instrument.dimensions == 3) axes.emplace_back("z");
