@@ -153,7 +153,8 @@ SeparationPlan separation_plan(
   }
   for (std::size_t i = 0; i < separation.chosen.size(); ++i) {
     const PosePoint& pose = candidates[separation.chosen[i]];
-    session::PlanPoint point{"G1", 0, 0, pose.target_mm, pose.q_rad, pose.approach};
+    session::PlanPoint point{
+        "G1", 0, 0, pose.target_mm, pose.q_rad, {pose.approach.begin(), pose.approach.end()}};
     result.figures.by_point.push_back(
         {.target_mm = pose.target_mm,
          .mode = session::branch_of(session.rig, point).mode,

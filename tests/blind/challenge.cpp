@@ -153,16 +153,16 @@ std::vector<simulation::Trial> trials_of(
     session::Sample sample;
     sample.set = row.planned.set;
     sample.point = row.planned.point;
-    sample.q_rad = row.planned.q_rad;
+    sample.q = row.planned.q_rad;
     sample.target_mm = row.planned.target_mm;
     sample.approach = {row.approach[0], row.approach[1]};
     sample.temperature_c = row.temperature_c;
     sample.time_utc =
         start + std::chrono::milliseconds(static_cast<std::int64_t>(row.planned.time_s * 1000));
     for (const auto& value : noise_free ? row.noise_free_mm : row.dial_mm) {
-      session::DialValue dial;
-      dial.value_mm = value;
-      sample.dials.push_back(dial);
+      session::ChannelValue dial;
+      dial.value = value;
+      sample.channels.push_back(dial);
     }
     auto trial = session::trial_of(rig, sample, static_cast<int>(i), start);
     if (xy_only) trial.reading.assign(trial.reading.size(), std::nullopt);
