@@ -16,8 +16,7 @@ simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) 
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "the diagnosis has {} parameters where {} are needed", values.size(),
-            parameters),
+            "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
   }
   return Eigen::Map<const simulation::ModelVector>(
@@ -61,8 +60,7 @@ simulation::Circumstance ExtendedCommand::circumstance(
   result.order = order_;
   result.time_h = moment.time_h.value_or(last_time_h_);
   result.temperature_degC = moment.temperature_c.value_or(last_temperature_c_);
-  result.approach = {
-      static_cast<double>(moment.approach[0]), static_cast<double>(moment.approach[1])};
+  result.approach = Eigen::Vector2d(moment.approach[0], moment.approach[1]);
   result.travel = moment.travel;
   result.force_n = force_n;
   result.plunger_direction.assign(dials, 0.0);

@@ -167,7 +167,9 @@ SeparationPlan separation_plan(
   figures.separates = name_of(own);
   if (question->rival) figures.rival = name_of(*question->rival);
   if (question->assumed) figures.size_assumed = own.x[0];
-  figures.unit = parameter_at(*own.effect, own.place, 0).unit;
+  if (const auto parameter = parameter_at(*own.effect, own.place, 0)) {
+    figures.unit = parameter->unit;
+  }
   figures.points = static_cast<int>(result.plan.points.size());
   figures.log_odds_now = separation.log_odds_now;
   figures.log_odds_after =
