@@ -193,6 +193,54 @@ double exchanged_rms(const diagnosis::Readings& readings, const Hypothesis& swap
   return std::sqrt(squares / std::max(1, count));
 }
 
+std::string name_of(const diagnosis::GainRow& row) {
+  std::string name;
+  switch (row.model) {
+    case diagnosis::GainModel::kNominal:
+      name = "nominal";
+      break;
+    case diagnosis::GainModel::kCalibrated:
+      name = "calibrated";
+      break;
+    case diagnosis::GainModel::kExtended:
+      name = "extended";
+      break;
+    case diagnosis::GainModel::kWithout:
+      name = "without " + row.without->name();
+      break;
+  }
+  return row.network ? name + " + ANFIS" : name;
+}
+
+/// Why an effect cannot be tested, and what would be needed.
+std::pair<std::string, std::string> reason_of(
+    const diagnosis::NotTestable& each, const std::vector<diagnosis::Limit>& limits) {
+  switch (each.why) {
+    case diagnosis::WhyNotTestable::kNoDials:
+      return {"needs raw dial readings; this session has positions only", "dial columns"};
+    case diagnosis::WhyNotTestable::kNoTemperature:
+      return {"the session has no temperature_c column", "temperature_c"};
+    case diagnosis::WhyNotTestable::kTemperatureConstant:
+      return {"the temperature did not change", "a session whose temperature changes"};
+    case diagnosis::WhyNotTestable::kNoTime:
+      return {"the session has no time_utc column", "time_utc"};
+    case diagnosis::WhyNotTestable::kNoApproach:
+      return {"the session has no approach column for this joint", "approach1, approach2"};
+    case diagnosis::WhyNotTestable::kOneApproach:
+      return {
+          "the joint always arrived from the same side", "points approached from both sides"};
+    case diagnosis::WhyNotTestable::kAbsorbed:
+      break;
+  }
+  const auto limit = std::ranges::find(limits, each.hypothesis, &diagnosis::Limit::hypothesis);
+  return {
+      fmt::format(
+          "on these poses the fitted parameters ({}) take over all but {} % of it",
+          fmt::join(limit->absorbed_by, ", "),
+          std::to_string(std::max(0.1, std::round(1000 * limit->surviving) / 10)).substr(0, 4)),
+      "other poses: more working modes, a wider range of joint angles"};
+}
+
 Json gain_row_json(const diagnosis::GainRow& row, const diagnosis::Readings& readings) {
   Json by_dial = Json::object();
   const auto& dials = readings.model().rig().dials;
@@ -203,8 +251,8 @@ Json gain_row_json(const diagnosis::GainRow& row, const diagnosis::Readings& rea
     if (!name.empty()) by_dial[name] = finite(row.rms_by_dial_mm[i]);
   }
   return {
-      {"name", row.name},
-      {"without", row.without},
+      {"name", name_of(row)},
+      {"without", row.without ? row.without->name() : std::string()},
       {"mean_mm", finite(row.mean_mm)},
       {"std_mm", finite(row.std_mm)},
       {"max_mm", finite(row.max_mm)},
@@ -222,7 +270,8 @@ Json limit_json(const diagnosis::Limit& limit) {
   json["name"] = finite(limit.name);
   json["unit"] = limit.unit;
   json["parameter"] = std::string(limit.hypothesis.effect->parameters.front().name);
-  json["rival"] = limit.rival;
+  const std::string rival = limit.rival ? limit.rival->name() : std::string();
+  json["rival"] = rival;
   json["surviving"] = finite(limit.surviving);
   json["absorbed_by"] = limit.absorbed_by;
   json["plausible"] = finite(limit.plausible);
@@ -231,8 +280,7 @@ Json limit_json(const diagnosis::Limit& limit) {
     json["reason"] = fmt::format(
         "at no size: {} take it over on these poses", fmt::join(limit.absorbed_by, ", "));
   } else if (!std::isfinite(limit.name)) {
-    json["reason"] =
-        fmt::format("seen, but at no size told from {} on these poses", limit.rival);
+    json["reason"] = fmt::format("seen, but at no size told from {} on these poses", rival);
   }
   return json;
 }
@@ -446,12 +494,7 @@ Json diagnose(
   }
   checked();
 
-  diagnosis::Readings readings(model, std::move(trials));
-  if (found.identified.swap) {
-    readings = readings.with_swapped_dials(
-        found.identified.swap->place.dial, found.identified.swap->place.other_dial);
-  }
-  readings.place_tool(found.identified.extended.model);
+  const diagnosis::Readings& readings = *found.readings;
   const diagnosis::JointFit& after = found.identified.extended;
   const DiagnosedReadings data{
       readings, found.identified.baseline, after,
@@ -480,7 +523,7 @@ Json diagnose(
   document["dependence"] = Json::array();
   for (const diagnosis::Dependence& each : found.dependence) {
     document["dependence"].push_back(
-        {{"covariate", each.covariate},
+        {{"covariate", fmt::format("{}", fmt::join(each.covariates, ", "))},
          {"enters", each.enters},
          {"log_odds_before", finite(each.log_odds_before)},
          {"log_odds_after", finite(each.log_odds_after)},
@@ -490,8 +533,9 @@ Json diagnose(
   document["not_testable"] = Json::array();
   for (const diagnosis::NotTestable& each : found.not_testable) {
     Json json = place_json(each.hypothesis);
-    json["reason"] = each.reason;
-    json["needs"] = each.needs;
+    const auto [reason, needs] = reason_of(each, found.limits);
+    json["reason"] = reason;
+    json["needs"] = needs;
     json["in_words"] = named(json);
     document["not_testable"].push_back(std::move(json));
   }

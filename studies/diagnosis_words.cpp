@@ -292,11 +292,13 @@ std::vector<std::string> not_judged(const Json& document) {
   std::map<std::string, std::vector<std::string>> by_reason;
   for (const Json& each : document["not_testable"]) {
     // The share in percent differs from place to place; the reason is the same.
-    std::string reason = text_of(each["reason"]);
-    if (reason.find("fitted parameters") != std::string::npos) {
-      reason = "the fitted robot takes them over on these poses";
-    }
-    by_reason[reason].push_back(named(each));
+    const bool absorbed = std::ranges::any_of(document["detection_limits"], [&](const Json& l) {
+      return l["cause"] == each["cause"] && l["where"] == each["where"];
+    });
+    by_reason
+        [absorbed ? std::string("the fitted robot takes them over on these poses")
+                  : text_of(each["reason"])]
+            .push_back(named(each));
   }
   std::vector<std::string> lines;
   for (auto& [reason, names] : by_reason) {
