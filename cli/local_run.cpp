@@ -10,7 +10,7 @@
 
 namespace sixdial::cli {
 
-Json run_here(const Console& console, const std::string& what, const LocalWork& work) {
+void do_here(const Console& console, const std::string& what, const LocalWork& work) {
   constexpr auto kLookForSignal = std::chrono::milliseconds(100);
   ProgressLine line(console);
   std::stop_source interruption;
@@ -36,9 +36,8 @@ Json run_here(const Console& console, const std::string& what, const LocalWork& 
     console.note(fmt::format("{} was interrupted; nothing of it is kept", what));
     throw service::Interrupted();
   };
-  Json document;
   try {
-    document = work(
+    work(
         [&](const service::JobProgress& progress) {
           line.show(
               progress.stage, progress.done, progress.total, progress.eta_s,
@@ -53,7 +52,6 @@ Json run_here(const Console& console, const std::string& what, const LocalWork& 
   }
   end_watch();
   if (interrupted) give_up();
-  return document;
 }
 
 }  // namespace sixdial::cli

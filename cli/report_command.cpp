@@ -8,6 +8,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/report_pdf.h"
@@ -71,9 +72,10 @@ service::ExitCode report_bundle(
     ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(session, request, [&](const service::JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    diagnosis = report::to_json(
+        studies::diagnose(session, request, [&](const service::JobProgress& progress) {
+          line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
+        }));
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {

@@ -128,7 +128,8 @@ diagnosis::Noise known_noise(const diagnosis::Noise& noise) {
   return {diagnosis::NoiseSource::kRigFile, std::nan(""), 0};
 }
 
-void add_curves(DiagnosisResult& result, const Diagnosis& found, const DiagnosedReadings& data) {
+void add_curves(
+    DiagnosisResult& result, const Diagnosis& found, const DiagnosedReadings& data) {
   const DiagnosisCurves curves(data);
   for (std::size_t i = 0; i < found.causes.size(); ++i) {
     const diagnosis::Hypothesis& own = found.causes[i].finding.hypothesis;

@@ -79,8 +79,7 @@ std::string dial_name(const Readings& readings, int dial) {
   return readings.model().rig().dials[static_cast<std::size_t>(dial)].id;
 }
 
-std::vector<FoundCause> causes_of(
-    const diagnosis::Diagnosis& found, const Readings& readings) {
+std::vector<FoundCause> causes_of(const diagnosis::Diagnosis& found, const Readings& readings) {
   std::vector<FoundCause> causes;
   for (const diagnosis::Cause& each : found.causes) {
     FoundCause cause{

@@ -74,8 +74,7 @@ CurveGroup group_of(
         std::isfinite(x[k]) && std::isfinite(measured[k]) && std::isfinite(model[k]);
     if (known && (!takes || takes(k))) order.push_back(k);
   }
-  std::ranges::stable_sort(
-      order, [&](Eigen::Index a, Eigen::Index b) { return x[a] < x[b]; });
+  std::ranges::stable_sort(order, [&](Eigen::Index a, Eigen::Index b) { return x[a] < x[b]; });
   CurveGroup group{.of = of};
   for (const Eigen::Index k : order) {
     group.x.push_back(x[k]);
@@ -155,7 +154,8 @@ DiagnosisCurves::DiagnosisCurves(const DiagnosedReadings& data) : data_(data) {
     if (trial.time_s) known_.time_min[t] = sample.time_h * 60.0;
     if (trial.temperature_c) known_.temperature_degC[t] = *trial.temperature_c;
     if (sample.travel.norm() > 0.0) {
-      known_.travel_deg[t] = std::atan2(sample.travel.y(), sample.travel.x()) * geometry::kDegPerRad;
+      known_.travel_deg[t] =
+          std::atan2(sample.travel.y(), sample.travel.x()) * geometry::kDegPerRad;
     }
     if (!model.run(data.after.model, trial, sample, scene)) continue;
     known_.x_mm[t] = scene.p_WE.x();
@@ -238,7 +238,8 @@ SignatureCurve DiagnosisCurves::joint_curve(
   const Eigen::VectorXd& weight = data_.after.weight;
   const Eigen::VectorXd measured =
       by_trial(data_.readings, column, weight, part.measured) * geometry::kDegPerRad;
-  const Eigen::VectorXd model = by_trial(data_.readings, column, weight, part.model) * geometry::kDegPerRad;
+  const Eigen::VectorXd model =
+      by_trial(data_.readings, column, weight, part.model) * geometry::kDegPerRad;
   SignatureCurve curve{
       .quantity = Quantity::kJointAngleError,
       .joint = joint,
@@ -273,13 +274,12 @@ SignatureCurve DiagnosisCurves::tool_curve(const Shape& shape, const Part& part)
       .is_function = shape.is_function};
   for (const int axis : {0, 1}) {
     const Axis other = axis == 0 ? Axis::kToolY : Axis::kToolX;
-    const Eigen::VectorXd x =
-        shape.against == Axis::kForce ? force_n(axis)
-        : shape.against == Axis::kOtherCoordinate ? on_axis({.axis = other})
-                                                  : on_axis(curve.along);
+    const Eigen::VectorXd x = shape.against == Axis::kForce ? force_n(axis)
+                              : shape.against == Axis::kOtherCoordinate
+                                  ? on_axis({.axis = other})
+                                  : on_axis(curve.along);
     CurvePanel panel{.of = axis == 0 ? CurvePanelOf::kToolX : CurvePanelOf::kToolY};
-    add(panel.groups,
-        group_of(CurveGroupOf::kSamples, x, measured.row(axis), model.row(axis)));
+    add(panel.groups, group_of(CurveGroupOf::kSamples, x, measured.row(axis), model.row(axis)));
     curve.panels.push_back(std::move(panel));
   }
   return curve;
@@ -300,8 +300,7 @@ std::vector<CurveGroup> DiagnosisCurves::dial_groups(
   const auto goes = [&](double sign) {
     return [this, &readings, good, dial, sign](Eigen::Index row) {
       const auto& sample = readings.circumstances()[static_cast<std::size_t>(trial_of(row))];
-      return good(row) &&
-             sample.plunger_direction[static_cast<std::size_t>(dial)] * sign > 0;
+      return good(row) && sample.plunger_direction[static_cast<std::size_t>(dial)] * sign > 0;
     };
   };
   add(groups, group_of(CurveGroupOf::kPlungerIn, x, part.measured, part.model, goes(1.0)));
@@ -316,7 +315,8 @@ SignatureCurve DiagnosisCurves::dial_curve(
       shape.against == Axis::kReading ? readings.measured_mm()
       : shape.against == Axis::kReadingTimesFace
           ? Eigen::VectorXd(
-                by_row(known_.face_deg).cwiseProduct(readings.measured_mm()) / geometry::kDegPerRad)
+                by_row(known_.face_deg).cwiseProduct(readings.measured_mm()) /
+                geometry::kDegPerRad)
           : by_row(on_axis({.axis = shape.against}));
   SignatureCurve curve{
       .quantity = Quantity::kResidual,
@@ -391,7 +391,8 @@ std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   for (const Axis axis : {Axis::kToolX, Axis::kToolY, Axis::kTime, Axis::kTemperature}) {
     sorter.by_number({.axis = axis}, by_row(on_axis({.axis = axis})));
   }
-  if (readings.has_dials()) sorter.by_number({.axis = Axis::kAnyReading}, readings.measured_mm());
+  if (readings.has_dials())
+    sorter.by_number({.axis = Axis::kAnyReading}, readings.measured_mm());
   sorter.by_arrival();
   if (readings.has_dials()) {
     sorter.by_plunger_travel();

@@ -83,9 +83,9 @@ enum class Quantity {
 enum class CurveGroupOf {
   kSamples,
   kReadings,
-  kTurningUp,    // samples at which the joint arrived turning up
+  kTurningUp,  // samples at which the joint arrived turning up
   kTurningDown,
-  kPlungerIn,    // readings whose plunger was going in
+  kPlungerIn,  // readings whose plunger was going in
   kPlungerOut,
 };
 struct CurveGroup {
@@ -127,6 +127,10 @@ struct FoundCause {
   }
   /// Of the readings, not of the robot or the instruments.
   [[nodiscard]] bool is_data_fault() const { return kind != CauseKind::kEffect; }
+  /// It is there, by the odds, but not shown by fitted and other points alike.
+  [[nodiscard]] bool is_only_suspected() const {
+    return !is_data_fault() && !is_doubtful() && standing == Standing::kSuspected;
+  }
   /// Its only rival is that there is nothing at all.
   [[nodiscard]] bool is_doubtful() const {
     return tied_with.size() == 1 && tied_with.front().kind == RivalKind::kNothing;
@@ -147,7 +151,7 @@ struct GrossReading {
 /// What is left of the readings, and whether that is noise.
 struct Unexplained {
   bool significant = false;
-  bool scatter = false;  // larger than the noise, without structure
+  bool scatter = false;                   // larger than the noise, without structure
   std::vector<std::string> depends_on{};  // covariates of something smooth that nobody named
   double rms_mm = 0.0;                    // of the good readings, after the named causes
   std::vector<diagnosis::NoisyDial> noisy_dials{};
@@ -172,7 +176,7 @@ struct Limit {
 struct GainRow {
   diagnosis::GainModel model = diagnosis::GainModel::kNominal;
   bool network = false;
-  std::optional<HypothesisId> without{};  // the cause left out
+  std::optional<HypothesisId> without{};             // the cause left out
   double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0;  // position error
   double rms_mm = 0.0;                               // of the readings
   std::map<std::string, double> rms_by_dial_mm{};    // by id; x and y where there are no dials
@@ -181,7 +185,7 @@ struct GainRow {
 };
 
 struct JudgedOn {
-  int samples = 0;                   // that were not fitted
+  int samples = 0;  // that were not fitted
   int fitted_samples = 0;
   bool held_out_by_program = false;  // the session has no G2
 };
@@ -279,8 +283,8 @@ enum class VerdictKind {
     const DiagnosisResult& result, diagnosis::GainModel model, bool network = false);
 /// The limit of a hypothesis, null if there is none.
 [[nodiscard]] const Limit* limit_of(const DiagnosisResult& result, const HypothesisId& id);
-/// How far a parameter moves when the causes are fitted with it, and that in standard deviations
-/// of the fit without them (NaN where that is none).
+/// How far a parameter moves when the causes are fitted with it, and that in standard
+/// deviations of the fit without them (NaN where that is none).
 [[nodiscard]] double moved(const diagnosis::ParameterChange& change);
 [[nodiscard]] double moved_sigma(const diagnosis::ParameterChange& change);
 

@@ -56,7 +56,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 
 session::Plan validation_plan(
     const session::Session& calibrated, const Json& calibration,
-    const ValidationRequest& request, const Json& diagnosis) {
+    const ValidationRequest& request, const DiagnosisResult* diagnosis) {
   session::Plan targets;
   std::set<int> seen;
   for (const session::Sample& sample : calibrated.samples) {
@@ -94,14 +94,14 @@ session::Plan validation_plan(
   }
   if (std::ranges::find(request.by, CompensateBy::kExtended) == request.by.end()) return plan;
   return extended_plan(
-      std::move(plan), ExtendedCommand(diagnosis, calibrated.rig), calibrated.rig,
+      std::move(plan), ExtendedCommand(diagnosis->extended_fit, calibrated.rig), calibrated.rig,
       validation_set(request.set, CompensateBy::kExtended));
 }
 
 Json validation_document(
     const session::Session& calibrated, const Json& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosis) {
+    const Json& diagnosed_gain) {
   Json methods = Json::array();
   Json points = Json::array();
   for (const CompensateBy by : request.by) {
@@ -126,12 +126,7 @@ Json validation_document(
     for (const Json& row : calibration.at("methods")) {
       if (row["id"] == predicting_method(calibration, by)) predicted = row["g2"];
     }
-    if (by == CompensateBy::kExtended) {
-      predicted = nullptr;
-      for (const Json& row : diagnosis.at("gain")) {
-        if (row["name"] == "extended") predicted = row;
-      }
-    }
+    if (by == CompensateBy::kExtended) predicted = diagnosed_gain;
     methods.push_back(
         {{"id", to_string(by)},
          {"name", shown_name(by)},

@@ -8,6 +8,7 @@
 
 #include "session/session.h"
 #include "studies/compensate.h"
+#include "studies/diagnosis_result.h"
 
 namespace sixdial::studies {
 
@@ -27,14 +28,15 @@ struct ValidationRequest {
 /// bad_data: no targets in that set, no solution.
 [[nodiscard]] session::Plan validation_plan(
     const session::Session& calibrated, const Json& calibration,
-    const ValidationRequest& request, const Json& diagnosis = nullptr);
+    const ValidationRequest& request, const DiagnosisResult* diagnosis = nullptr);
 
 /// "sixdial.validation": inputs, methods [{id, name, set, errors {mean_mm, std_mm, max_mm,
-/// rmse_mm, points}, predicted, without_position}], points. `validation`: what was measured.
+/// rmse_mm, points}, predicted, without_position}], points. `validation`: what was measured;
+/// `diagnosed_gain`: what the diagnosis predicts of the extended model, as a row of its "gain".
 [[nodiscard]] Json validation_document(
     const session::Session& calibrated, const Json& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosis = nullptr);
+    const Json& diagnosed_gain = nullptr);
 
 /// The table for people: mean, std, max before, after kinematics, after ANFIS.
 [[nodiscard]] std::string validation_text(const Json& document);
