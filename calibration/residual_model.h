@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -25,6 +26,10 @@ struct ResidualSettings {
   double bpnn_target_mse = 1e-5;  // [mm^2]
 };
 
+/// What a trained model knows, as matrices by name: store these, and `load_residual` gives the
+/// same answers again, bit for bit.
+using SavedResidual = std::map<std::string, Eigen::MatrixXd>;
+
 struct TrainedResidual {
   /// Learned residual [mm] at joint angles [rad]: add it to f(v). Bounded.
   std::function<Eigen::Vector2d(const Eigen::Vector2d& q_rad)> correction;
@@ -33,6 +38,7 @@ struct TrainedResidual {
   std::function<Eigen::Vector2d(const Eigen::Vector2d& q_rad)> sd;
   Eigen::Vector2d effective_parameters = Eigen::Vector2d::Zero();  // for x and for y
   std::string note;  // sizes and hyperparameters chosen, in words
+  SavedResidual saved;
 };
 
 struct ResidualModel {
@@ -42,6 +48,9 @@ struct ResidualModel {
   TrainedResidual (*train)(
       const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
       const ResidualSettings& settings, const std::stop_token& stop);
+  /// `correction`, `sd` and `effective_parameters` from what `train` left in `saved`. Throws
+  /// std::invalid_argument that names the matrix which is missing or has another size.
+  TrainedResidual (*load)(const SavedResidual& saved);
 };
 
 [[nodiscard]] std::span<const ResidualModel* const> all_residual_models();
@@ -55,7 +64,19 @@ struct ResidualModel {
     const Eigen::MatrixX2d& residual_mm, const ResidualSettings& settings = {},
     const std::stop_token& stop = {});
 
+/// What was trained and stored, bounded as it was. Throws std::invalid_argument that names what
+/// is missing.
+[[nodiscard]] TrainedResidual load_residual(
+    const ResidualModel& model, const SavedResidual& saved);
+
 // Shared by the files of residual_models/.
+
+/// The matrix of that name; rows or columns below 0: any number. Throws std::invalid_argument
+/// where it is missing or has another size.
+[[nodiscard]] const Eigen::MatrixXd& saved_matrix(
+    const SavedResidual& saved, const std::string& name, Eigen::Index rows = -1,
+    Eigen::Index columns = -1);
+[[nodiscard]] double saved_number(const SavedResidual& saved, const std::string& name);
 
 struct HoldoutSplit {
   std::vector<int> train, check;  // each rising
@@ -68,6 +89,8 @@ struct Standardiser {
   Eigen::RowVector2d mean = Eigen::RowVector2d::Zero();
   Eigen::RowVector2d scale = Eigen::RowVector2d::Ones();
   explicit Standardiser(const Eigen::MatrixX2d& columns);
+  explicit Standardiser(const SavedResidual& saved);  // "input_mean", "input_scale"
+  void save(SavedResidual& saved) const;
   [[nodiscard]] Eigen::MatrixX2d operator()(const Eigen::MatrixX2d& columns) const {
     return ((columns.rowwise() - mean).array().rowwise() / scale.array()).matrix();
   }

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 #include "calibration/anfis_kernels.h"
 #include "calibration/bpnn_kernel.h"
@@ -30,6 +32,8 @@ struct Range {
       if (!(each > 0.0)) each = 1.0;
     }
   }
+  Range(Eigen::RowVector2d least, Eigen::RowVector2d half_range)
+      : low(std::move(least)), half(std::move(half_range)) {}
   [[nodiscard]] MatrixX2d scaled(const MatrixX2d& columns) const {
     return ((columns.rowwise() - low).array().rowwise() / half.array() - 1.0).matrix();
   }
@@ -76,6 +80,33 @@ VectorXd first_weights(int hidden, std::uint64_t seed) {
   return weights;
 }
 
+TrainedResidual load(const SavedResidual& saved) {
+  const auto range = [&](const char* low, const char* half) {
+    return Range(saved_matrix(saved, low, 1, 2), saved_matrix(saved, half, 1, 2));
+  };
+  const Range in = range("input_low", "input_half_range");
+  const Range out = range("output_scale_low", "output_half_range");
+  const VectorXd weights = saved_matrix(saved, "weights", -1, 1);
+  const auto hidden = static_cast<int>((weights.size() - 2) / kUnitWeights);
+  if (weights.size() != kUnitWeights * hidden + 2) {
+    throw std::invalid_argument("\"weights\" makes no network");
+  }
+  TrainedResidual result;
+  result.effective_parameters.setConstant(static_cast<double>(weights.size()) / 2);
+  result.correction = [in, out, weights, hidden](const Eigen::Vector2d& q) {
+    const MatrixX2d at = in.scaled(q.transpose());
+    Eigen::Vector2d sum = weights.tail<2>();
+    for (int h = 0; h < hidden; ++h) {
+      const auto unit =
+          weights.segment<kUnitWeights>(static_cast<Eigen::Index>(kUnitWeights) * h);
+      sum += std::tanh(unit[0] * at(0, 0) + unit[1] * at(0, 1) + unit[2]) * unit.tail<2>();
+    }
+    return Eigen::Vector2d(
+        (sum.array() + 1.0) * out.half.transpose().array() + out.low.transpose().array());
+  };
+  return result;
+}
+
 TrainedResidual train(
     const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings& settings,
     const std::stop_token& stop) {
@@ -111,20 +142,16 @@ TrainedResidual train(
     weights -= kRate * per_value * gradient;
   }
   if (checking.count == 0) best = weights;
-  TrainedResidual result;
-  result.effective_parameters.setConstant(static_cast<double>(best.size()) / 2);
+  SavedResidual saved{
+      {"input_low", in.low},
+      {"input_half_range", in.half},
+      {"output_scale_low", out.low},
+      {"output_half_range", out.half},
+      {"weights", best}};
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
   result.note =
       fmt::format("2-{}-2, {} epochs, training MSE {:.3g} mm^2", hidden, epoch, mse * mm2);
-  result.correction = [in, out, best, hidden](const Eigen::Vector2d& q) {
-    const MatrixX2d at = in.scaled(q.transpose());
-    Eigen::Vector2d sum = best.tail<2>();
-    for (int h = 0; h < hidden; ++h) {
-      const auto unit = best.segment<kUnitWeights>(static_cast<Eigen::Index>(kUnitWeights) * h);
-      sum += std::tanh(unit[0] * at(0, 0) + unit[1] * at(0, 1) + unit[2]) * unit.tail<2>();
-    }
-    return Eigen::Vector2d(
-        (sum.array() + 1.0) * out.half.transpose().array() + out.low.transpose().array());
-  };
   return result;
 }
 
@@ -133,6 +160,7 @@ TrainedResidual train(
 extern constinit const ResidualModel bpnn{
     .name = "bpnn",
     .description = "back-propagation network 2-40-2, batch gradient descent",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

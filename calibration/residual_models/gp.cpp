@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "calibration/residual_model.h"
@@ -133,6 +134,17 @@ struct Fitted {
   double effective = 0.0;
 };
 
+/// From samples and hyperparameters to what answers.
+void solve(Fitted& fitted) {
+  MatrixXd K = fitted.process.kernel(fitted.process.x, fitted.h);
+  const double noise = std::exp(2 * fitted.h[3]) + kJitter;
+  K.diagonal().array() += noise;
+  fitted.llt.compute(K);
+  fitted.alpha = fitted.llt.solve(fitted.process.y);
+  fitted.effective = static_cast<double>(K.rows()) -
+                     noise * fitted.llt.solve(MatrixXd::Identity(K.rows(), K.cols())).trace();
+}
+
 Fitted fit(const MatrixX2d& x, const VectorXd& target) {
   Fitted result;
   result.y_mean = target.mean();
@@ -152,33 +164,33 @@ Fitted fit(const MatrixX2d& x, const VectorXd& target) {
       result.h = h;
     }
   }
-  MatrixXd K = result.process.kernel(x, result.h);
-  const double noise = std::exp(2 * result.h[3]) + kJitter;
-  K.diagonal().array() += noise;
-  result.llt.compute(K);
-  result.alpha = result.llt.solve(result.process.y);
-  result.effective = static_cast<double>(x.rows()) -
-                     noise * result.llt.solve(MatrixXd::Identity(K.rows(), K.cols())).trace();
   return result;
 }
 
-TrainedResidual train(
-    const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
-    const std::stop_token&) {
-  const Standardiser standard(q_rad);
-  const Eigen::Index stride = (q_rad.rows() + kMostSamples - 1) / kMostSamples;
-  const auto chosen = Eigen::seq(0, q_rad.rows() - 1, stride);
-  const MatrixX2d x = standard(q_rad)(chosen, Eigen::all);
-  const auto px = std::make_shared<const Fitted>(fit(x, residual_mm.col(0)(chosen)));
-  const auto py = std::make_shared<const Fitted>(fit(x, residual_mm.col(1)(chosen)));
-  const auto words = [](const Fitted& p) {
-    return fmt::format(
-        "lengths {:.2f} {:.2f}, signal {:.4f} mm, noise {:.4f} mm", std::exp(p.h[1]),
-        std::exp(p.h[2]), p.y_scale * std::exp(p.h[0]), p.y_scale * std::exp(p.h[3]));
-  };
+void save(const Fitted& fitted, const std::string& axis, SavedResidual& saved) {
+  saved[axis + ".targets"] = fitted.process.y;
+  saved[axis + ".log_hyperparameters"] = fitted.h;
+  saved[axis + ".mean"] = MatrixXd::Constant(1, 1, fitted.y_mean);
+  saved[axis + ".scale"] = MatrixXd::Constant(1, 1, fitted.y_scale);
+}
+
+Fitted fitted_from(const MatrixX2d& x, const std::string& axis, const SavedResidual& saved) {
+  Fitted fitted;
+  fitted.process = {x, saved_matrix(saved, axis + ".targets", x.rows(), 1)};
+  fitted.h = saved_matrix(saved, axis + ".log_hyperparameters", 4, 1);
+  fitted.y_mean = saved_number(saved, axis + ".mean");
+  fitted.y_scale = saved_number(saved, axis + ".scale");
+  solve(fitted);
+  return fitted;
+}
+
+TrainedResidual load(const SavedResidual& saved) {
+  const Standardiser standard(saved);
+  const MatrixX2d x = saved_matrix(saved, "samples", -1, 2);
+  const auto px = std::make_shared<const Fitted>(fitted_from(x, "x", saved));
+  const auto py = std::make_shared<const Fitted>(fitted_from(x, "y", saved));
   TrainedResidual result;
   result.effective_parameters = {px->effective, py->effective};
-  result.note = "x: " + words(*px) + "; y: " + words(*py);
   result.correction = [standard, px, py](const Eigen::Vector2d& q) {
     const MatrixX2d at = standard(q.transpose());
     const auto mean = [&](const Fitted& p) {
@@ -198,11 +210,37 @@ TrainedResidual train(
   return result;
 }
 
+TrainedResidual train(
+    const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
+    const std::stop_token&) {
+  const Standardiser standard(q_rad);
+  const Eigen::Index stride = (q_rad.rows() + kMostSamples - 1) / kMostSamples;
+  const auto chosen = Eigen::seq(0, q_rad.rows() - 1, stride);
+  const MatrixX2d x = standard(q_rad)(chosen, Eigen::all);
+  const Fitted px = fit(x, residual_mm.col(0)(chosen));
+  const Fitted py = fit(x, residual_mm.col(1)(chosen));
+  const auto words = [](const Fitted& p) {
+    return fmt::format(
+        "lengths {:.2f} {:.2f}, signal {:.4f} mm, noise {:.4f} mm", std::exp(p.h[1]),
+        std::exp(p.h[2]), p.y_scale * std::exp(p.h[0]), p.y_scale * std::exp(p.h[3]));
+  };
+  SavedResidual saved;
+  standard.save(saved);
+  saved["samples"] = x;
+  save(px, "x", saved);
+  save(py, "y", saved);
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
+  result.note = "x: " + words(px) + "; y: " + words(py);
+  return result;
+}
+
 }  // namespace
 
 extern constinit const ResidualModel gaussian_process{
     .name = "gp",
     .description = "Gaussian process, hyperparameters by marginal likelihood",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

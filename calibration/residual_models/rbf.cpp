@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <string>
 
 #include "calibration/anfis_selection.h"
 #include "calibration/residual_model.h"
@@ -79,26 +79,57 @@ Net fit(const MatrixX2d& x, const MatrixX2d& centres, const VectorXd& y) {
   return best;
 }
 
+TrainedResidual load(const SavedResidual& saved) {
+  const Standardiser standard(saved);
+  const MatrixX2d centres = saved_matrix(saved, "centres", -1, 2);
+  struct Axis {
+    double width;
+    VectorXd weights;
+  };
+  const auto axis = [&](const std::string& name) {
+    return Axis{
+        saved_number(saved, name + ".width"),
+        saved_matrix(saved, name + ".weights", centres.rows(), 1)};
+  };
+  TrainedResidual result;
+  result.effective_parameters = {
+      saved_number(saved, "x.effective_parameters"),
+      saved_number(saved, "y.effective_parameters")};
+  result.correction = [standard, centres, x = axis("x"),
+                       y = axis("y")](const Eigen::Vector2d& q) {
+    const MatrixX2d at = standard(q.transpose());
+    const auto answer = [&](const Axis& net) {
+      return functions_at(at, centres, net.width).row(0).dot(net.weights);
+    };
+    return Eigen::Vector2d(answer(x), answer(y));
+  };
+  return result;
+}
+
+void save(const Net& net, const std::string& axis, SavedResidual& saved) {
+  saved[axis + ".width"] = MatrixXd::Constant(1, 1, net.width);
+  saved[axis + ".weights"] = net.weights;
+  saved[axis + ".effective_parameters"] = MatrixXd::Constant(1, 1, net.effective);
+}
+
 TrainedResidual train(
     const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
     const std::stop_token&) {
   const Standardiser standard(q_rad);
   const MatrixX2d x = standard(q_rad);
   const MatrixX2d centres = centres_of(x);
-  const auto net_x = std::make_shared<const Net>(fit(x, centres, residual_mm.col(0)));
-  const auto net_y = std::make_shared<const Net>(fit(x, centres, residual_mm.col(1)));
-  TrainedResidual result;
-  result.effective_parameters = {net_x->effective, net_y->effective};
+  const Net net_x = fit(x, centres, residual_mm.col(0));
+  const Net net_y = fit(x, centres, residual_mm.col(1));
+  SavedResidual saved;
+  standard.save(saved);
+  saved["centres"] = centres;
+  save(net_x, "x", saved);
+  save(net_y, "y", saved);
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
   result.note = fmt::format(
       "{} centres; x: width {}, ridge {:g}; y: width {}, ridge {:g}", centres.rows(),
-      net_x->width, net_x->ridge, net_y->width, net_y->ridge);
-  result.correction = [standard, centres, net_x, net_y](const Eigen::Vector2d& q) {
-    const MatrixX2d at = standard(q.transpose());
-    const auto answer = [&](const Net& net) {
-      return functions_at(at, centres, net.width).row(0).dot(net.weights);
-    };
-    return Eigen::Vector2d(answer(*net_x), answer(*net_y));
-  };
+      net_x.width, net_x.ridge, net_y.width, net_y.ridge);
   return result;
 }
 
@@ -107,6 +138,7 @@ TrainedResidual train(
 extern constinit const ResidualModel rbf{
     .name = "rbf",
     .description = "radial basis functions, width and ridge by leave-one-out",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

@@ -8,6 +8,7 @@
 
 #include "calibration/random.h"
 #include "geometry/contact.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::calibration::testing {
 namespace {
@@ -159,7 +160,7 @@ MeasuredSession measured_session_00() {
   session.robot << 59.6285702027692, 59.99927786244012, 60.101498357623356, 59.52868900837194,
       89.64792608457745, 0.856422045920739, -0.8591588476916063, -0.0038769981357824287,
       0.01564961528063017, 0.0042545399969138465;
-  const std::string path = std::string(SIXDIAL_TEST_DATA) + "/session_00/session.csv";
+  const std::string path = test_paths::test_data() + "/session_00/session.csv";
   std::ifstream file(path);
   if (!file) throw std::runtime_error("cannot read " + path);
   std::string line;

@@ -4,6 +4,7 @@
 
 #include "session/csv.h"
 #include "tests/session/bundle_text.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::session {
 namespace {
@@ -12,7 +13,7 @@ using Eigen::Vector2d;
 using geometry::Assembly;
 
 Session shared(const char* folder) {
-  return read_bundle(std::string(SIXDIAL_TEST_DATA) + "/sessions/" + folder);
+  return read_bundle(test_paths::test_data() + "/sessions/" + folder);
 }
 
 /// What perfect dials read with the nominal robot at q, the clamp turned by `clamp_rad`.
