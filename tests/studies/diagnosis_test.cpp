@@ -82,6 +82,7 @@ TEST_P(AnsweredSession, HasTheVerdictOfItsAnswerAsJson) {
   const std::string number = fmt::format("{:02}", GetParam());
   const Json answer = Json::parse(std::ifstream(kSessions / number / "answer.json"));
   const Json document = Json::parse(quick(session_of(number)).dump());
+  EXPECT_EQ(report::to_json(report::diagnosis_from_json(document)), document);
   std::set<std::string> truth;
   for (const Json& cause : answer["causes"]) {
     truth.insert(cause[0].get<std::string>() + "@" + cause[1].get<std::string>());
@@ -284,6 +285,7 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
            !each["needs"].get<std::string>().empty();
   });
   EXPECT_EQ(blind, 6);
+  EXPECT_EQ(report::to_json(report::diagnosis_from_json(document)), document);
   EXPECT_EQ(document["residuals"]["dial"][0], "x");
   EXPECT_EQ(document["residuals"]["dial"][1], "y");
   const std::string page = report::diagnosis_page(result, session, "tester");
