@@ -32,7 +32,7 @@ Eigen::VectorXd angle_column(const DiagnosedReadings& data, int joint) {
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
     for (const double sign : {1.0, -1.0}) {
       simulation::Trial trial = readings.trials()[t];
-      trial.q_rad[joint] += sign * kStep_rad;
+      trial.q[joint] += sign * kStep_rad;
       if (model.run(data.after.model, trial, readings.circumstances()[t], scene)) {
         readings.pick(scene, t, sign > 0 ? plus : minus);
       }
@@ -180,7 +180,7 @@ Eigen::VectorXd DiagnosisCurves::joint_deg(int joint) const {
   const auto& trials = data_.readings.trials();
   Eigen::VectorXd result(std::ssize(trials));
   for (Eigen::Index t = 0; t < result.size(); ++t) {
-    result[t] = trials[static_cast<std::size_t>(t)].q_rad[joint] * geometry::kDegPerRad;
+    result[t] = trials[static_cast<std::size_t>(t)].q[joint] * geometry::kDegPerRad;
   }
   return result;
 }
@@ -255,7 +255,7 @@ SignatureCurve DiagnosisCurves::joint_curve(
   const auto arrives = [&](int sign) {
     return [this, joint, sign](Eigen::Index t) {
       const auto& trial = data_.readings.trials()[static_cast<std::size_t>(t)];
-      return trial.approach[static_cast<std::size_t>(joint)] == sign;
+      return trial.approach_of(static_cast<std::size_t>(joint)) == sign;
     };
   };
   add(groups, group_of(CurveGroupOf::kTurningUp, x, measured, model, arrives(1)));
@@ -369,7 +369,7 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
       // The readings are set right already: what came under this name is under the other.
       const auto& trial = readings.trials()[static_cast<std::size_t>(trial_of(row))];
       simulated[row] = readings.measured_mm()[row] - data_.after.residual_mm[row];
-      as_it_came[row] = trial.dial_mm[other].value_or(kNan);
+      as_it_came[row] = trial.reading[other].value_or(kNan);
     }
     CurvePanel panel{
         .of = CurvePanelOf::kDial,
@@ -384,7 +384,7 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
 std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   const Readings& readings = data_.readings;
   LeftSorter sorter(data_);
-  const auto joints = static_cast<int>(readings.trials().front().q_rad.size());
+  const auto joints = static_cast<int>(readings.trials().front().q.size());
   for (int joint = 0; joint < joints; ++joint) {
     sorter.by_number({Axis::kJointAngle, joint}, by_row(joint_deg(joint)));
   }

@@ -9,16 +9,16 @@
 namespace sixdial::studies {
 namespace {
 
-simulation::ModelVector model_from(const std::vector<double>& values) {
-  if (values.size() != static_cast<std::size_t>(simulation::kModelParameterCount)) {
+simulation::ModelVector model_from(const std::vector<double>& values, std::size_t parameters) {
+  if (values.size() != parameters) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "the diagnosis has {} parameters where {} are needed", values.size(),
-            simulation::kModelParameterCount),
+            "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
   }
-  return Eigen::Map<const simulation::ModelVector>(values.data());
+  return Eigen::Map<const simulation::ModelVector>(
+      values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry::Rig& rig) {
@@ -41,7 +41,7 @@ int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 ExtendedCommand::ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig)
     : base_(rig),
-      model_(model_from(fit.model)),
+      model_(model_from(fit.model, base_.parameters().size())),
       order_(fit.last_order + 1),
       last_time_h_(fit.last_time_h),
       last_temperature_degC_(fit.last_temperature_degC) {
@@ -72,7 +72,7 @@ Eigen::Vector2d ExtendedCommand::force_at(
   const auto& dials = base_.rig().dials;
   for (std::size_t i = 0; i < dials.size(); ++i) {
     if (!seen->in_contact[i]) continue;
-    const double mm = seen->dial_mm[static_cast<Eigen::Index>(i)];
+    const double mm = seen->reading[static_cast<Eigen::Index>(i)];
     force_n += (dials[i].force_n + dials[i].spring_n_per_mm * mm) * dials[i].geometry.axis;
   }
   return force_n;
@@ -83,7 +83,7 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
     const CommandMoment& moment) const {
   const simulation::ExtendedModel extended(base_, effects_);
   simulation::Trial trial;
-  trial.q_rad = q_rad;
+  trial.q = q_rad;
   trial.assembly = assembly;
   simulation::Scene scene;
   const auto ran =

@@ -96,10 +96,14 @@ void LeftSorter::by_key(Axis axis, const std::function<Key(Eigen::Index)>& key_o
 
 void LeftSorter::by_arrival() {
   by_key(Axis::kJointArrival, [this](Eigen::Index row) -> Key {
-    const auto& approach = trial_of(row).approach;
-    if (std::ranges::all_of(approach, [](int sign) { return sign == 0; })) return {};
+    const simulation::Trial& trial = trial_of(row);
     Key key;
-    for (const int sign : approach) key.signs.push_back(sign_of(sign));
+    bool known = false;
+    for (Eigen::Index joint = 0; joint < trial.q.size(); ++joint) {
+      key.signs.push_back(sign_of(trial.approach_of(static_cast<std::size_t>(joint))));
+      known = known || key.signs.back() != 0;
+    }
+    if (!known) return {};
     return key;
   });
 }
