@@ -9,25 +9,26 @@
 #include <utility>
 
 #include "cli/console.h"
-#include "service/job_board.h"
+#include "studies/progress.h"
 
 namespace sixdial::cli {
 
-using LocalProgress = std::function<void(service::JobProgress)>;
-using LocalWork = std::function<void(const LocalProgress& progress, std::stop_token stop)>;
+using LocalWork = std::function<void(const studies::ProgressCallback&, std::stop_token)>;
 
-void do_here(const Console& console, const std::string& what, const LocalWork& work);
+/// `what` names the work for the person who interrupts it ("the calibration"). Throws
+/// Interrupted after a signal, and says that nothing was kept; else what the work throws.
+void run_with_progress(const Console& console, const std::string& what, const LocalWork& work);
 
-/// The work's result. `what` names it for the person who interrupts it ("the calibration").
-/// Throws Interrupted after a signal, and says that nothing was kept; else what the work
-/// throws.
+/// The same, and gives what the work returns.
 template <class Work>
 [[nodiscard]] auto run_here(const Console& console, const std::string& what, const Work& work) {
-  std::optional<std::invoke_result_t<Work, const LocalProgress&, std::stop_token>> result;
-  do_here(console, what, [&](const LocalProgress& progress, std::stop_token stop) {
-    result = work(progress, std::move(stop));
-  });
-  return std::move(*result);
+  std::optional<std::invoke_result_t<Work, const studies::ProgressCallback&, std::stop_token>>
+      result;
+  run_with_progress(
+      console, what, [&](const studies::ProgressCallback& progress, std::stop_token stop) {
+        result.emplace(work(progress, std::move(stop)));
+      });
+  return *std::move(result);
 }
 
 }  // namespace sixdial::cli
