@@ -8,7 +8,6 @@
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/thresholds.h"
-#include "geometry/five_bar.h"
 
 namespace sixdial::diagnosis {
 namespace {
