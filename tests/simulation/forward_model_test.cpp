@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "geometry/by_dual.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -43,7 +45,8 @@ TEST_P(WithMount, JacobianAgreesWithDifferences) {
     for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
       const double h = i < 7 ? 2e-3 : 2e-5;
       const auto at = [&](double step) -> Eigen::VectorXd {
-        return model.predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
+        return model
+            .predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
             ->reading;
       };
       slope.col(i) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
@@ -68,7 +71,7 @@ TEST_P(WithMount, ReadingsGiveTheToolBack) {
         model.rig().dial_geometries(), readings, model.rig().cuboid.side_mm, seen.gamma_rad);
     if (!back) continue;
     ++solved;
-    ASSERT_LT((back->pose.p_WE - seen.pose.p_WE).norm(), kSolved_mm);
+    ASSERT_LT((back->pose.p_WE - seen.p_WE()).norm(), kSolved_mm);
     ASSERT_LT(std::abs(back->pose.gamma_rad - seen.gamma_rad), 1e-12);
   }
   EXPECT_GT(solved, 450);
@@ -103,9 +106,67 @@ TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
   EXPECT_EQ(seen->reading_J.col(model.find("clamp").value()).norm(), 0.0);
 }
 
+TEST(ForwardModel, OfPositionsHasTheRobotsParametersOnlyAndReadsWhereTheToolIs) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.instrument.kind = "position";
+  rig.dials.clear();
+  rig.cuboid.reference_pose_mm = {900, 900};  // nobody needs it
+  const ForwardModel model(rig);
+  EXPECT_EQ(model.parameter_count(), model.robot_parameter_count());
+  EXPECT_FALSE(model.find("clamp"));
+  const Vector2d q = *geometry::inverse(rig.robot.nominal, {25, 45}, {});
+  const auto seen = model.predict(model.nominal(), q, geometry::Assembly::kLeft);
+  ASSERT_TRUE(seen);
+  EXPECT_LT((seen->reading - Vector2d(25, 45)).norm(), 1e-11);
+  EXPECT_EQ(seen->reading_J, seen->position_J.topRows<2>());
+  EXPECT_EQ(seen->in_contact, (std::vector<bool>{true, true}));
+}
+
+/// Three slides that are not quite square: a robot in space with parameters of its own.
+struct Slides {
+  template <typename T>
+  static geometry::Reached frames(
+      const geometry::RobotModel&, std::span<const T> v, std::span<const T> q,
+      geometry::Assembly, std::span<geometry::Pose<T>> X) {
+    X[0].p = Eigen::Matrix<T, 3, 1>(q[0] + v[0] * q[1], q[1] + v[1] * q[2], q[2] + v[2]);
+    return {};
+  }
+};
+
+TEST(ForwardModel, TakesAnyRobotAndPositionsInSpace) {
+  static const geometry::RobotKind& kind = geometry::add_robot_kind(
+      {.name = "slides",
+       .in_words = "three slides",
+       .example = [] { return std::make_shared<const geometry::RobotModel>(); },
+       .forward = geometry::forward_of<Slides>,
+       .forward_derivative = geometry::derivative_of<Slides>});
+  auto robot = std::make_shared<geometry::RobotModel>();
+  robot->kind = &kind;
+  for (const char* name : {"x", "y", "z"}) {
+    robot->joints.push_back({name, geometry::JointKind::kPrismatic});
+  }
+  robot->parameters = {
+      {"xy", "", "", 1.0, "rad"}, {"yz", "", "", 1.0, "rad"}, {"z0", "", "mm"}};
+  robot->frames = {"E"};
+  geometry::Rig rig = geometry::default_rig();
+  rig.robot.model = robot;
+  rig.robot.nominal = Eigen::Vector3d(0.01, -0.02, 5.0);
+  rig.instrument = {.kind = "position", .dimensions = 3};
+  const ForwardModel model(rig);
+  ASSERT_EQ(model.parameter_count(), 3);
+  const auto seen =
+      model.predict(model.nominal(), Eigen::Vector3d(10, 20, 30), geometry::Assembly::kLeft);
+  ASSERT_TRUE(seen);
+  EXPECT_LT((seen->reading - Eigen::Vector3d(10.2, 19.4, 35)).norm(), 1e-12);
+  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+  J.diagonal() << 20, 30, 1;
+  EXPECT_LT((seen->reading_J - J).norm(), 1e-12);
+}
+
 TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {
   const ForwardModel model(geometry::default_rig());
-  const auto seen = model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
+  const auto seen =
+      model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error(), geometry::KinematicTrouble::kOutOfReach);
 }
