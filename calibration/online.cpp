@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/position_fit.h"
+#include "calibration/five_bar/spaces.h"
 
 namespace sixdial::calibration {
 namespace {

@@ -1,4 +1,5 @@
-// ANFIS for x and for y: size and ridge by cross-validation (`anfis`), or as the paper has it
+// ANFIS, a network for each channel: size and ridge by cross-validation (`anfis`), or as the
+// paper has it
 // (`anfis_paper`: six functions, 36 rules, ridge 1e-6, 500 epochs).
 #include <fmt/format.h>
 
@@ -17,31 +18,38 @@ std::string words(const AnfisReport& report) {
 }
 
 TrainedResidual train(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, bool cross_validate, const std::stop_token& stop) {
-  AnfisLearning learning{
+  const AnfisLearning learning{
       settings.anfis, cross_validate, settings.holdout_fraction, settings.seed};
-  const AnfisReport x = learn_anfis(q_rad, residual_mm.col(0), learning, stop);
-  const AnfisReport y = learn_anfis(q_rad, residual_mm.col(1), learning, stop);
+  std::vector<AnfisReport> reports;
+  std::vector<AnfisModel> networks;
   TrainedResidual result;
-  result.correction = [x = x.model, y = y.model](const Eigen::Vector2d& q) {
-    return Eigen::Vector2d(x.predict(q), y.predict(q));
+  result.effective_parameters.resize(residual_mm.cols());
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    reports.push_back(learn_anfis(joints, residual_mm.col(k), learning, stop));
+    networks.push_back(reports.back().model);
+    result.effective_parameters[k] = networks.back().effective_parameters;
+  }
+  result.correction = [networks](const Eigen::VectorXd& q) {
+    return anfis_correction(networks, q);
   };
-  result.effective_parameters = {x.model.effective_parameters, y.model.effective_parameters};
-  result.note = "x: " + words(x) + "; y: " + words(y);
+  result.note = by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+    return words(reports[static_cast<std::size_t>(k)]);
+  });
   return result;
 }
 
 TrainedResidual chosen(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, const std::stop_token& stop) {
-  return train(q_rad, residual_mm, settings, true, stop);
+  return train(joints, residual_mm, settings, true, stop);
 }
 
 TrainedResidual as_printed(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, const std::stop_token& stop) {
-  return train(q_rad, residual_mm, settings, false, stop);
+  return train(joints, residual_mm, settings, false, stop);
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
-// Gaussian process on the residual of each axis: squared exponential with a length for each
-// angle and noise, hyperparameters at the maximum of the marginal likelihood. Gives a standard
+// Gaussian process on the residual of each channel: squared exponential with a length for each
+// joint and noise, hyperparameters at the maximum of the marginal likelihood. Gives a standard
 // deviation. Cost grows with the cube of the samples, so a spread-out choice of at most 400 is
 // used.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -16,9 +17,7 @@
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::MatrixX2d;
 using Eigen::MatrixXd;
-using Eigen::Vector4d;
 using Eigen::VectorXd;
 
 constexpr Eigen::Index kMostSamples = 400;
@@ -27,18 +26,25 @@ constexpr double kSettled = 1e-5;   // gradient of the log likelihood
 constexpr double kLeastLog = -7.0;  // of every hyperparameter, standardised
 constexpr double kMostLog = 4.0;
 constexpr double kJitter = 1e-10;
+/// Logs of signal, every length and noise from which the likelihood is climbed.
+struct Start {
+  double signal, length, noise;
+};
+constexpr std::array kStarts{
+    Start{0.0, 0.0, -1.0}, Start{0.0, -1.0, -2.0}, Start{-2.0, 1.0, 0.0}};
 
-/// Logs of: signal sd, length 1, length 2, noise sd; all standardised.
-using Hyper = Vector4d;
+/// Logs of: signal sd, a length for each input, noise sd; all standardised.
+using Hyper = VectorXd;
 
 struct Process {
-  MatrixX2d x;
+  MatrixXd x;
   VectorXd y;
 
-  [[nodiscard]] MatrixXd kernel(const MatrixX2d& a, const Hyper& h) const {
-    const Eigen::RowVector2d inverse(std::exp(-h[1]), std::exp(-h[2]));
-    const MatrixX2d u = (a.array().rowwise() * inverse.array()).matrix();
-    const MatrixX2d w = (x.array().rowwise() * inverse.array()).matrix();
+  [[nodiscard]] MatrixXd kernel(const MatrixXd& a, const Hyper& h) const {
+    const Eigen::RowVectorXd inverse =
+        (-h.segment(1, x.cols()).array()).exp().matrix().transpose();
+    const MatrixXd u = (a.array().rowwise() * inverse.array()).matrix();
+    const MatrixXd w = (x.array().rowwise() * inverse.array()).matrix();
     MatrixXd K = -u * w.transpose();
     K.colwise() += 0.5 * u.rowwise().squaredNorm();
     K.rowwise() += 0.5 * w.rowwise().squaredNorm().transpose();
@@ -49,7 +55,7 @@ struct Process {
   double cost(const Hyper& h, Hyper& gradient) const {
     const MatrixXd S = kernel(x, h);
     MatrixXd K = S;
-    const double noise = std::exp(2 * h[3]);
+    const double noise = std::exp(2 * h[h.size() - 1]);
     K.diagonal().array() += noise + kJitter;
     const Eigen::LLT<MatrixXd> llt(K);
     if (llt.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
@@ -59,19 +65,19 @@ struct Process {
     M -= alpha * alpha.transpose();  // d cost = trace(M dK) / 2
     const MatrixXd MS = M.cwiseProduct(S);
     gradient[0] = MS.sum();
-    for (int i = 0; i < 2; ++i) {
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
       const VectorXd xi = x.col(i) * std::exp(-h[1 + i]);
       // sum of MS_ab (xi_a - xi_b)^2 / 2
       gradient[1 + i] = MS.rowwise().sum().dot(xi.cwiseAbs2()) - xi.dot(MS * xi);
     }
-    gradient[3] = noise * M.trace();
+    gradient[h.size() - 1] = noise * M.trace();
     return 0.5 * y.dot(alpha) + L.diagonal().array().log().sum();
   }
 };
 
 /// A length shorter than the distance between samples makes every one its own signal: noise
 /// would be learned by heart. Half the samples have a neighbour within this distance.
-double usual_distance(const MatrixX2d& x) {
+double usual_distance(const MatrixXd& x) {
   std::vector<double> nearest;
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     VectorXd distance = (x.rowwise() - x.row(i)).rowwise().norm();
@@ -88,13 +94,14 @@ double usual_distance(const MatrixX2d& x) {
 /// Quasi-Newton (BFGS) descent inside the box.
 Hyper best_from(const Process& process, const Hyper& least, Hyper h, double& cost) {
   h = h.cwiseMax(least);
-  Hyper gradient;
+  Hyper gradient(h.size());
   cost = process.cost(h, gradient);
-  Eigen::Matrix4d H = 0.1 * Eigen::Matrix4d::Identity();
+  const MatrixXd I = MatrixXd::Identity(h.size(), h.size());
+  MatrixXd H = 0.1 * I;
   for (int step = 0; step < kMostSteps && gradient.norm() > kSettled; ++step) {
     Hyper direction = -H * gradient;
     if (direction.dot(gradient) >= 0.0) {
-      H = 0.1 * Eigen::Matrix4d::Identity();
+      H = 0.1 * I;
       direction = -H * gradient;
     }
     const double length = direction.norm();
@@ -102,16 +109,16 @@ Hyper best_from(const Process& process, const Hyper& least, Hyper h, double& cos
     bool moved = false;
     for (double part = 1.0; part > 1e-6 && !moved; part /= 3) {
       const Hyper next = (h + part * direction).cwiseMax(least).cwiseMin(kMostLog);
-      Hyper next_gradient;
+      Hyper next_gradient(h.size());
       const double next_cost = process.cost(next, next_gradient);
       if (!(next_cost < cost)) continue;
       const Hyper s = next - h;
       const Hyper d = next_gradient - gradient;
       if (s.dot(d) > 1e-12) {
         const double rho = 1.0 / s.dot(d);
-        const Eigen::Matrix4d I = Eigen::Matrix4d::Identity();
-        H = (I - rho * s * d.transpose()) * H * (I - rho * d * s.transpose()) +
-            rho * s * s.transpose();
+        H = ((I - rho * s * d.transpose()) * H * (I - rho * d * s.transpose()) +
+             rho * s * s.transpose())
+                .eval();
       }
       h = next;
       cost = next_cost;
@@ -133,7 +140,7 @@ struct Fitted {
   double effective = 0.0;
 };
 
-Fitted fit(const MatrixX2d& x, const VectorXd& target) {
+Fitted fit(const MatrixXd& x, const VectorXd& target) {
   Fitted result;
   result.y_mean = target.mean();
   result.y_scale = std::sqrt(
@@ -141,10 +148,13 @@ Fitted fit(const MatrixX2d& x, const VectorXd& target) {
   if (!(result.y_scale > 0.0)) result.y_scale = 1.0;
   result.process = {x, (target.array() - result.y_mean) / result.y_scale};
   const double shortest = std::max(std::log(usual_distance(x)), kLeastLog);
-  const Hyper least(kLeastLog, shortest, shortest, kLeastLog);
+  Hyper least = Hyper::Constant(x.cols() + 2, shortest);
+  least[0] = least[x.cols() + 1] = kLeastLog;
   double best = std::numeric_limits<double>::infinity();
-  for (const Hyper& start :
-       {Hyper(0.0, 0.0, 0.0, -1.0), Hyper(0.0, -1.0, -1.0, -2.0), Hyper(-2.0, 1.0, 1.0, 0.0)}) {
+  for (const auto& [signal, length, noise] : kStarts) {
+    Hyper start = Hyper::Constant(x.cols() + 2, length);
+    start[0] = signal;
+    start[x.cols() + 1] = noise;
     double cost = 0.0;
     const Hyper h = best_from(result.process, least, start, cost);
     if (cost < best) {
@@ -153,7 +163,7 @@ Fitted fit(const MatrixX2d& x, const VectorXd& target) {
     }
   }
   MatrixXd K = result.process.kernel(x, result.h);
-  const double noise = std::exp(2 * result.h[3]) + kJitter;
+  const double noise = std::exp(2 * result.h[x.cols() + 1]) + kJitter;
   K.diagonal().array() += noise;
   result.llt.compute(K);
   result.alpha = result.llt.solve(result.process.y);
@@ -162,39 +172,56 @@ Fitted fit(const MatrixX2d& x, const VectorXd& target) {
   return result;
 }
 
+/// What people read of one output's process.
+std::string words(const Fitted& p) {
+  const Eigen::Index lengths = p.h.size() - 2;
+  std::string text = "lengths";
+  for (Eigen::Index i = 0; i < lengths; ++i)
+    text += fmt::format(" {:.2f}", std::exp(p.h[1 + i]));
+  return text + fmt::format(
+                    ", signal {:.4f} mm, noise {:.4f} mm", p.y_scale * std::exp(p.h[0]),
+                    p.y_scale * std::exp(p.h[lengths + 1]));
+}
+
+double mean_at(const Fitted& p, const MatrixXd& at) {
+  return p.y_mean + p.y_scale * p.process.kernel(at, p.h).row(0).dot(p.alpha);
+}
+
+double sd_at(const Fitted& p, const MatrixXd& at) {
+  const VectorXd k = p.process.kernel(at, p.h).row(0).transpose();
+  const double variance = std::exp(2 * p.h[0]) - k.dot(p.llt.solve(k));
+  return p.y_scale * std::sqrt(std::max(variance, 0.0));
+}
+
 TrainedResidual train(
-    const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
+    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
     const std::stop_token&) {
-  const Standardiser standard(q_rad);
-  const Eigen::Index stride = (q_rad.rows() + kMostSamples - 1) / kMostSamples;
-  const auto chosen = Eigen::seq(0, q_rad.rows() - 1, stride);
-  const MatrixX2d x = standard(q_rad)(chosen, Eigen::all);
-  const auto px = std::make_shared<const Fitted>(fit(x, residual_mm.col(0)(chosen)));
-  const auto py = std::make_shared<const Fitted>(fit(x, residual_mm.col(1)(chosen)));
-  const auto words = [](const Fitted& p) {
-    return fmt::format(
-        "lengths {:.2f} {:.2f}, signal {:.4f} mm, noise {:.4f} mm", std::exp(p.h[1]),
-        std::exp(p.h[2]), p.y_scale * std::exp(p.h[0]), p.y_scale * std::exp(p.h[3]));
-  };
+  const Standardiser standard(joints);
+  const Eigen::Index stride = (joints.rows() + kMostSamples - 1) / kMostSamples;
+  const auto chosen = Eigen::seq(0, joints.rows() - 1, stride);
+  const MatrixXd x = standard(joints)(chosen, Eigen::all);
+  const auto processes = std::make_shared<std::vector<Fitted>>();
   TrainedResidual result;
-  result.effective_parameters = {px->effective, py->effective};
-  result.note = "x: " + words(*px) + "; y: " + words(*py);
-  result.correction = [standard, px, py](const Eigen::Vector2d& q) {
-    const MatrixX2d at = standard(q.transpose());
-    const auto mean = [&](const Fitted& p) {
-      return p.y_mean + p.y_scale * p.process.kernel(at, p.h).row(0).dot(p.alpha);
+  result.effective_parameters.resize(residual_mm.cols());
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    processes->push_back(fit(x, residual_mm.col(k)(chosen)));
+    result.effective_parameters[k] = processes->back().effective;
+  }
+  result.note = by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+    return words((*processes)[static_cast<std::size_t>(k)]);
+  });
+  const auto of_each = [standard, processes](double (*value)(const Fitted&, const MatrixXd&)) {
+    return [standard, processes, value](const VectorXd& q) {
+      const MatrixXd at = standard(q.transpose());
+      VectorXd answer(std::ssize(*processes));
+      for (std::size_t k = 0; k < processes->size(); ++k) {
+        answer[static_cast<Eigen::Index>(k)] = value((*processes)[k], at);
+      }
+      return answer;
     };
-    return Eigen::Vector2d(mean(*px), mean(*py));
   };
-  result.sd = [standard, px, py](const Eigen::Vector2d& q) {
-    const MatrixX2d at = standard(q.transpose());
-    const auto sd = [&](const Fitted& p) {
-      const VectorXd k = p.process.kernel(at, p.h).row(0).transpose();
-      const double variance = std::exp(2 * p.h[0]) - k.dot(p.llt.solve(k));
-      return p.y_scale * std::sqrt(std::max(variance, 0.0));
-    };
-    return Eigen::Vector2d(sd(*px), sd(*py));
-  };
+  result.correction = of_each(mean_at);
+  result.sd = of_each(sd_at);
   return result;
 }
 

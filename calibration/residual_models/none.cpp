@@ -5,10 +5,14 @@ namespace sixdial::calibration {
 namespace {
 
 TrainedResidual train(
-    const Eigen::MatrixX2d&, const Eigen::MatrixX2d&, const ResidualSettings&,
+    const Eigen::MatrixXd&, const Eigen::MatrixXd& residual_mm, const ResidualSettings&,
     const std::stop_token&) {
+  const Eigen::Index outputs = residual_mm.cols();
   TrainedResidual result;
-  result.correction = [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); };
+  result.correction = [outputs](const Eigen::VectorXd&) -> Eigen::VectorXd {
+    return Eigen::VectorXd::Zero(outputs);
+  };
+  result.effective_parameters = Eigen::VectorXd::Zero(outputs);
   result.note = "kinematics alone";
   return result;
 }

@@ -14,7 +14,6 @@
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::MatrixX2d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -22,9 +21,9 @@ constexpr int kMostCentres = 60;
 constexpr double kWidths[] = {0.3, 0.5, 0.8, 1.2, 2.0};  // standardised angles
 
 /// Farthest-point choice: each next centre is the sample farthest from those chosen.
-MatrixX2d centres_of(const MatrixX2d& x) {
+MatrixXd centres_of(const MatrixXd& x) {
   const auto count = std::min<Eigen::Index>(kMostCentres, (x.rows() + 1) / 2);
-  MatrixX2d centres(count, 2);
+  MatrixXd centres(count, x.cols());
   VectorXd distance = VectorXd::Constant(x.rows(), std::numeric_limits<double>::infinity());
   Eigen::Index next = 0;
   x.rowwise().squaredNorm().minCoeff(&next);
@@ -38,7 +37,7 @@ MatrixX2d centres_of(const MatrixX2d& x) {
   return centres;
 }
 
-MatrixXd functions_at(const MatrixX2d& x, const MatrixX2d& centres, double width) {
+MatrixXd functions_at(const MatrixXd& x, const MatrixXd& centres, double width) {
   MatrixXd A(x.rows(), centres.rows());
   for (Eigen::Index k = 0; k < centres.rows(); ++k) {
     A.col(k) = (-(x.rowwise() - centres.row(k)).rowwise().squaredNorm() / (2 * width * width))
@@ -56,7 +55,7 @@ struct Net {
   VectorXd weights;
 };
 
-Net fit(const MatrixX2d& x, const MatrixX2d& centres, const VectorXd& y) {
+Net fit(const MatrixXd& x, const MatrixXd& centres, const VectorXd& y) {
   const std::vector<double> ridges{1e-4, 1e-3, 1e-2, 1e-1, 1.0};
   Net best;
   for (const double width : kWidths) {
@@ -80,24 +79,32 @@ Net fit(const MatrixX2d& x, const MatrixX2d& centres, const VectorXd& y) {
 }
 
 TrainedResidual train(
-    const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
+    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
     const std::stop_token&) {
-  const Standardiser standard(q_rad);
-  const MatrixX2d x = standard(q_rad);
-  const MatrixX2d centres = centres_of(x);
-  const auto net_x = std::make_shared<const Net>(fit(x, centres, residual_mm.col(0)));
-  const auto net_y = std::make_shared<const Net>(fit(x, centres, residual_mm.col(1)));
+  const Standardiser standard(joints);
+  const MatrixXd x = standard(joints);
+  const MatrixXd centres = centres_of(x);
+  const auto nets = std::make_shared<std::vector<Net>>();
   TrainedResidual result;
-  result.effective_parameters = {net_x->effective, net_y->effective};
-  result.note = fmt::format(
-      "{} centres; x: width {}, ridge {:g}; y: width {}, ridge {:g}", centres.rows(),
-      net_x->width, net_x->ridge, net_y->width, net_y->ridge);
-  result.correction = [standard, centres, net_x, net_y](const Eigen::Vector2d& q) {
-    const MatrixX2d at = standard(q.transpose());
-    const auto answer = [&](const Net& net) {
-      return functions_at(at, centres, net.width).row(0).dot(net.weights);
-    };
-    return Eigen::Vector2d(answer(*net_x), answer(*net_y));
+  result.effective_parameters.resize(residual_mm.cols());
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    nets->push_back(fit(x, centres, residual_mm.col(k)));
+    result.effective_parameters[k] = nets->back().effective;
+  }
+  result.note = fmt::format("{} centres; ", centres.rows()) +
+                by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+                  const Net& net = (*nets)[static_cast<std::size_t>(k)];
+                  return fmt::format("width {}, ridge {:g}", net.width, net.ridge);
+                });
+  result.correction = [standard, centres, nets](const VectorXd& q) {
+    const MatrixXd at = standard(q.transpose());
+    VectorXd answer(std::ssize(*nets));
+    for (std::size_t k = 0; k < nets->size(); ++k) {
+      const Net& net = (*nets)[k];
+      answer[static_cast<Eigen::Index>(k)] =
+          functions_at(at, centres, net.width).row(0).dot(net.weights);
+    }
+    return answer;
   };
   return result;
 }

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "calibration/random.h"
-#include "calibration/swarm_kernels.h"
+#include "calibration/five_bar/swarm_kernels.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/position_fit.h"
-#include "calibration/position_kernel.h"
+#include "calibration/five_bar/position_kernel.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

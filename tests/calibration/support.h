@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/observations.h"
+#include "calibration/five_bar/positions.h"
 #include "geometry/rig.h"
 
 namespace sixdial::calibration::testing {
