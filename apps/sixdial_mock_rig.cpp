@@ -9,11 +9,11 @@
 #include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <stdexcept>
 
 #include "cli/manual.h"
 #include "geometry/rig.h"
+#include "geometry/units.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
@@ -53,7 +53,7 @@ void make_world(Arguments& arguments) {
     world.robot.parameters = geometry::table_2_robot();
   }
   world.robot.clamp_rad =
-      arguments.clamp_deg ? *arguments.clamp_deg * std::numbers::pi / 180.0 : drawn.clamp_rad;
+      arguments.clamp_deg ? *arguments.clamp_deg * geometry::kRadPerDeg : drawn.clamp_rad;
   std::uint64_t seed = world.seed;
   for (const std::string& text : arguments.hide) {
     world.effects.push_back(mock_devices::parse_effect(world.rig, text, seed++));

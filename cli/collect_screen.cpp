@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
+#include "geometry/units.h"
 #include "studies/live_estimate.h"
 
 namespace sixdial::cli {
 namespace {
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr std::size_t kDialsInRow = 3;
 constexpr std::size_t kDigitWidth = 3;
 constexpr std::size_t kLargeWidth = 26;  // of a dial in large digits
@@ -60,12 +59,12 @@ std::string caption(const std::string& id, const Json& dial) {
 
 std::string pose_line(const Json& live) {
   const Json& pose = live["pose"];
-  std::string text =
-      pose.is_object()
-          ? fmt::format(
-                "tool x {:.3f}  y {:.3f} mm  gamma {:.3f} deg", pose["x_mm"].get<double>(),
-                pose["y_mm"].get<double>(), kDeg * pose["gamma_rad"].get<double>())
-          : std::string("tool: no position, as fewer than three dials tell");
+  std::string text = pose.is_object()
+                         ? fmt::format(
+                               "tool x {:.3f}  y {:.3f} mm  gamma {:.3f} deg",
+                               pose["x_mm"].get<double>(), pose["y_mm"].get<double>(),
+                               geometry::kDegPerRad * pose["gamma_rad"].get<double>())
+                         : std::string("tool: no position, as fewer than three dials tell");
   const Json& settle = live["settle"];
   if (settle["spread_mm"].is_number()) {
     text += fmt::format(

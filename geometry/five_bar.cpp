@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/units.h"
+
 namespace sixdial::geometry {
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 Vector2d turned_left(const Vector2d& a) { return {-a.y(), a.x()}; }

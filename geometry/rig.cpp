@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/units.h"
+
 namespace sixdial::geometry {
 
 std::optional<std::size_t> Rig::find_dial(std::string_view id) const {
@@ -40,7 +42,6 @@ Rig default_rig() {
 }
 
 ParameterVector table_2_robot() {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   ParameterVector v;
   v << 59.742, 60.483, 60.341, 59.704, 89.511, 0.851, -0.556, 0.148 * kRadPerDeg,
       -0.873 * kRadPerDeg, -1.032 * kRadPerDeg;

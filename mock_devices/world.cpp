@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "geometry/units.h"
 #include "mock_devices/random.h"
 #include "mock_devices/smooth_field.h"
 
@@ -16,9 +17,9 @@ namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
+using geometry::kRadPerDeg;
 using geometry::ParameterVector;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kReference_c = 20.0;
 constexpr double kMostCurve_mm = 0.006;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/trials.h"
@@ -20,7 +21,7 @@ using Eigen::Vector2d;
 // Distal links closer to one line than this make the tool's position run away (singular).
 constexpr double kLeastSine = 0.1;
 // The clamp angle is known to a degree.
-constexpr double kClampError_rad = std::numbers::pi / 180.0;
+constexpr double kClampError_rad = geometry::kRadPerDeg;
 
 /// Numbers in [0, 1) from Philox 4x32-10 by seed, stream and place: the same on every machine.
 class Uniform {
@@ -95,7 +96,7 @@ std::optional<PlanRefusal> contacts_refused(
       fmt::format(
           "with the robot at ({:.3f}, {:.3f}) mm and the cuboid turned by {:.2f} deg there are "
           "{} ({})",
-          pose.p_WE.x(), pose.p_WE.y(), pose.gamma_rad * 180.0 / std::numbers::pi,
+          pose.p_WE.x(), pose.p_WE.y(), pose.gamma_rad * geometry::kDegPerRad,
           describe(three.error()), missing),
       "choose a smaller rectangle, a smaller robot error, or move the dials");
 }

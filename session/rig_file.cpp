@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <utility>
 
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/toml_text.h"
 
@@ -17,9 +17,8 @@ namespace sixdial::session {
 namespace {
 
 using geometry::Dial;
+using geometry::kRadPerDeg;
 using geometry::Rig;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // Figures that [dials] gives for all and a [[dial]] may override.
 struct Figure {

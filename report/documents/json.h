@@ -1,0 +1,10 @@
+// The JSON type of stored documents. Only report/documents/ turns results into it and back.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace sixdial {
+
+using Json = nlohmann::json;
+
+}  // namespace sixdial
