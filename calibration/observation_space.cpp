@@ -55,7 +55,7 @@ int ObservationSpace::block() const {
 VectorXd ObservationSpace::scale() const {
   VectorXd result(parameters());
   for (int i = 0; i < parameters(); ++i) {
-    result[i] = parameter_info[static_cast<std::size_t>(i)].scale;
+    result[i] = parameter_info[static_cast<std::size_t>(i)].change;
   }
   return result;
 }

@@ -20,17 +20,12 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
+#include "geometry/parameter.h"
 
 namespace sixdial::calibration {
 
-struct ParameterInfo {
-  std::string name;             // "l11"
-  std::string unit;             // of stored values: "mm", "rad"
-  std::string shown_unit;       // for people: "mm", "deg"
-  double shown_per_unit = 1.0;  // shown value = stored value * this
-  double scale = 1.0;           // a change that moves the tool by about one millimetre
-  double plausible_sd = 1.0;    // standard deviation that manufacture and mounting leave
-};
+using geometry::ParameterInfo;
+
 struct JointInfo {
   std::string name;  // "theta1"
   std::string unit;  // "rad", "mm"
@@ -125,7 +120,7 @@ struct ObservationSpace {
   }
   /// Rows that a robust loss takes as one.
   [[nodiscard]] int block() const;
-  /// ParameterInfo::scale of each.
+  /// ParameterInfo::change of each: directions of parameter space are measured in these.
   [[nodiscard]] Eigen::VectorXd scale() const;
   /// Views of ParameterInfo::name: valid as long as this space.
   [[nodiscard]] std::vector<std::string_view> parameter_names() const;

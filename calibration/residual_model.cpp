@@ -30,8 +30,10 @@ constexpr std::array kTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_pap
 constexpr std::uint32_t kHoldoutStream = 32;
 constexpr double kMargin = 0.1;  // of the residuals' range, allowed beyond it
 constexpr Eigen::Index kLeastSamples = 5;
+constexpr double kMostOutputs = 1000;  // of a stored model
+constexpr double kMostInput = 1e6;     // index of a joint in a stored model
 
-using Models = Registry<ResidualModel, TrainFunction>;
+using Models = Registry<ResidualModel, MadeResidualModel>;
 Models& models() {
   static Models registry(kTable);
   return registry;
@@ -57,6 +59,43 @@ void check(
   }
 }
 
+/// Which of a space's joints a stored model sees.
+std::vector<int> saved_inputs(const SavedResidual& saved) {
+  std::vector<int> inputs;
+  for (const double each : saved_matrix(saved, "inputs", 1, -1).reshaped()) {
+    if (!(each >= 0.0) || each > kMostInput) {
+      throw std::invalid_argument("\"inputs\" names no joint");
+    }
+    inputs.push_back(static_cast<int>(each));
+  }
+  return inputs;
+}
+
+/// The model with its inputs picked out and clamped to the trained box, and the output clamped
+/// to the learned range.
+TrainedResidual bounded(TrainedResidual result, const SavedResidual& saved) {
+  const std::vector<int> inputs = saved_inputs(saved);
+  const auto column = [&](const char* name, Eigen::Index size) {
+    return VectorXd(saved_matrix(saved, name, 1, size).transpose());
+  };
+  const Eigen::Index outputs = result.effective_parameters.size();
+  const auto inside = [inputs, low = column("box_low", std::ssize(inputs)),
+                       high = column("box_high", std::ssize(inputs))](const VectorXd& q) {
+    return VectorXd(VectorXd(q(inputs)).cwiseMax(low).cwiseMin(high));
+  };
+  result.correction = [inner = std::move(result.correction), inside,
+                       low = column("output_low", outputs),
+                       high = column("output_high", outputs)](const VectorXd& q) {
+    return VectorXd(inner(inside(q)).cwiseMax(low).cwiseMin(high));
+  };
+  if (result.sd) {
+    result.sd = [inner = std::move(result.sd), inside](const VectorXd& q) {
+      return inner(inside(q));
+    };
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<const ResidualModel*> all_residual_models() { return models().all(); }
@@ -64,8 +103,9 @@ std::vector<const ResidualModel*> all_residual_models() { return models().all();
 const ResidualModel* find_residual_model(std::string_view name) { return models().find(name); }
 
 const ResidualModel& add_residual_model(
-    std::string name, std::string description, TrainFunction train) {
-  return models().add(std::move(name), std::move(description), std::move(train));
+    std::string name, std::string description, TrainFunction train, LoadFunction load) {
+  return models().add(
+      std::move(name), std::move(description), {std::move(train), std::move(load)});
 }
 
 TrainedResidual train_residual(
@@ -79,28 +119,69 @@ TrainedResidual train_residual(
   }
   const MatrixXd seen = joints(Eigen::all, inputs);
   TrainedResidual result = model.made != nullptr
-                               ? (*model.made)(seen, residual_mm, settings, stop)
+                               ? model.made->train(seen, residual_mm, settings, stop)
                                : model.train(seen, residual_mm, settings, stop);
-  const VectorXd low = residual_mm.colwise().minCoeff();
-  const VectorXd high = residual_mm.colwise().maxCoeff();
-  const VectorXd margin = kMargin * (high - low);
+  const Eigen::RowVectorXd low = residual_mm.colwise().minCoeff();
+  const Eigen::RowVectorXd high = residual_mm.colwise().maxCoeff();
+  const Eigen::RowVectorXd margin = kMargin * (high - low);
+  result.saved["inputs"] =
+      Eigen::Map<const Eigen::RowVectorXi>(inputs.data(), std::ssize(inputs)).cast<double>();
+  result.saved["box_low"] = seen.colwise().minCoeff();
+  result.saved["box_high"] = seen.colwise().maxCoeff();
   // Zero stays allowed: "no correction" is never out of bounds.
-  const VectorXd least = (low - margin).cwiseMin(0.0);
-  const VectorXd most = (high + margin).cwiseMax(0.0);
-  const auto inside = [inputs, box_low = VectorXd(seen.colwise().minCoeff()),
-                       box_high = VectorXd(seen.colwise().maxCoeff())](const VectorXd& q) {
-    return VectorXd(VectorXd(q(inputs)).cwiseMax(box_low).cwiseMin(box_high));
-  };
-  result.correction = [inner = std::move(result.correction), inside, least,
-                       most](const VectorXd& q) {
-    return VectorXd(inner(inside(q)).cwiseMax(least).cwiseMin(most));
-  };
-  if (result.sd) {
-    result.sd = [inner = std::move(result.sd), inside](const VectorXd& q) {
-      return inner(inside(q));
-    };
+  result.saved["output_low"] = (low - margin).cwiseMin(0.0);
+  result.saved["output_high"] = (high + margin).cwiseMax(0.0);
+  const SavedResidual saved = result.saved;
+  return bounded(std::move(result), saved);
+}
+
+TrainedResidual load_residual(const ResidualModel& model, const SavedResidual& saved) {
+  if (model.made != nullptr && !model.made->load) {
+    throw std::invalid_argument(
+        "what \"" + std::string(model.name) + "\" learned cannot be stored");
   }
-  return result;
+  TrainedResidual result = model.made != nullptr ? model.made->load(saved) : model.load(saved);
+  result.saved = saved;
+  return bounded(std::move(result), saved);
+}
+
+const MatrixXd& saved_matrix(
+    const SavedResidual& saved, const std::string& name, Eigen::Index rows,
+    Eigen::Index columns) {
+  const auto found = saved.find(name);
+  if (found == saved.end()) throw std::invalid_argument("there is no \"" + name + "\"");
+  const MatrixXd& matrix = found->second;
+  if ((rows >= 0 && matrix.rows() != rows) || (columns >= 0 && matrix.cols() != columns)) {
+    throw std::invalid_argument(
+        "\"" + name + "\" has " + std::to_string(matrix.rows()) + " x " +
+        std::to_string(matrix.cols()) + " numbers, which does not fit");
+  }
+  if (!matrix.allFinite()) {
+    throw std::invalid_argument("\"" + name + "\" holds what is not a number");
+  }
+  return matrix;
+}
+
+double saved_number(const SavedResidual& saved, const std::string& name) {
+  return saved_matrix(saved, name, 1, 1)(0, 0);
+}
+
+MatrixXd number_to_save(double value) { return MatrixXd::Constant(1, 1, value); }
+
+void save_outputs(Eigen::Index outputs, SavedResidual& saved) {
+  saved["outputs"] = number_to_save(static_cast<double>(outputs));
+}
+
+Eigen::Index saved_outputs(const SavedResidual& saved) {
+  const double outputs = saved_number(saved, "outputs");
+  if (!(outputs >= 1.0) || outputs > kMostOutputs || outputs != std::floor(outputs)) {
+    throw std::invalid_argument("\"outputs\" is no number of outputs");
+  }
+  return static_cast<Eigen::Index>(outputs);
+}
+
+std::string output_prefix(Eigen::Index output) {
+  return "output" + std::to_string(output + 1) + ".";
 }
 
 HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
@@ -127,6 +208,15 @@ Standardiser::Standardiser(const MatrixXd& columns) {
   for (double& each : scale) {
     if (!(each > 0.0)) each = 1.0;
   }
+}
+
+Standardiser::Standardiser(const SavedResidual& saved)
+    : mean(saved_matrix(saved, "input_mean", 1, -1)),
+      scale(saved_matrix(saved, "input_scale", 1, mean.size())) {}
+
+void Standardiser::save(SavedResidual& saved) const {
+  saved["input_mean"] = mean;
+  saved["input_scale"] = scale;
 }
 
 std::string by_output(

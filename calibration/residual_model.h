@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -26,6 +27,10 @@ struct ResidualSettings {
   double bpnn_target_mse = 1e-5;  // [mm^2]
 };
 
+/// What a trained model knows, as matrices by name: store these, and `load_residual` gives the
+/// same answers again, bit for bit.
+using SavedResidual = std::map<std::string, Eigen::MatrixXd>;
+
 struct TrainedResidual {
   /// Learned residual (outputs x 1) [mm] at all joint values of the space: add it to f(v).
   /// Bounded.
@@ -35,6 +40,7 @@ struct TrainedResidual {
   std::function<Eigen::VectorXd(const Eigen::VectorXd& joints)> sd;
   Eigen::VectorXd effective_parameters;  // by output
   std::string note;                      // sizes and hyperparameters chosen, in words
+  SavedResidual saved;
 };
 
 /// joints: samples x inputs; residual_mm: samples x outputs (measured - f(v)), whose names are
@@ -42,6 +48,16 @@ struct TrainedResidual {
 using TrainFunction = std::function<TrainedResidual(
     const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, const std::stop_token& stop)>;
+
+/// `correction`, `sd` and `effective_parameters` from what training left in `saved`. Throws
+/// std::invalid_argument that names the matrix which is missing or has another size.
+using LoadFunction = std::function<TrainedResidual(const SavedResidual& saved)>;
+
+/// What a row that is added at run time does.
+struct MadeResidualModel {
+  TrainFunction train;
+  LoadFunction load;  // empty: what it learned cannot be stored
+};
 
 /// A row of the table: one for each file of residual_models/, and those that are added at run
 /// time.
@@ -51,7 +67,8 @@ struct ResidualModel {
   TrainedResidual (*train)(
       const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
       const ResidualSettings& settings, const std::stop_token& stop) = nullptr;
-  const TrainFunction* made = nullptr;  // of a row added at run time, instead of `train`
+  TrainedResidual (*load)(const SavedResidual& saved) = nullptr;
+  const MadeResidualModel* made = nullptr;  // of a row added at run time, instead of these
 };
 
 /// The program's own rows, then those added at run time.
@@ -61,7 +78,7 @@ struct ResidualModel {
 /// Adds a row for as long as the program runs; every command takes it from then on. Throws
 /// std::invalid_argument where the name is taken or no name.
 const ResidualModel& add_residual_model(
-    std::string name, std::string description, TrainFunction train);
+    std::string name, std::string description, TrainFunction train, LoadFunction load = {});
 
 /// Trains on the joints of settings.inputs, and bounds the answer: joint values clamped to the
 /// trained box, output to the range of the residuals and a tenth of it beyond. `joints`:
@@ -73,7 +90,24 @@ const ResidualModel& add_residual_model(
     const Eigen::MatrixXd& residual_mm, const ResidualSettings& settings = {},
     const std::stop_token& stop = {});
 
+/// What was trained and stored, bounded as it was. Throws std::invalid_argument that names what
+/// is missing.
+[[nodiscard]] TrainedResidual load_residual(
+    const ResidualModel& model, const SavedResidual& saved);
+
 // Shared by the files of residual_models/.
+
+/// The matrix of that name; rows or columns below 0: any number. Throws std::invalid_argument
+/// where it is missing or has another size.
+[[nodiscard]] const Eigen::MatrixXd& saved_matrix(
+    const SavedResidual& saved, const std::string& name, Eigen::Index rows = -1,
+    Eigen::Index columns = -1);
+[[nodiscard]] double saved_number(const SavedResidual& saved, const std::string& name);
+[[nodiscard]] Eigen::MatrixXd number_to_save(double value);
+/// How many outputs a model has, and what the matrices of output `k` begin with: "output1.".
+void save_outputs(Eigen::Index outputs, SavedResidual& saved);
+[[nodiscard]] Eigen::Index saved_outputs(const SavedResidual& saved);
+[[nodiscard]] std::string output_prefix(Eigen::Index output);
 
 struct HoldoutSplit {
   std::vector<int> train, check;  // each rising
@@ -86,6 +120,8 @@ struct Standardiser {
   Eigen::RowVectorXd mean;
   Eigen::RowVectorXd scale;
   explicit Standardiser(const Eigen::MatrixXd& columns);
+  explicit Standardiser(const SavedResidual& saved);  // "input_mean", "input_scale"
+  void save(SavedResidual& saved) const;
   [[nodiscard]] Eigen::MatrixXd operator()(const Eigen::MatrixXd& columns) const {
     return ((columns.rowwise() - mean).array().rowwise() / scale.array()).matrix();
   }

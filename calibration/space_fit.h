@@ -24,7 +24,7 @@ struct SpaceFitSettings {
   /// Standard deviation of one reading, to judge what can be determined.
   double noise_mm = 0.003;
   /// A direction whose standard deviation would be larger than this is held at nominal [units
-  /// of ParameterInfo::scale]: manufacture is better than that.
+  /// of ParameterInfo::change]: manufacture is better than that.
   double hold_uncertainty_mm = 2.0;
 };
 

@@ -4,7 +4,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -109,58 +108,36 @@ double reading_sigma(const geometry::Dial& dial) {
 /// The dials in contact at one trial, each with the face that it touches.
 DialSample readings_of(const simulation::Trial& trial, const DialData& data) {
   const geometry::Rig& rig = data.rig;
-  DialSample sample{trial.q_rad, trial.assembly, {}, {}, {}, 0.0};
-  const auto nominal = geometry::forward(rig.robot.nominal, trial.q_rad, trial.assembly);
+  DialSample sample{trial.q, trial.assembly, {}, {}, {}, 0.0};
+  const auto nominal = geometry::forward(rig.robot.nominal, trial.q, trial.assembly);
   if (rig.cuboid.mount == geometry::Mount::kFree) {
     sample.gamma_guess_rad = trial.gamma_rad.value_or(0.0);
   } else if (nominal) {
     sample.gamma_guess_rad = geometry::cuboid_angle(rig, data.reference_rad, *nominal, 0.0);
   }
-  for (std::size_t k = 0; k < trial.dial_mm.size() && k < rig.dials.size(); ++k) {
-    if (!trial.dial_mm[k] || !std::isfinite(*trial.dial_mm[k])) continue;
+  for (std::size_t k = 0; k < trial.reading.size() && k < rig.dials.size(); ++k) {
+    if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
     sample.dials.push_back(static_cast<int>(k));
     sample.faces.push_back(geometry::face_towards(data.dials[k], sample.gamma_guess_rad));
-    sample.measured_mm.push_back(*trial.dial_mm[k]);
+    sample.measured_mm.push_back(*trial.reading[k]);
   }
   return sample;
 }
 
 /// The ten parameters as every space lists them.
 std::vector<ParameterInfo> parameter_infos() {
-  constexpr double kLengthSd_mm = 1.0;
-  constexpr double kFrameSd_mm = 2.0;
-  constexpr double kAngleSd_rad = 0.03;
-  const ParameterVector scale = parameter_scale();
-  std::vector<ParameterInfo> infos;
-  for (int i = 0; i < kParameterCount; ++i) {
-    const geometry::ParameterInfo& each = geometry::kParameters[static_cast<std::size_t>(i)];
-    const bool frame = i == geometry::kX0 || i == geometry::kY0;
-    const bool angle = i >= geometry::kAlpha;
-    infos.push_back(
-        {.name = std::string(each.name),
-         .unit = angle ? "rad" : "mm",
-         .shown_unit = std::string(each.shown_unit),
-         .shown_per_unit = each.shown_per_unit,
-         .scale = scale[i],
-         .plausible_sd = angle   ? kAngleSd_rad
-                         : frame ? kFrameSd_mm
-                                 : kLengthSd_mm});
-  }
-  return infos;
+  return {geometry::kParameters.begin(), geometry::kParameters.end()};
 }
 
 std::vector<JointInfo> joint_infos() { return {{"theta1", "rad"}, {"theta2", "rad"}}; }
 
 /// The eleventh parameter of a cuboid that is clamped to a link.
 void add_clamp(ObservationSpace& space) {
-  constexpr double kPlausible_rad = 0.03;
-  space.parameter_info.push_back(
-      {.name = "clamp",
-       .unit = "rad",
-       .shown_unit = "deg",
-       .shown_per_unit = 180.0 / std::numbers::pi,
-       .scale = kClampScale_rad,
-       .plausible_sd = kPlausible_rad});
+  ParameterInfo clamp = geometry::kParameters[geometry::kAlpha];  // an angle like any other
+  clamp.name = "clamp";
+  clamp.rig_key.clear();
+  clamp.change = kClampScale_rad;
+  space.parameter_info.push_back(clamp);
   space.nominal.conservativeResize(kParameterCount + 1);
   space.nominal[kParameterCount] = 0.0;
 }
@@ -337,13 +314,16 @@ MatrixXd off_target(const PositionObservations& set) {
 
 std::vector<std::string_view> parameter_names() {
   std::vector<std::string_view> names;
-  for (const geometry::ParameterInfo& each : geometry::kParameters) names.push_back(each.name);
+  for (const geometry::ParameterInfo& each : geometry::kParameters)
+    names.emplace_back(each.name);
   return names;
 }
 
 ParameterVector parameter_scale() {
-  ParameterVector scale = ParameterVector::Ones();
-  scale.tail<3>().setConstant(1.0 / 60.0);
+  ParameterVector scale;
+  for (int i = 0; i < kParameterCount; ++i) {
+    scale[i] = geometry::kParameters[static_cast<std::size_t>(i)].change;
+  }
   return scale;
 }
 
@@ -406,7 +386,7 @@ ObservationSpace dial_space(
     space.sample.push_back(trial.sample);
     space.point.push_back(trial.point);
     space.repeat.push_back(trial.repeat);
-    joints.push_back(trial.q_rad);
+    joints.push_back(trial.q);
     data->samples.push_back(std::move(sample));
   }
   space.joints = matrix_of(joints);
@@ -432,12 +412,12 @@ std::optional<RepeatNoise> repeat_noise(std::span<const simulation::Trial> trial
     for (int axis = 0; !dials && trial.position_mm && axis < 2; ++axis) {
       add(axis, (*trial.position_mm)[axis]);
     }
-    for (std::size_t k = 0; dials && k < trial.dial_mm.size(); ++k) {
-      if (trial.dial_mm[k]) add(static_cast<int>(k), *trial.dial_mm[k]);
+    for (std::size_t k = 0; dials && k < trial.reading.size(); ++k) {
+      if (trial.reading[k]) add(static_cast<int>(k), *trial.reading[k]);
     }
     space.first_row.push_back(static_cast<int>(measured.size()));
     space.point.push_back(trial.point);
-    joints.push_back(trial.q_rad);
+    joints.push_back(trial.q);
   }
   space.joints = matrix_of(joints);
   space.measured_mm = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));

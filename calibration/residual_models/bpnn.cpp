@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "calibration/anfis_kernels.h"
 #include "calibration/bpnn_kernel.h"
@@ -25,6 +26,9 @@ constexpr int kCheckEvery = 20;
 /// Scales columns to -1..1 and back.
 struct Range {
   Eigen::RowVectorXd low, half;
+  Range(const SavedResidual& saved, const char* low_name, const char* half_name)
+      : low(saved_matrix(saved, low_name, 1, -1)),
+        half(saved_matrix(saved, half_name, 1, low.size())) {}
   explicit Range(const MatrixXd& columns) {
     low = columns.colwise().minCoeff();
     half = (columns.colwise().maxCoeff() - low) / 2;
@@ -125,6 +129,26 @@ Descent descend(
   return result;
 }
 
+TrainedResidual load(const SavedResidual& saved) {
+  const Range in(saved, "input_low", "input_half_range");
+  const Range out(saved, "output_scale_low", "output_half_range");
+  const VectorXd weights = saved_matrix(saved, "weights", -1, 1);
+  BpnnShape shape{static_cast<int>(in.low.size()), 0, static_cast<int>(out.low.size())};
+  shape.hidden = static_cast<int>((weights.size() - shape.outputs) / shape.unit_weights());
+  if (shape.hidden < 1 || weights.size() != shape.weights()) {
+    throw std::invalid_argument("\"weights\" makes no network");
+  }
+  TrainedResidual result;
+  result.effective_parameters =
+      VectorXd::Constant(shape.outputs, static_cast<double>(shape.weights()) / shape.outputs);
+  result.correction = [in, out, shape, weights](const VectorXd& q) {
+    const VectorXd sum = answer(shape, weights, in.scaled(q.transpose()).transpose());
+    return VectorXd(
+        (sum.array() + 1.0) * out.half.transpose().array() + out.low.transpose().array());
+  };
+  return result;
+}
+
 TrainedResidual train(
     const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
     const std::stop_token& stop) {
@@ -146,17 +170,17 @@ TrainedResidual train(
   const Samples checking(x(split.check, Eigen::all), y(split.check, Eigen::all));
   const double mm2 = out.half.squaredNorm() / static_cast<double>(shape.outputs);
   const Descent found = descend(shape, training, checking, mm2, settings, stop);
-  TrainedResidual result;
-  result.effective_parameters =
-      VectorXd::Constant(shape.outputs, static_cast<double>(shape.weights()) / shape.outputs);
+  SavedResidual saved{
+      {"input_low", in.low},
+      {"input_half_range", in.half},
+      {"output_scale_low", out.low},
+      {"output_half_range", out.half},
+      {"weights", found.best}};
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
   result.note = fmt::format(
       "{}-{}-{}, {} epochs, training MSE {:.3g} mm^2", shape.inputs, shape.hidden,
       shape.outputs, found.epochs, found.mse * mm2);
-  result.correction = [in, out, shape, best = found.best](const VectorXd& q) {
-    const VectorXd sum = answer(shape, best, in.scaled(q.transpose()).transpose());
-    return VectorXd(
-        (sum.array() + 1.0) * out.half.transpose().array() + out.low.transpose().array());
-  };
   return result;
 }
 
@@ -165,6 +189,7 @@ TrainedResidual train(
 extern constinit const ResidualModel bpnn{
     .name = "bpnn",
     .description = "back-propagation network 2-40-2, batch gradient descent",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/residual_model.h"
@@ -140,6 +142,17 @@ struct Fitted {
   double effective = 0.0;
 };
 
+/// From samples and hyperparameters to what answers.
+void solve(Fitted& fitted) {
+  MatrixXd K = fitted.process.kernel(fitted.process.x, fitted.h);
+  const double noise = std::exp(2 * fitted.h[fitted.h.size() - 1]) + kJitter;
+  K.diagonal().array() += noise;
+  fitted.llt.compute(K);
+  fitted.alpha = fitted.llt.solve(fitted.process.y);
+  fitted.effective = static_cast<double>(K.rows()) -
+                     noise * fitted.llt.solve(MatrixXd::Identity(K.rows(), K.cols())).trace();
+}
+
 Fitted fit(const MatrixXd& x, const VectorXd& target) {
   Fitted result;
   result.y_mean = target.mean();
@@ -162,13 +175,6 @@ Fitted fit(const MatrixXd& x, const VectorXd& target) {
       result.h = h;
     }
   }
-  MatrixXd K = result.process.kernel(x, result.h);
-  const double noise = std::exp(2 * result.h[x.cols() + 1]) + kJitter;
-  K.diagonal().array() += noise;
-  result.llt.compute(K);
-  result.alpha = result.llt.solve(result.process.y);
-  result.effective = static_cast<double>(x.rows()) -
-                     noise * result.llt.solve(MatrixXd::Identity(K.rows(), K.cols())).trace();
   return result;
 }
 
@@ -193,23 +199,34 @@ double sd_at(const Fitted& p, const MatrixXd& at) {
   return p.y_scale * std::sqrt(std::max(variance, 0.0));
 }
 
-TrainedResidual train(
-    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
-    const std::stop_token&) {
-  const Standardiser standard(joints);
-  const Eigen::Index stride = (joints.rows() + kMostSamples - 1) / kMostSamples;
-  const auto chosen = Eigen::seq(0, joints.rows() - 1, stride);
-  const MatrixXd x = standard(joints)(chosen, Eigen::all);
+void save(const Fitted& fitted, const std::string& prefix, SavedResidual& saved) {
+  saved[prefix + "targets"] = fitted.process.y;
+  saved[prefix + "log_hyperparameters"] = fitted.h;
+  saved[prefix + "mean"] = number_to_save(fitted.y_mean);
+  saved[prefix + "scale"] = number_to_save(fitted.y_scale);
+}
+
+Fitted fitted_from(const MatrixXd& x, const std::string& prefix, const SavedResidual& saved) {
+  Fitted fitted;
+  fitted.process = {x, saved_matrix(saved, prefix + "targets", x.rows(), 1)};
+  fitted.h = saved_matrix(saved, prefix + "log_hyperparameters", x.cols() + 2, 1);
+  fitted.y_mean = saved_number(saved, prefix + "mean");
+  fitted.y_scale = saved_number(saved, prefix + "scale");
+  solve(fitted);
+  return fitted;
+}
+
+TrainedResidual load(const SavedResidual& saved) {
+  const Standardiser standard(saved);
+  const MatrixXd x = saved_matrix(saved, "samples", -1, standard.mean.size());
+  const Eigen::Index outputs = saved_outputs(saved);
   const auto processes = std::make_shared<std::vector<Fitted>>();
   TrainedResidual result;
-  result.effective_parameters.resize(residual_mm.cols());
-  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
-    processes->push_back(fit(x, residual_mm.col(k)(chosen)));
+  result.effective_parameters.resize(outputs);
+  for (Eigen::Index k = 0; k < outputs; ++k) {
+    processes->push_back(fitted_from(x, output_prefix(k), saved));
     result.effective_parameters[k] = processes->back().effective;
   }
-  result.note = by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
-    return words((*processes)[static_cast<std::size_t>(k)]);
-  });
   const auto of_each = [standard, processes](double (*value)(const Fitted&, const MatrixXd&)) {
     return [standard, processes, value](const VectorXd& q) {
       const MatrixXd at = standard(q.transpose());
@@ -225,11 +242,36 @@ TrainedResidual train(
   return result;
 }
 
+TrainedResidual train(
+    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
+    const std::stop_token&) {
+  const Standardiser standard(joints);
+  const Eigen::Index stride = (joints.rows() + kMostSamples - 1) / kMostSamples;
+  const auto chosen = Eigen::seq(0, joints.rows() - 1, stride);
+  const MatrixXd x = standard(joints)(chosen, Eigen::all);
+  std::vector<Fitted> processes;
+  SavedResidual saved;
+  standard.save(saved);
+  saved["samples"] = x;
+  save_outputs(residual_mm.cols(), saved);
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    processes.push_back(fit(x, residual_mm.col(k)(chosen)));
+    save(processes.back(), output_prefix(k), saved);
+  }
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
+  result.note = by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+    return words(processes[static_cast<std::size_t>(k)]);
+  });
+  return result;
+}
+
 }  // namespace
 
 extern constinit const ResidualModel gaussian_process{
     .name = "gp",
     .description = "Gaussian process, hyperparameters by marginal likelihood",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "calibration/anfis_selection.h"
 #include "calibration/residual_model.h"
@@ -78,34 +80,61 @@ Net fit(const MatrixXd& x, const MatrixXd& centres, const VectorXd& y) {
   return best;
 }
 
+void save(const Net& net, const std::string& prefix, SavedResidual& saved) {
+  saved[prefix + "width"] = number_to_save(net.width);
+  saved[prefix + "weights"] = net.weights;
+  saved[prefix + "effective_parameters"] = number_to_save(net.effective);
+}
+
+TrainedResidual load(const SavedResidual& saved) {
+  const Standardiser standard(saved);
+  const MatrixXd centres = saved_matrix(saved, "centres", -1, standard.mean.size());
+  const Eigen::Index outputs = saved_outputs(saved);
+  std::vector<Net> nets;
+  TrainedResidual result;
+  result.effective_parameters.resize(outputs);
+  for (Eigen::Index k = 0; k < outputs; ++k) {
+    const std::string prefix = output_prefix(k);
+    Net net;
+    net.width = saved_number(saved, prefix + "width");
+    net.weights = saved_matrix(saved, prefix + "weights", centres.rows(), 1);
+    result.effective_parameters[k] = saved_number(saved, prefix + "effective_parameters");
+    nets.push_back(std::move(net));
+  }
+  result.correction = [standard, centres, nets = std::move(nets)](const VectorXd& q) {
+    const MatrixXd at = standard(q.transpose());
+    VectorXd answer(std::ssize(nets));
+    for (std::size_t k = 0; k < nets.size(); ++k) {
+      answer[static_cast<Eigen::Index>(k)] =
+          functions_at(at, centres, nets[k].width).row(0).dot(nets[k].weights);
+    }
+    return answer;
+  };
+  return result;
+}
+
 TrainedResidual train(
     const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
     const std::stop_token&) {
   const Standardiser standard(joints);
   const MatrixXd x = standard(joints);
   const MatrixXd centres = centres_of(x);
-  const auto nets = std::make_shared<std::vector<Net>>();
-  TrainedResidual result;
-  result.effective_parameters.resize(residual_mm.cols());
+  std::vector<Net> nets;
+  SavedResidual saved;
+  standard.save(saved);
+  saved["centres"] = centres;
+  save_outputs(residual_mm.cols(), saved);
   for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
-    nets->push_back(fit(x, centres, residual_mm.col(k)));
-    result.effective_parameters[k] = nets->back().effective;
+    nets.push_back(fit(x, centres, residual_mm.col(k)));
+    save(nets.back(), output_prefix(k), saved);
   }
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
   result.note = fmt::format("{} centres; ", centres.rows()) +
                 by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
-                  const Net& net = (*nets)[static_cast<std::size_t>(k)];
+                  const Net& net = nets[static_cast<std::size_t>(k)];
                   return fmt::format("width {}, ridge {:g}", net.width, net.ridge);
                 });
-  result.correction = [standard, centres, nets](const VectorXd& q) {
-    const MatrixXd at = standard(q.transpose());
-    VectorXd answer(std::ssize(*nets));
-    for (std::size_t k = 0; k < nets->size(); ++k) {
-      const Net& net = (*nets)[k];
-      answer[static_cast<Eigen::Index>(k)] =
-          functions_at(at, centres, net.width).row(0).dot(net.weights);
-    }
-    return answer;
-  };
   return result;
 }
 
@@ -114,6 +143,7 @@ TrainedResidual train(
 extern constinit const ResidualModel rbf{
     .name = "rbf",
     .description = "radial basis functions, width and ridge by leave-one-out",
-    .train = train};
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

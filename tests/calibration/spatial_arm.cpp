@@ -40,19 +40,19 @@ ObservationSpace without_samples() {
   ObservationSpace space;
   space.name = "positions";
   space.parameter_info = {
-      {.name = "height", .unit = "mm", .shown_unit = "mm"},
-      {.name = "upper", .unit = "mm", .shown_unit = "mm"},
-      {.name = "fore", .unit = "mm", .shown_unit = "mm"},
+      {.name = "height", .shown_unit = "mm"},
+      {.name = "upper", .shown_unit = "mm"},
+      {.name = "fore", .shown_unit = "mm"},
       {.name = "shoulder",
-       .unit = "rad",
        .shown_unit = "deg",
        .shown_per_unit = kDegrees,
-       .scale = 0.005},
+       .unit = "rad",
+       .change = 0.005},
       {.name = "elbow",
-       .unit = "rad",
        .shown_unit = "deg",
        .shown_per_unit = kDegrees,
-       .scale = 0.01}};
+       .unit = "rad",
+       .change = 0.01}};
   space.nominal = VectorXd::Zero(kParameters);
   space.nominal.head<3>() = Vector3d(150.0, 200.0, 100.0);
   space.joint_info = {{"q1", "rad"}, {"q2", "rad"}, {"q3", "rad"}};
