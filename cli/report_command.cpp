@@ -8,6 +8,8 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/shared_options.h"
+#include "report/documents/comparison_json.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/report_pdf.h"
@@ -15,7 +17,6 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
-#include "studies/compare.h"
 #include "studies/diagnose.h"
 
 namespace sixdial::cli {
@@ -63,7 +64,7 @@ service::ExitCode report_bundle(
     request.seed = options.seed;
     comparison = run_here(
         cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
-          return studies::compare(session, request, progress, std::move(stop));
+          return report::to_json(studies::compare(session, request, progress, std::move(stop)));
         });
   }
   Json diagnosis;
@@ -71,9 +72,8 @@ service::ExitCode report_bundle(
     ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(session, request, [&](const service::JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    diagnosis = studies::diagnose(
+        session, request, [&](const studies::Progress& progress) { line.show(progress); });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
@@ -95,8 +95,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
   CLI::App* command =
       app.add_subcommand("report", "Writes a calibration report: HTML, JSON, CSV, the bundle.");
   const auto options = std::make_shared<ReportOptions>();
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
+  add_subject(*command, options->subject);
   command->add_option("-o,--output", options->output, "folder; default: <session>-report");
   command->add_option(
       "--result", options->result, "number of a stored result; default: the newest");
@@ -117,7 +116,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
       "left");
   command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
-  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       const std::filesystem::path subject(options->subject);
@@ -128,14 +127,12 @@ void add_report_command(CLI::App& app, Cli& cli) {
           absolute(options->output.empty() ? name + "-report" : options->output);
       if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);
       if (options->compare) {
-        const Json job =
-            cli.call("compare.start", {{"session", options->subject}, {"seed", options->seed}});
-        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+        start_and_follow(
+            cli, "compare.start", {{"session", options->subject}, {"seed", options->seed}});
       }
       if (options->diagnose) {
-        const Json job = cli.call(
-            "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
-        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+        start_and_follow(
+            cli, "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
       }
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "report/csv_report.h"
+#include "report/documents/comparison_json.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
 #include "report/rig_picture.h"
@@ -18,7 +19,6 @@
 #include "session/trials.h"
 #include "studies/assessment.h"
 #include "studies/calibrate.h"
-#include "studies/compare.h"
 #include "studies/diagnose.h"
 #include "studies/dial_residuals.h"
 #include "studies/network_json.h"
@@ -417,7 +417,9 @@ report::ReportData report_data(
   } else {
     add_outliers(data);
   }
-  if (comparison.is_object()) append(data.sections, comparison_sections(comparison));
+  if (comparison.is_object()) {
+    append(data.sections, comparison_sections(comparison_from_json(comparison)));
+  }
   // Results of earlier versions do not say how many samples a network rests on.
   if (document.contains("anfis") && document["anfis"]["x"].contains("samples")) {
     append(data.sections, anfis_sections(document["anfis"]));

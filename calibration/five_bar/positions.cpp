@@ -26,7 +26,9 @@ PositionObservations position_observations(std::span<const simulation::Trial> tr
   PositionObservations result;
   std::vector<const simulation::Trial*> used;
   for (const simulation::Trial& trial : trials) {
-    if (trial.position_mm && trial.position_mm->allFinite() && trial.q.allFinite()) {
+    const bool planar =
+        trial.position_mm && trial.position_mm->size() == 2 && trial.q.size() == 2;
+    if (planar && trial.position_mm->allFinite() && trial.q.allFinite()) {
       used.push_back(&trial);
     }
   }

@@ -6,6 +6,7 @@
 
 #include "report/document.h"
 #include "session/session.h"
+#include "studies/compare.h"
 #include "studies/json.h"
 
 namespace sixdial::report {
@@ -16,7 +17,7 @@ namespace sixdial::report {
     const Json& assessment, const Json& precision, const Json& gross_errors);
 
 /// The report's section with Table 6 of all methods and what each identified.
-[[nodiscard]] std::vector<Section> comparison_sections(const Json& document);
+[[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);
 
 /// The report's section: size, effective parameters, sizes that were offered, membership
 /// functions. `anfis`: {"x": network, "y": network}.

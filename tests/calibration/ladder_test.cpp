@@ -323,6 +323,7 @@ TEST(Observations, NoiseComesFromRepeats) {
 
 TEST(Observations, LeaveOutTrialsWithoutAPosition) {
   std::vector<simulation::Trial> trials(3);
+  for (simulation::Trial& trial : trials) trial.q = Eigen::Vector2d::Zero();
   trials[0].position_mm = Eigen::Vector2d(1, 2);
   trials[2].position_mm = Eigen::Vector2d(std::nan(""), 2);
   trials[0].sample = 7;

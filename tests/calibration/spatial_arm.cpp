@@ -40,19 +40,11 @@ ObservationSpace without_samples() {
   ObservationSpace space;
   space.name = "positions";
   space.parameter_info = {
-      {.name = "height", .shown_unit = "mm"},
-      {.name = "upper", .shown_unit = "mm"},
-      {.name = "fore", .shown_unit = "mm"},
-      {.name = "shoulder",
-       .shown_unit = "deg",
-       .shown_per_unit = kDegrees,
-       .unit = "rad",
-       .change = 0.005},
-      {.name = "elbow",
-       .shown_unit = "deg",
-       .shown_per_unit = kDegrees,
-       .unit = "rad",
-       .change = 0.01}};
+      {"height", "", "mm", 1.0, "mm", 1.0},
+      {"upper", "", "mm", 1.0, "mm", 1.0},
+      {"fore", "", "mm", 1.0, "mm", 1.0},
+      {"shoulder", "", "deg", kDegrees, "rad", 0.005},
+      {"elbow", "", "deg", kDegrees, "rad", 0.01}};
   space.nominal = VectorXd::Zero(kParameters);
   space.nominal.head<3>() = Vector3d(150.0, 200.0, 100.0);
   space.joint_info = {{"q1", "rad"}, {"q2", "rad"}, {"q3", "rad"}};
