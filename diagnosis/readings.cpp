@@ -19,6 +19,7 @@ Readings::Readings(
                                    trial.reading.begin(), trial.reading.end(),
                                    [](const auto& reading) { return reading.has_value(); });
   }
+  if (has_dials_) channels_ = model.rig().dials.size();
   std::vector<double> values;
   double variance = 0.0;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
@@ -34,7 +35,8 @@ Readings::Readings(
       }
     } else if (trial.position_mm) {
       const Eigen::MatrixXd covariance = trial.covariance_or_zero();
-      for (int axis = 0; axis < 2; ++axis) {
+      channels_ = static_cast<std::size_t>(trial.position_mm->size());
+      for (int axis = 0; axis < static_cast<int>(channels_); ++axis) {
         rows_.push_back({static_cast<int>(t), axis});
         values.push_back((*trial.position_mm)[axis]);
         variance += covariance(axis, axis);

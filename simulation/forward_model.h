@@ -51,9 +51,7 @@ class ForwardModel {
     return static_cast<Eigen::Index>(parameters_.size());
   }
   /// How many of them are the robot's; these come first.
-  [[nodiscard]] Eigen::Index robot_parameter_count() const {
-    return rig_.robot.nominal.size();
-  }
+  [[nodiscard]] Eigen::Index robot_parameter_count() const { return rig_.robot.nominal.size(); }
   /// Index of a parameter by name, such as "clamp".
   [[nodiscard]] std::optional<Eigen::Index> find(std::string_view parameter) const;
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "session/nearest.h"
+#include "session/sample_layout.h"
 #include "session/trials.h"
 #include "studies/mode_assessment.h"
 
@@ -35,7 +36,7 @@ Json gross_error_json(
   if (error.dial >= 0) {
     const auto k = static_cast<std::size_t>(error.dial);
     dial = session.rig.dials[k].id;
-    if (sample.dials[k].value_mm) reading = *sample.dials[k].value_mm;
+    if (sample.channels[k].value) reading = *sample.channels[k].value;
   }
   return {
       {"sample", error.sample},
@@ -53,10 +54,10 @@ Json gross_error_json(
 void mark_bad(session::Session& session, const GrossError& error) {
   session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
   if (error.dial < 0) {
-    sample.position_mm.reset();
+    session::set_position(sample, session.rig.dials.size(), std::nullopt);
     return;
   }
-  session::DialValue& value = sample.dials[static_cast<std::size_t>(error.dial)];
+  session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];
   value.quality = session::Quality::kBad;
   value.reason = "gross error";
 }

@@ -208,7 +208,7 @@ TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndRepo
   const auto now = compensation_model(document, CompensateBy::kFull);
   const auto later = compensation_model(Json::parse(document.dump()), CompensateBy::kFull);
   for (const session::Sample& sample : session.samples) {
-    EXPECT_EQ(now.correction(sample.q_rad), later.correction(sample.q_rad));
+    EXPECT_EQ(now.correction(sample.q), later.correction(sample.q));
   }
   const report::ReportData data = report::report_data(document, session, "somebody");
   const auto section =
