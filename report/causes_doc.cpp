@@ -11,6 +11,7 @@
 
 #include "diagnosis/readings.h"
 #include "geometry/rig.h"
+#include "geometry/units.h"
 #include "simulation/effect.h"
 
 namespace sixdial::report {
@@ -21,7 +22,6 @@ using simulation::ActiveEffect;
 using simulation::Effect;
 using simulation::Place;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr double kShownTimes = 3.0;  // of the plausible size: what the pictures' sessions have
 constexpr double kVisible_mm =
     0.002;                      // and at least so much left after the fit: a dial's noise
@@ -230,7 +230,8 @@ std::string size_words(const Effect& effect, const Place& place) {
     sizes += fmt::format(
         "{}{} {:g}{}{}", sizes.empty() ? "" : ", ", each->name, each->sigma,
         each->unit == "1" ? "" : " ", each->unit == "1" ? "" : each->unit);
-    if (each->unit == "rad") sizes += fmt::format(" ({:.2g}\u00B0)", kDeg * each->sigma);
+    if (each->unit == "rad")
+      sizes += fmt::format(" ({:.2g}\u00B0)", geometry::kDegPerRad * each->sigma);
   }
   return sizes.empty() ? "no number: it is so or not" : sizes;
 }

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "geometry/units.h"
+
 namespace sixdial::session {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 /// Every column that a file of this layout may have, in the spec's order.
 std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
@@ -42,7 +41,8 @@ std::vector<HeaderColumn> other_units(const SampleLayout& layout) {
   std::vector<HeaderColumn> columns;
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
     if (!layout.joints[i].degrees_too) continue;
-    columns.push_back({Column::kJoint, i, layout.joints[i].name + "_deg", kDegPerRad});
+    columns.push_back(
+        {Column::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
   }
   return columns;
 }
