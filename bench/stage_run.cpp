@@ -204,8 +204,7 @@ void print_table_6(const Data& data) {
   methods.reserve(kComparedMethods.size() + 1);
   for (const std::string_view id : kComparedMethods) methods.push_back(*method_choice(id));
   methods.push_back(*method_choice("ekf_dqpso+anfis_paper"));
-  const auto compared = compare_methods(
-      data.g1, data.g1, data.g2, methods);
+  const auto compared = compare_methods(data.g1, data.g1, data.g2, methods);
   if (!compared) throw std::runtime_error(compared.error().message);
   const char* comma = "";
   std::printf(" \"table6\": [");
