@@ -7,7 +7,7 @@
 #include <span>
 
 #include "diagnosis/evidence.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::diagnosis {
 namespace {

@@ -146,17 +146,18 @@ Eigen::VectorXd Readings::simulate(
 Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
+  simulation::Prediction seen;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
-    const auto seen = model_->predict(
+    const auto reached = model_->predict(
         at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
-        false);
-    if (!seen) continue;
+        false, seen);
+    if (!reached) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
       if (has_dials_) {
-        J.row(row) = seen->reading_J.row(dial);
+        J.row(row) = seen.reading_J.row(dial);
       } else {
-        J.row(row) = seen->position_J.row(dial);
+        J.row(row) = seen.position_J.row(dial);
       }
     }
   }

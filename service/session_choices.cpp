@@ -93,8 +93,7 @@ Json session_choices(Service& service, const std::string& name) {
     const std::size_t least =
         simulation::parameters_of(session.rig).size() + kLeastReadingsMore;
     if (counts.readings < least) {
-      diagnose =
-          fmt::format("{} readings, at least {} are needed", counts.readings, least);
+      diagnose = fmt::format("{} readings, at least {} are needed", counts.readings, least);
     }
   }
   const Newest calibration = newest(reader, id, "calibration", data);

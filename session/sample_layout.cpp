@@ -22,7 +22,16 @@ SampleLayout make_layout(
 }
 
 SampleLayout layout_of(const geometry::Rig& rig) {
-  return make_layout({{"theta1", "rad"}, {"theta2", "rad"}}, rig.dials, {"x", "y"});
+  std::vector<Joint> joints;
+  for (const geometry::JointInfo& joint : rig.robot.model->joints) {
+    // Of the five-bar the files have always been in radians.
+    const bool degrees_too =
+        joint.unit() == "rad" && rig.robot.model->kind != &geometry::five_bar;
+    joints.push_back({joint.name, std::string(joint.unit()), degrees_too});
+  }
+  std::vector<std::string> axes{"x", "y"};
+  if (rig.instrument.dimensions == 3) axes.emplace_back("z");
+  return make_layout(std::move(joints), rig.dials, std::move(axes));
 }
 
 std::string joints_in_words(const SampleLayout& layout, const Eigen::VectorXd& q) {

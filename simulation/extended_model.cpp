@@ -93,8 +93,9 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   const auto pose = geometry::forward(scene.v, scene.q, trial.assembly);
   if (!pose) return tl::unexpected(pose.error());
   scene.p_WE = pose->p_WE;
-  scene.gamma_rad =
-      geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, model[robot_parameters]);
+  // An instrument without a cuboid has no clamp angle.
+  const double clamp_rad = model.size() > robot_parameters ? model[robot_parameters] : 0.0;
+  scene.gamma_rad = geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, clamp_rad);
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
     scene.gamma_rad = *trial.gamma_rad;
   }

@@ -7,7 +7,7 @@
 
 #include "calibration/five_bar/positions.h"
 #include "calibration/lanes.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

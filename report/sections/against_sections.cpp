@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "report/tables.h"
 #include "report/text.h"
 #include "session/trials.h"

@@ -46,7 +46,7 @@ Site drawn_site(std::uint64_t seed) {
     rig.robot.working_mode = geometry::kWorkingModes[static_cast<std::size_t>(below(4))];
     // On one axis, legs that bend to the same side lie on each other.
     const bool coaxial = nominal[geometry::kD] == 0.0;
-    if (coaxial && rig.robot.working_mode.leg1 == rig.robot.working_mode.leg2) continue;
+    if (coaxial && rig.robot.working_mode.leg(0) == rig.robot.working_mode.leg(1)) continue;
     constexpr std::array kMounts{geometry::Mount::kDistal1, geometry::Mount::kDistal2};
     rig.cuboid.mount = kMounts[static_cast<std::size_t>(below(2))];
     rig.cuboid.side_mm = std::round(uniform(50, 100));
