@@ -354,7 +354,7 @@ GrossErrorCheck judge_readings(
     const ObservationSpace space =
         position_space(position_observations(trials), rig.robot.nominal);
     result.readings = space.samples();
-    list_positions(space, lengths(space, fitted.x.head<geometry::kParameterCount>()), result);
+    list_positions(space, lengths(space, fitted.x.head(space.parameters())), result);
     judge_number(space.samples(), result);
     return result;
   }

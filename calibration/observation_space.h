@@ -27,7 +27,7 @@ namespace sixdial::calibration {
 using geometry::ParameterInfo;
 
 struct JointInfo {
-  std::string name;  // "theta1"
+  std::string name;  // "q1", "shoulder"
   std::string unit;  // "rad", "mm"
 };
 struct ChannelInfo {
