@@ -9,7 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "calibration/uncertainty.h"
+#include "calibration/five_bar/spaces.h"
 #include "diagnosis/baseline.h"
 
 namespace sixdial::diagnosis {
