@@ -150,8 +150,8 @@ std::optional<calibration::TrainedResidual> trained_on(
   }
   constexpr std::size_t kFewest = 12;
   if (usable.size() < kFewest) return std::nullopt;
-  Eigen::MatrixX2d q(static_cast<Eigen::Index>(usable.size()), 2);
-  Eigen::MatrixX2d target(q.rows(), 2);
+  Eigen::MatrixXd q(static_cast<Eigen::Index>(usable.size()), g1.trials()[usable[0]].q.size());
+  Eigen::MatrixXd target(q.rows(), 2);
   for (std::size_t i = 0; i < usable.size(); ++i) {
     q.row(static_cast<Eigen::Index>(i)) = g1.trials()[usable[i]].q.transpose();
     target.row(static_cast<Eigen::Index>(i)) =

@@ -5,7 +5,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
-#include "calibration/uncertainty.h"
+#include "calibration/five_bar/spaces.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {

@@ -43,7 +43,7 @@ enum class RivalKind {
 struct Rival {
   RivalKind kind = RivalKind::kEffect;
   HypothesisId id{};                      // of kEffect
-  std::vector<std::string> depends_on{};  // of kUnknown: covariates, "theta1", "time"
+  std::vector<std::string> depends_on{};  // of kUnknown: covariates, "theta2", "time"
   double log_odds = 0.0;                  // natural, for the cause that was named
 };
 

@@ -219,7 +219,7 @@ report::Table left_table(const DiagnosisResult& result) {
   return table;
 }
 
-/// The class that keeps most, with the causes: "0.0031 mm (theta1 -12 to 4 deg)".
+/// The class that keeps most, with the causes: "0.0031 mm (theta2 -12 to 4 deg)".
 std::string worst_in_words(const DiagnosisResult& result) {
   double worst_mm = 0.0;
   std::string where;

@@ -89,7 +89,7 @@ std::optional<Number> number_from(std::string_view text) {
   return value;
 }
 
-/// 0 for "theta1", where "theta" is the prefix.
+/// 1 for "theta2", where "theta" is the prefix.
 std::optional<int> index_after(std::string_view prefix, std::string_view name) {
   if (!name.starts_with(prefix)) return std::nullopt;
   const auto number = number_from<int>(name.substr(prefix.size()));

@@ -11,7 +11,7 @@
 
 namespace sixdial::report {
 
-/// "theta1", "the other coordinate of the tool".
+/// "theta2", "the other coordinate of the tool".
 [[nodiscard]] std::string axis_name(const studies::Along& along);
 [[nodiscard]] std::optional<studies::Along> axis_from(std::string_view name);
 /// "deg", "mm"; empty for kinds and for the number of a sample.

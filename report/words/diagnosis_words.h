@@ -40,7 +40,7 @@ struct CauseTexts {
 /// "calibrated", "extended + ANFIS", "without joint_backlash@joint2".
 [[nodiscard]] std::string gain_row_name(const studies::GainRow& row);
 
-/// "theta1", "the reading of dial E", "the side that joint 2 arrives from".
+/// "theta2", "the reading of dial E", "the side that joint 2 arrives from".
 [[nodiscard]] std::string covariate_in_words(const std::string& covariate);
 
 struct NotTestableWords {
