@@ -7,13 +7,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "diagnosis/estimates.h"
 #include "diagnosis/gain.h"
 #include "diagnosis/identify.h"
 #include "diagnosis/limits.h"
+#include "diagnosis/scatter.h"
 
 namespace sixdial::diagnosis {
 
@@ -26,20 +29,6 @@ struct DiagnosisSettings {
   std::uint64_t seed = 1;
   bool with_gain = true;  // trains networks: most of the time of a small session
   bool with_limits = true;
-};
-
-enum class NoiseSource { kRepeats, kRigFile };
-
-struct Noise {
-  NoiseSource source = NoiseSource::kRigFile;
-  double sigma_mm = 0.0;
-  int degrees_of_freedom = 0;  // 0: taken as known
-};
-
-struct Estimate {
-  std::string name, unit;
-  double value = 0.0;
-  double sd = 0.0;  // NaN where the value was searched, not fitted
 };
 
 struct Cause {
@@ -55,16 +44,10 @@ struct Cause {
 
 /// What is left, and on what it depends, before and after the causes.
 struct Dependence {
-  std::string covariate, enters;
+  std::vector<std::string> covariates;  // as UnknownCandidate's
+  std::string enters;
   double log_odds_before = 0.0, log_odds_after = 0.0;
   double rms_before_mm = 0.0, rms_after_mm = 0.0;
-};
-
-/// A dial that scatters more than it should, and more than the others.
-struct NoisyDial {
-  std::string dial;
-  double sigma_mm = 0.0;
-  double expected_mm = 0.0;  // by its repeats, else by the rig file
 };
 
 struct Remainder {
@@ -83,6 +66,9 @@ struct ParameterChange {
 };
 
 struct Diagnosis {
+  /// What was explained: exchanged dials set right, the tool placed by the extended fit. Empty
+  /// where the diagnosis was stopped before. Needs the model that diagnose() was given.
+  std::optional<Readings> readings;
   Identification identified;
   std::vector<Cause> causes;  // the exchanged dials first, then by evidence
   Noise noise;

@@ -140,12 +140,12 @@ Json precision_json(
                                           : calibration::dial_space(g1, session.rig);
     if (2 * space.samples() <= space.parameters()) return nullptr;
     calibration::IdentifySettings here = settings;
-    if (!here.fixed.empty()) here.fixed.resize(space.parameter_names.size(), 0);
+    if (!here.fixed.empty()) here.fixed.resize(static_cast<std::size_t>(space.parameters()), 0);
     const auto found = calibration::identify(*calibration::find_identifier("lm"), space, here);
     if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return nullptr;
     Eigen::MatrixXd covariance;
     estimates[k] = calibration::estimates_with_noise(
-        space, found.fit, calibration::noise_estimate(space, g1, found.fit), covariance);
+        space, found.fit, calibration::noise_estimate(space, found.fit), covariance);
   }
   Json rows = Json::array();
   double log_ratio = 0.0;
@@ -226,10 +226,11 @@ Json assessment_json(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
     const geometry::Rig& rig) {
-  const auto noise = calibration::noise_estimate(space, g1, fit);
+  const auto noise = calibration::noise_estimate(space, fit);
   Eigen::MatrixXd covariance;
   const auto estimates = calibration::estimates_with_noise(space, fit, noise, covariance);
-  const auto known = calibration::identifiability(fit, space.parameter_names, space.samples());
+  const auto known =
+      calibration::identifiability(fit, space.parameter_names(), space.samples());
   std::optional<calibration::PositionUncertainty> map;
   if (const auto workspace = calibration::workspace_of(all)) {
     map = calibration::position_uncertainty(
@@ -239,8 +240,8 @@ Json assessment_json(
   Json correlations = Json::array();
   for (const auto& each : known.correlations) {
     correlations.push_back(
-        {{"first", space.parameter_names[static_cast<std::size_t>(each.first)]},
-         {"second", space.parameter_names[static_cast<std::size_t>(each.second)]},
+        {{"first", space.parameter_info[static_cast<std::size_t>(each.first)].name},
+         {"second", space.parameter_info[static_cast<std::size_t>(each.second)].name},
          {"coefficient", each.coefficient}});
   }
   const auto known_noise = [](const auto& from) -> Json {
@@ -302,14 +303,14 @@ std::vector<char> fixed_parameters(
   const auto index_of = [&](const std::string& name) {
     const auto index = space.find(name);
     if (index) return static_cast<std::size_t>(*index);
-    const auto nearest = session::nearest_name(name, space.parameter_names);
+    const auto nearest = session::nearest_name(name, space.parameter_names());
     throw Error(
         ErrorCode::kInvalidParams,
         fmt::format("there is no parameter '{}'", name.substr(0, 64)), {{"param", "fix"}},
         nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
-                : fmt::format("One of: {}.", fmt::join(space.parameter_names, ", ")));
+                : fmt::format("One of: {}.", fmt::join(space.parameter_names(), ", ")));
   };
-  std::vector<char> fixed(space.parameter_names.size(), free.empty() ? 0 : 1);
+  std::vector<char> fixed(static_cast<std::size_t>(space.parameters()), free.empty() ? 0 : 1);
   for (const std::string& name : free) fixed[index_of(name)] = 0;
   for (const std::string& name : fix) {
     if (std::ranges::find(free, name) != free.end()) {

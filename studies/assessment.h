@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/five_bar/spaces.h"
 #include "calibration/gross_errors.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"

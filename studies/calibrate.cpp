@@ -122,14 +122,15 @@ Json residual(
     return {missed.x(), missed.y()};
   }
   const bool with_network = method.ends_with("+anfis");
-  const geometry::ParameterVector& v = method == "before" ? result.nominal
-                                       : with_network     ? result.v
-                                                          : result.stage(method).v;
+  const Eigen::VectorXd& v = method == "before" ? result.nominal
+                             : with_network     ? result.v
+                                                : result.stage(method).v;
   const auto pose = geometry::forward(v, q_rad, set.assembly[row]);
   if (!pose) return nullptr;
   Eigen::Vector2d left = measured - pose->p_WE;
   if (with_network) {
-    left -= calibration::anfis_correction(result.anfis_x.model, result.anfis_y.model, q_rad);
+    const std::vector networks{result.networks[0].model, result.networks[1].model};
+    left -= calibration::anfis_correction(networks, q_rad);
   }
   return {left.x(), left.y()};
 }
@@ -221,8 +222,7 @@ Json identification_json(const calibration::Result& result) {
 }
 
 Json trace_json(
-    std::string_view name, std::string_view step,
-    const std::vector<geometry::ParameterVector>& history) {
+    std::string_view name, std::string_view step, const std::vector<Eigen::VectorXd>& history) {
   Json errors = Json::array();
   for (const auto& each : history) errors.push_back(numbers(each));
   return {{"name", name}, {"step", step}, {"error", std::move(errors)}};
@@ -267,7 +267,8 @@ Json document_of(
       {"traces", Json::array(
                      {trace_json("EKF", "point", result.filter_history),
                       trace_json("QPSO-2", "iteration", result.qpso2_history)})},
-      {"anfis", {{"x", network_json(result.anfis_x)}, {"y", network_json(result.anfis_y)}}},
+      {"anfis",
+       {{"x", network_json(result.networks[0])}, {"y", network_json(result.networks[1])}}},
       {"points", std::move(points)}};
 }
 
@@ -332,9 +333,7 @@ Json calibrate(
       calibration::position_observations(session::trials_of(checked.session, "G2"));
   const auto space = space_of("positions", g1_trials, checked.session, settings.noise_mm);
   assess.fixed = fixed_parameters(space, request.fix, request.free);
-  for (std::size_t i = 0; i < settings.fixed.size(); ++i) {
-    settings.fixed[i] = assess.fixed[i] != 0;
-  }
+  settings.fixed = assess.fixed;
   const auto began = std::chrono::steady_clock::now();
   const auto tell = [&](const calibration::Progress& now) {
     if (!progress) return;
@@ -348,7 +347,8 @@ Json calibrate(
     progress(std::move(told));
   };
   const auto result = calibration::run_dqpso_anfis(
-      g1, g2, session.rig.robot.nominal, settings, tell, std::move(stop));
+      space, calibration::position_space(g2, session.rig.robot.nominal, settings.noise_mm),
+      settings, tell, std::move(stop));
   if (!result) refuse(result.error(), session.name);
   Json document = document_of(session, *result, g1, g2);
   const auto reference =

@@ -55,9 +55,10 @@ calibration::CompensationModel compensation_model(const Json& document, Compensa
   if (by == CompensateBy::kBefore) model.v = model.nominal;
   if (by == CompensateBy::kFull) {
     model.correction =
-        [x = network_from(document.at("anfis").at("x")),
-         y = network_from(document.at("anfis").at("y"))](const Eigen::Vector2d& q_rad) {
-          return calibration::anfis_correction(x, y, q_rad);
+        [networks = std::vector{
+             network_from(document.at("anfis").at("x")),
+             network_from(document.at("anfis").at("y"))}](const Eigen::Vector2d& q_rad) {
+          return Eigen::Vector2d(calibration::anfis_correction(networks, q_rad));
         };
   }
   return model;

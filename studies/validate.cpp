@@ -34,13 +34,8 @@ std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
       .points = stats.count};
 }
 
-Json prediction(const Json& calibration, const Json& diagnosis, CompensateBy by) {
-  if (by == CompensateBy::kExtended) {
-    for (const Json& row : diagnosis.at("gain")) {
-      if (row["name"] == "extended") return row;
-    }
-    return nullptr;
-  }
+Json prediction(const Json& calibration, const Json& diagnosed_gain, CompensateBy by) {
+  if (by == CompensateBy::kExtended) return diagnosed_gain;
   for (const Json& row : calibration.at("methods")) {
     if (row["id"] == predicting_method(calibration, by)) return row["g2"];
   }
@@ -55,7 +50,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 
 session::Plan validation_plan(
     const session::Session& calibrated, const Json& calibration,
-    const ValidationRequest& request, const Json& diagnosis) {
+    const ValidationRequest& request, const DiagnosisResult* diagnosis) {
   session::Plan targets;
   std::set<int> seen;
   for (const session::Sample& sample : calibrated.samples) {
@@ -93,7 +88,7 @@ session::Plan validation_plan(
   }
   if (std::ranges::find(request.by, CompensateBy::kExtended) == request.by.end()) return plan;
   return extended_plan(
-      std::move(plan), ExtendedCommand(diagnosis, calibrated.rig), calibrated.rig,
+      std::move(plan), ExtendedCommand(diagnosis->extended_fit, calibrated.rig), calibrated.rig,
       validation_set(request.set, CompensateBy::kExtended));
 }
 
@@ -106,7 +101,7 @@ std::optional<double> ValidatedWay::predicted_mean_mm() const {
 ValidationResult validation_result(
     const session::Session& calibrated, const Json& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosis) {
+    const Json& diagnosed_gain) {
   ValidationResult result{
       .created_utc = session::now_utc_text(),
       .inputs = {
@@ -122,7 +117,7 @@ ValidationResult validation_result(
     ValidatedWay way{
         .by = by,
         .set = validation_set(request.set, by),
-        .predicted = prediction(calibration, diagnosis, by)};
+        .predicted = prediction(calibration, diagnosed_gain, by)};
     std::vector<double> errors_mm;
     for (const simulation::Trial& trial : session::trials_of(validation, way.set)) {
       if (!trial.position_mm || !trial.target_mm) {
