@@ -240,7 +240,7 @@ void append(std::vector<report::Section>& to, std::vector<report::Section> secti
 /// The lines on what was found, in the box that is read first. What is only suspected is named
 /// in one line; its own section says the rest.
 std::vector<std::string> found_in_box(
-    const studies::DiagnosisResult& diagnosis, const Verdict& verdict) {
+    const studies::DiagnosisResult& diagnosis, const DiagnosisVerdict& verdict) {
   std::vector<std::string> found;
   std::vector<std::string> suspected;
   for (const Line& line : verdict.found) {
@@ -272,7 +272,7 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
     return;
   }
   append(data.sections, diagnosis_sections(*diagnosis));
-  Verdict verdict = verdict_in_words(*diagnosis);
+  DiagnosisVerdict verdict = verdict_in_words(*diagnosis);
   data.also.push_back({"Causes found", "cautions", found_in_box(*diagnosis, verdict)});
   for (Line& line : verdict.to_do) {
     const bool suspected = line.cause && diagnosis->causes[*line.cause].is_only_suspected();

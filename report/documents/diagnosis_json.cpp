@@ -252,7 +252,7 @@ Json verdict_json(const studies::DiagnosisResult& result) {
       std::pair{studies::VerdictKind::kUnknown, "unknown"},
       std::pair{studies::VerdictKind::kScatter, "scatter"},
       std::pair{studies::VerdictKind::kNothing, "nothing"}};
-  const Verdict verdict = verdict_in_words(result);
+  const DiagnosisVerdict verdict = verdict_in_words(result);
   const auto kind = std::ranges::find(
       kKinds, verdict.kind, &std::pair<studies::VerdictKind, const char*>::first);
   return {{"kind", kind->second},         {"title", verdict.title},

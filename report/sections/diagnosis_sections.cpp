@@ -63,7 +63,7 @@ std::string certainty_of(const FoundCause& cause) {
   return fmt::format("tied with {}", fmt::join(rivals, ", "));
 }
 
-Section summary(const DiagnosisResult& result, const Verdict& verdict) {
+Section summary(const DiagnosisResult& result, const DiagnosisVerdict& verdict) {
   Section section{.id = "diagnosis", .heading = "What the simulation gets wrong"};
   for (const Line& line : verdict.found) section.blocks.emplace_back(line.text);
   if (result.causes.empty()) return section;
@@ -361,7 +361,7 @@ Section limits_section(const DiagnosisResult& result) {
   return section;
 }
 
-report::Opening opening_of(const DiagnosisResult& result, const Verdict& verdict) {
+report::Opening opening_of(const DiagnosisResult& result, const DiagnosisVerdict& verdict) {
   const VerdictKind kind = verdict.kind;
   report::Opening box{.subject = "Diagnosis", .title = verdict.title};
   box.mood = kind == VerdictKind::kNothing                                    ? "good"

@@ -170,7 +170,7 @@ std::string gross_table(const DiagnosisResult& result) {
 }  // namespace
 
 std::string diagnosis_text(const DiagnosisResult& result) {
-  const Verdict verdict = verdict_in_words(result);
+  const DiagnosisVerdict verdict = verdict_in_words(result);
   return wrapped(verdict.title + ".") + wrapped(verdict.headline) +
          lines("What to do", texts_of(verdict.to_do)) + lines("How sure", verdict.trust) +
          lines("What could not be judged", verdict.not_judged) + gain_table(result) +

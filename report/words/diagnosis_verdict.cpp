@@ -302,9 +302,9 @@ std::vector<Line> found_lines(const DiagnosisResult& result) {
 
 }  // namespace
 
-Verdict verdict_in_words(const DiagnosisResult& result) {
+DiagnosisVerdict verdict_in_words(const DiagnosisResult& result) {
   const VerdictKind kind = studies::verdict_kind(result);
-  Verdict verdict{
+  DiagnosisVerdict verdict{
       .kind = kind,
       .title = title_of(result, kind),
       .gain = gain_sentence(result),

@@ -17,7 +17,7 @@ struct Line {
   std::optional<std::size_t> cause{};
 };
 
-struct Verdict {
+struct DiagnosisVerdict {
   studies::VerdictKind kind = studies::VerdictKind::kNothing;
   std::string title{};
   std::string headline{};
@@ -28,7 +28,7 @@ struct Verdict {
   std::vector<std::string> not_judged{};
 };
 
-[[nodiscard]] Verdict verdict_in_words(const studies::DiagnosisResult& result);
+[[nodiscard]] DiagnosisVerdict verdict_in_words(const studies::DiagnosisResult& result);
 
 [[nodiscard]] std::vector<std::string> texts_of(const std::vector<Line>& lines);
 

@@ -159,7 +159,7 @@ std::vector<simulation::Trial> trials_of(
     sample.set = row.planned.set;
     sample.point = row.planned.point;
     sample.q = row.planned.q_rad;
-    sample.target_mm = row.planned.target_mm;
+    if (row.planned.target_mm) sample.target_mm = *row.planned.target_mm;
     sample.approach = {row.approach[0], row.approach[1]};
     sample.temperature_c = row.temperature_c;
     sample.time_utc =

@@ -278,8 +278,8 @@ TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
     const auto pose = session.model.predict(
         session.model.nominal(), trial.q, trial.assembly, std::nullopt, false);
     return geometry::contact_on_face(
-               rig.dials[kDial].geometry, {pose->pose.p_WE, pose->gamma_rad},
-               rig.cuboid.side_mm, 1)
+               rig.dials[kDial].geometry, {pose->p_WE(), pose->gamma_rad}, rig.cuboid.side_mm,
+               1)
         .along_mm;
   };
   int at_edge = 0;

@@ -6,6 +6,7 @@
 
 #include "service/socket/request.h"
 
+using namespace sixdial;
 using namespace sixdial::service;
 
 namespace {

@@ -17,7 +17,7 @@
 namespace sixdial {
 namespace {
 
-using service::Json;
+using sixdial::Json;
 using ::testing::HasSubstr;
 
 constexpr double kSpeed = 80.0;  // rig seconds a wall second

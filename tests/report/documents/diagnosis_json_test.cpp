@@ -52,7 +52,7 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
   EXPECT_FALSE(doubtful.causes[0].is_only_suspected());
   EXPECT_EQ(doubtful.causes[1].kind, studies::CauseKind::kOutliers);
   EXPECT_EQ(doubtful.gross_readings.size(), 4U);
-  const Verdict verdict = verdict_in_words(doubtful);
+  const DiagnosisVerdict verdict = verdict_in_words(doubtful);
   EXPECT_EQ(verdict.found[0].cause, 0U);
 }
 
