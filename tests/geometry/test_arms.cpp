@@ -131,8 +131,9 @@ std::shared_ptr<const RobotModel> spatial_model() {
     for (int i = 0; i < 6; ++i) {
       const bool slides = i == 2;
       robot.joints.push_back(
-          {std::string("q") + std::to_string(i + 1), slides ? JointKind::kPrismatic : JointKind::kRevolute,
-           slides ? 20.0 : -2.0, slides ? 120.0 : 2.0});
+          {std::string("q") + std::to_string(i + 1),
+           slides ? JointKind::kPrismatic : JointKind::kRevolute, slides ? 20.0 : -2.0,
+           slides ? 120.0 : 2.0});
     }
     robot.parameters = {length("x0"), length("y0"), length("z0"),
                         angle("rx0"), angle("ry0"), angle("rz0")};
