@@ -364,7 +364,7 @@ JointFit fit_jointly(
   JointFit fit = Fitter(readings, start, effects, near, random).run(near ? 0 : kFromFar);
   // A fit that settled on a part of the session calls the rest gross.
   if (near && (fit.gross_share > kSuspiciousGrossShare || !fit.converged)) {
-    JointFit again = Fitter(readings, start, std::move(effects), near, random).run(kFromFar);
+    JointFit again = Fitter(readings, start, effects, near, random).run(kFromFar);
     if (again.log_likelihood > fit.log_likelihood) fit = std::move(again);
   }
   return fit;

@@ -44,7 +44,7 @@ const InstrumentKind& add_instrument_kind(InstrumentKind kind) {
   if (!kind.of_rig || !kind.observe) {
     throw std::invalid_argument("instrument kind '" + name + "' lacks of_rig or observe");
   }
-  added.push_back(std::move(kind));
+  added.push_back(kind);
   rows().push_back(&added.back());
   return added.back();
 }

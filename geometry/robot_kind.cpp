@@ -89,7 +89,7 @@ const RobotKind& add_robot_kind(RobotKind kind) {
     throw std::invalid_argument(
         "robot kind '" + name + "' lacks example, forward or forward_derivative");
   }
-  added.push_back(std::move(kind));
+  added.push_back(kind);
   rows().push_back(&added.back());
   return added.back();
 }

@@ -197,7 +197,7 @@ class RowReader {
     if (empty == coordinates.end() && !coordinates.empty()) {
       point_mm.emplace(static_cast<Eigen::Index>(coordinates.size()));
       for (std::size_t i = 0; i < coordinates.size(); ++i) {
-        (*point_mm)[static_cast<Eigen::Index>(i)] = *coordinates[i];
+        (*point_mm)[static_cast<Eigen::Index>(i)] = coordinates[i].value();
       }
       return std::nullopt;
     }

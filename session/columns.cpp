@@ -165,6 +165,7 @@ class Missing {
 
   void need_all(Column wanted, std::size_t first, const std::string& front, const char* what) {
     std::vector<std::string> names;
+    names.reserve(layout_.axes.size());
     for (const std::string& axis : layout_.axes) names.push_back(front + axis + "_mm");
     for (std::size_t i = 0; i < names.size(); ++i) {
       need(wanted, first + i, names[i], fmt::format("{} needs {}", what, all_of(names)));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -62,6 +63,7 @@ std::vector<PlanPlace> read_plan_header(
   if (header.fault) findings.push_back(*header.fault);
   std::vector<PlanPlace> places = columns_of(layout);
   std::vector<std::string> known;
+  known.reserve(places.size());
   for (const PlanPlace& each : places) known.push_back(each.name);
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
     const CsvField& field = header.fields[i];
@@ -126,7 +128,8 @@ class PlanRow {
 
   [[nodiscard]] double number(PlanColumn column, std::size_t index) const {
     const PlanPlace& place = place_of(column, index);
-    const CsvField& text = row_.fields[place.at.value()];
+    if (!place.at) throw std::logic_error("asked for a column that the plan does not have");
+    const CsvField& text = row_.fields[*place.at];
     const ParsedNumber parsed = parse_number(text.value);
     if (parsed.trouble) throw number_finding(row_, text, place.name, *parsed.trouble);
     return parsed.value;

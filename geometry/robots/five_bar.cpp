@@ -231,7 +231,7 @@ ParameterVector vector_of(std::span<const double> v) {
 }
 
 /// d(p_WO3)/dv or d(p_WO4)/dv, 2x10, from equations (4), (5) and (1).
-ParameterJacobian elbow_J_v(
+ParameterJacobian elbow_derivative(
     const ParameterVector& v, const ForwardPose& pose, const Vector2d& q, int leg) {
   const int link = leg == 0 ? kL11 : kL21;
   const double angle = v[kAlpha] + q[leg] + v[kOffset1 + leg];
@@ -291,7 +291,7 @@ Reached frame_derivatives(
   at.by_v[kTool](5, kAlpha) = 1.0;
   for (const int leg : {0, 1}) {
     const std::size_t frame = leg == 0 ? kDistal1 : kDistal2;
-    at.by_v[frame].topRows<2>() = elbow_J_v(values, d->pose, {q[0], q[1]}, leg);
+    at.by_v[frame].topRows<2>() = elbow_derivative(values, d->pose, {q[0], q[1]}, leg);
     at.by_v[frame].row(5) = d->distal_J_v.row(leg);
     at.by_q[frame].col(leg) = at.by_v[frame].col(kOffset1 + leg);
     at.by_q[frame].row(5) = d->distal_J_q.row(leg);
