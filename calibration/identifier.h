@@ -46,6 +46,7 @@ struct Identified {
 
 struct Identifier {
   std::string_view name;         // "ekf_dqpso"
+  std::string_view title;        // as tables name it: "EKF-DQPSO"
   std::string_view description;  // for people
   Identified (*identify)(
       const ObservationSpace& space, const IdentifySettings& settings,

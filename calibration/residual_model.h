@@ -43,6 +43,7 @@ struct TrainedResidual {
 
 struct ResidualModel {
   std::string_view name;         // "anfis"
+  std::string_view title;        // as tables name it: "Gaussian process"
   std::string_view description;  // for people
   /// q_rad: n x 2; residual_mm: n x 2 (measured - f(v)).
   TrainedResidual (*train)(

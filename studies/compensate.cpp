@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <stdexcept>
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "studies/calibrate.h"
-#include "studies/network_json.h"
 
 namespace sixdial::studies {
 namespace {
@@ -18,6 +17,32 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kFull, std::string_view("full")},
     std::pair{CompensateBy::kExtended, std::string_view("extended")}};
 constexpr std::size_t kMostNamed = 10;
+
+/// What the trained residual model adds to the position; empty for a method without one.
+calibration::Correction correction_of(const CalibrationResult& result) {
+  if (result.networks) {
+    return [x = result.networks->x.model,
+            y = result.networks->y.model](const Eigen::Vector2d& q_rad) {
+      return calibration::anfis_correction(x, y, q_rad);
+    };
+  }
+  if (!result.residual_model) return {};
+  const StoredResidualModel& stored = *result.residual_model;
+  const auto refuse = [&](const std::string& what) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
+        {{"session", result.inputs.session}}, "Calibrate the session again.");
+  };
+  const calibration::ResidualModel* model = calibration::find_residual_model(stored.name);
+  if (model == nullptr) refuse("this program does not know it");
+  try {
+    return calibration::load_residual(*model, stored.saved).correction;
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -35,31 +60,20 @@ std::optional<CompensateBy> compensate_by_from(std::string_view text) {
   return std::nullopt;
 }
 
-calibration::CompensationModel compensation_model(const Json& document, CompensateBy by) {
-  if (document.value("schema", "") != "sixdial.calibration" ||
-      document.value("schema_version", 0) != kCalibrationSchemaVersion) {
+calibration::CompensationModel compensation_model(
+    const CalibrationResult& result, CompensateBy by) {
+  if (std::ssize(result.parameters) != geometry::kParameterCount) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "compensation needs a sixdial.calibration document of version {}, this is {}",
-            kCalibrationSchemaVersion, document.value("schema", "nothing known")),
-        {}, "Calibrate the session again.");
+            "the calibration has {} parameters where {} are needed", result.parameters.size(),
+            geometry::kParameterCount),
+        {{"session", result.inputs.session}}, "Calibrate the session again.");
   }
   calibration::CompensationModel model;
-  const Json& parameters = document.at("parameters");
-  for (std::size_t i = 0; i < static_cast<std::size_t>(geometry::kParameterCount); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    model.nominal[k] = parameters.at(i).at("nominal").get<double>();
-    model.v[k] = parameters.at(i).at("identified").get<double>();
-  }
-  if (by == CompensateBy::kBefore) model.v = model.nominal;
-  if (by == CompensateBy::kFull) {
-    model.correction =
-        [x = network_from(document.at("anfis").at("x")),
-         y = network_from(document.at("anfis").at("y"))](const Eigen::Vector2d& q_rad) {
-          return calibration::anfis_correction(x, y, q_rad);
-        };
-  }
+  model.nominal = result.nominal();
+  model.v = by == CompensateBy::kBefore ? result.nominal() : result.identified();
+  if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }
 

@@ -9,6 +9,7 @@
 #include "calibration/compensation.h"
 #include "geometry/rig.h"
 #include "session/plan.h"
+#include "studies/calibration_result.h"
 #include "studies/error.h"
 #include "studies/json.h"
 
@@ -21,10 +22,10 @@ enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
 [[nodiscard]] std::string_view to_string(CompensateBy by);
 [[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
 
-/// From a sixdial.calibration document, not kExtended. Throws Error bad_data for another
-/// document.
+/// The robot of a calibration, not kExtended; kFull with the residual model that was trained,
+/// if the method has one. Throws Error bad_data where that cannot be loaded.
 [[nodiscard]] calibration::CompensationModel compensation_model(
-    const Json& document, CompensateBy by);
+    const CalibrationResult& result, CompensateBy by);
 
 /// {target_mm, mode, by, ...} of a solution; throws Error bad_data for a trouble.
 [[nodiscard]] Json compensation_answer(

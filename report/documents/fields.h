@@ -57,6 +57,8 @@ class Writer {
   void maybe(const char* key, const std::optional<T>& value) {
     if (value) (*this)(key, *value);
   }
+  /// Whether a document that is read has this key; what is written has it.
+  [[nodiscard]] bool has(const char*) const { return true; }
   /// An enum by its name.
   template <class Enum, class ToText, class FromText>
   void named(const char* key, const Enum& value, ToText to_text, FromText) {
@@ -111,6 +113,7 @@ class Reader {
     value.reset();
     if (from_.contains(key)) (*this)(key, value.emplace());
   }
+  [[nodiscard]] bool has(const char* key) const { return from_.contains(key); }
   template <class Enum, class ToText, class FromText>
   void named(const char* key, Enum& value, ToText, FromText from_text) {
     std::string text;
