@@ -81,7 +81,7 @@ double error_made(
       const WorkspacePose& pose = set[i].pose;
       simulation::Trial trial;
       trial.point = static_cast<int>(i);
-      trial.q_rad = pose.q_rad;
+      trial.q = pose.q_rad;
       trial.assembly = pose.assembly;
       trial.position_covariance = kR;
       trial.position_mm = geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE +

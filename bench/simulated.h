@@ -27,7 +27,7 @@ inline std::vector<simulation::Trial> simulated(int count, std::uint64_t seed) {
     const Vector2d target(random.uniform(0, 40), random.uniform(16, 56));
     const auto q = geometry::inverse(rig.robot.nominal, target, {+1, +1});
     if (!q) continue;
-    trial.q_rad = *q;
+    trial.q = *q;
     trial.target_mm = target;
     trial.assembly = geometry::assembly_at(rig.robot.nominal, *q, target).value();
     const Vector2d phase1(0.3, 1.1);

@@ -63,10 +63,10 @@ Data read(const std::string& path) {
     simulation::Trial trial;
     auto& trials = set == "G1" ? g1 : g2;
     trial.point = trial.sample = static_cast<int>(trials.size());
-    trial.q_rad = {value[0], value[1]};
+    trial.q = Eigen::Vector2d(value[0], value[1]);
     trial.target_mm = Eigen::Vector2d(value[2], value[3]);
     trial.position_mm = Eigen::Vector2d(value[4], value[5]);
-    trial.assembly = geometry::assembly_at(data.nominal, trial.q_rad, *trial.target_mm).value();
+    trial.assembly = geometry::assembly_at(data.nominal, trial.q, *trial.target_mm).value();
     trials.push_back(trial);
   }
   data.g1 = position_observations(g1);

@@ -58,7 +58,7 @@ Seen seen_error(const Trial& trial, const geometry::Rig& rig, int dial, const Ve
     return e;
   };
   Trial nudged = trial;
-  *nudged.dial_mm[static_cast<std::size_t>(dial)] += kNudge_mm;
+  *nudged.reading[static_cast<std::size_t>(dial)] += kNudge_mm;
   const auto e = errors(trial);
   const auto e_nudged = errors(nudged);
   if (!e || !e_nudged) return {};
@@ -71,7 +71,7 @@ Seen seen_error(const Trial& trial, const geometry::Rig& rig, int dial, const Ve
 bool has_readings(std::span<const Trial> trials) {
   return std::ranges::any_of(trials, [](const Trial& trial) {
     return std::ranges::any_of(
-        trial.dial_mm, [](const auto& value) { return value.has_value(); });
+        trial.reading, [](const auto& value) { return value.has_value(); });
   });
 }
 
@@ -149,7 +149,7 @@ std::vector<DialErrors> errors_by_dial(
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
       DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
       place_of_row.push_back(dial.error_mm.size());
-      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q_rad);
+      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
       dial.error_mm.push_back(e[row]);
     }
   }
@@ -217,7 +217,7 @@ void judge_number(int readings, GrossErrorCheck& result) {
 void take_out(std::vector<Trial>& trials, const std::vector<GrossError>& bad) {
   for (const GrossError& each : bad) {
     const auto trial = std::ranges::find(trials, each.sample, &Trial::sample);
-    trial->dial_mm[static_cast<std::size_t>(each.dial)].reset();
+    trial->reading[static_cast<std::size_t>(each.dial)].reset();
   }
 }
 
@@ -228,7 +228,7 @@ void measure_again(
   for (GrossError& each : found) {
     Trial trial = *std::ranges::find(good, each.sample, &Trial::sample);
     const auto dial = static_cast<std::size_t>(each.dial);
-    trial.dial_mm[dial] = std::ranges::find(trials, each.sample, &Trial::sample)->dial_mm[dial];
+    trial.reading[dial] = std::ranges::find(trials, each.sample, &Trial::sample)->reading[dial];
     const Seen seen = seen_error(trial, rig, each.dial, x);
     if (seen.visible <= 0.0) continue;  // too few readings are left: as found
     each.times_sigma *= std::abs(seen.size_mm / each.size_mm);

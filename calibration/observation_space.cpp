@@ -212,18 +212,18 @@ ObservationSpace dial_space(
   space.first_row.push_back(0);
   std::vector<double> sigma;
   for (const simulation::Trial& trial : trials) {
-    DialSample sample{trial.q_rad, trial.assembly, {}, {}, {}, 0.0};
-    const auto nominal = geometry::forward(rig.robot.nominal, trial.q_rad, trial.assembly);
+    DialSample sample{trial.q, trial.assembly, {}, {}, {}, 0.0};
+    const auto nominal = geometry::forward(rig.robot.nominal, trial.q, trial.assembly);
     if (free) {
       sample.gamma_guess_rad = trial.gamma_rad.value_or(0.0);
     } else if (nominal) {
       sample.gamma_guess_rad = geometry::cuboid_angle(rig, data->reference_rad, *nominal, 0.0);
     }
-    for (std::size_t k = 0; k < trial.dial_mm.size() && k < rig.dials.size(); ++k) {
-      if (!trial.dial_mm[k] || !std::isfinite(*trial.dial_mm[k])) continue;
+    for (std::size_t k = 0; k < trial.reading.size() && k < rig.dials.size(); ++k) {
+      if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
       sample.dials.push_back(static_cast<int>(k));
       sample.faces.push_back(geometry::face_towards(data->dials[k], sample.gamma_guess_rad));
-      sample.measured_mm.push_back(*trial.dial_mm[k]);
+      sample.measured_mm.push_back(*trial.reading[k]);
     }
     if (sample.dials.size() < (free ? 3U : 2U)) continue;
     for (const int dial : sample.dials) {

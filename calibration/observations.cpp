@@ -36,7 +36,7 @@ PositionObservations position_observations(std::span<const simulation::Trial> tr
   PositionObservations result;
   std::vector<const simulation::Trial*> used;
   for (const simulation::Trial& trial : trials) {
-    if (trial.position_mm && trial.position_mm->allFinite() && trial.q_rad.allFinite()) {
+    if (trial.position_mm && trial.position_mm->allFinite() && trial.q.allFinite()) {
       used.push_back(&trial);
     }
   }
@@ -45,11 +45,12 @@ PositionObservations position_observations(std::span<const simulation::Trial> tr
   result.p_WE.resize(2, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const simulation::Trial& trial = *used[static_cast<std::size_t>(i)];
-    result.q_rad.col(i) = trial.q_rad;
+    result.q_rad.col(i) = trial.q;
     result.p_WE.col(i) = *trial.position_mm;
     result.assembly.push_back(trial.assembly);
-    result.covariance_mm2.push_back(trial.position_covariance);
-    result.target_mm.push_back(trial.target_mm);
+    result.covariance_mm2.push_back(trial.covariance_or_zero());
+    result.target_mm.emplace_back();
+    if (trial.target_mm) result.target_mm.back() = *trial.target_mm;
     result.sample.push_back(trial.sample);
     result.point.push_back(trial.point);
     result.repeat.push_back(trial.repeat);

@@ -47,15 +47,15 @@ OnlineEstimator::OnlineEstimator(const ParameterVector& nominal, const OnlineSet
 
 std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial) {
   if (!trial.position_mm || !trial.position_mm->allFinite()) return std::nullopt;
-  auto here = geometry::forward_derivative(v_, trial.q_rad, trial.assembly);
+  auto here = geometry::forward_derivative(v_, trial.q, trial.assembly);
   if (!here) {  // led astray so far that it cannot even be there
     v_ = nominal_;
     P_ = prior_variance_.asDiagonal();
-    here = geometry::forward_derivative(v_, trial.q_rad, trial.assembly);
+    here = geometry::forward_derivative(v_, trial.q, trial.assembly);
   }
   if (!here) return std::nullopt;
   Taken taken{
-      trial.q_rad, *trial.position_mm, trial.assembly, trial.position_covariance, false};
+      trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), false};
   if (!(taken.R.trace() > 0.0)) {
     taken.R = settings_.noise_mm * settings_.noise_mm * Matrix2d::Identity();
   }

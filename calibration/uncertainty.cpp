@@ -86,7 +86,7 @@ std::optional<RepeatNoise> repeat_noise(std::span<const Trial> trials, bool dial
   Pool pool;
   for (const auto& [point, members] : by_point) {
     const bool same_pose = std::ranges::all_of(members, [&](const Trial* each) {
-      return (each->q_rad - members.front()->q_rad).cwiseAbs().maxCoeff() < kSamePose_rad;
+      return (each->q - members.front()->q).cwiseAbs().maxCoeff() < kSamePose_rad;
     });
     if (!same_pose) continue;
     std::map<std::size_t, std::vector<double>> values;  // by dial, or by axis
@@ -95,8 +95,8 @@ std::optional<RepeatNoise> repeat_noise(std::span<const Trial> trials, bool dial
         values[0].push_back(each->position_mm->x());
         values[1].push_back(each->position_mm->y());
       }
-      for (std::size_t k = 0; dials && k < each->dial_mm.size(); ++k) {
-        if (each->dial_mm[k]) values[k].push_back(*each->dial_mm[k]);
+      for (std::size_t k = 0; dials && k < each->reading.size(); ++k) {
+        if (each->reading[k]) values[k].push_back(*each->reading[k]);
       }
     }
     for (const auto& [channel, same] : values) pool.add(same);

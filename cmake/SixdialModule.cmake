@@ -36,12 +36,8 @@ function(sixdial_tests name)
   cmake_parse_arguments(ARG "" "" "LIBRARIES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${name}/*.cpp)
   add_executable(test_${name} ${sources})
-  target_link_libraries(test_${name} PRIVATE sixdial_options ${ARG_LIBRARIES} GTest::gtest
-                                             GTest::gmock GTest::gtest_main)
-  target_compile_definitions(
-    test_${name} PRIVATE SIXDIAL_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
-                         SIXDIAL_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data"
-                         SIXDIAL_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  target_link_libraries(test_${name} PRIVATE sixdial_options sixdial_test_paths ${ARG_LIBRARIES}
+                                             GTest::gtest GTest::gmock GTest::gtest_main)
   gtest_discover_tests(test_${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 120
                        PROPERTIES TIMEOUT 600 LABELS ${name})
 endfunction()

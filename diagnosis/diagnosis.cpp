@@ -30,7 +30,7 @@ Noise noise_of(
     if (fit.weight[row] > 0.5 && !other) continue;
     auto& trial = trials[static_cast<std::size_t>(each.trial)];
     if (readings.has_dials()) {
-      trial.dial_mm[static_cast<std::size_t>(each.dial)].reset();
+      trial.reading[static_cast<std::size_t>(each.dial)].reset();
     } else {
       trial.position_mm.reset();
     }
@@ -99,7 +99,7 @@ void add_scatter(
 
 std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
   std::vector<Estimate> result;
-  Eigen::Index column = simulation::kModelParameterCount;
+  Eigen::Index column = fit.model.size();
   for (std::size_t k = 0; k < cause; ++k) column += fitted_count(*fit.effects[k].effect);
   const ActiveEffect& active = fit.effects[cause];
   for (std::size_t i = 0; i < active.x.size(); ++i) {
@@ -120,7 +120,7 @@ std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
 
 /// RMS of what a fitted effect does that nothing else can take over, over the noise.
 double visible_ratio(const Readings& readings, const JointFit& fit, std::size_t cause) {
-  Eigen::Index column = simulation::kModelParameterCount;
+  Eigen::Index column = fit.model.size();
   for (std::size_t k = 0; k < cause; ++k) column += fitted_count(*fit.effects[k].effect);
   const ActiveEffect& active = fit.effects[cause];
   const int own = fitted_count(*active.effect);
@@ -179,14 +179,12 @@ void add_parameters(Diagnosis& result, const Readings& readings) {
   const auto sd = [](const JointFit& fit, Eigen::Index i) {
     return std::sqrt(std::max(0.0, fit.covariance(i, i)));
   };
-  for (Eigen::Index i = 0; i < simulation::kModelParameterCount; ++i) {
-    const bool clamp = i == simulation::kClamp;
-    if (clamp && !readings.has_dials()) continue;
-    const std::string name =
-        clamp ? "clamp" : std::string(geometry::kParameters[static_cast<std::size_t>(i)].name);
-    const bool length = !clamp && i <= geometry::kY0;
+  const simulation::ForwardModel& model = readings.model();
+  for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
+    if (i >= model.robot_parameter_count() && !readings.has_dials()) continue;
+    const auto& info = model.parameters()[static_cast<std::size_t>(i)];
     result.parameters.push_back(
-        {name, length ? "mm" : "rad", nominal[i], baseline.model[i], sd(baseline, i),
+        {info.name, info.unit, nominal[i], baseline.model[i], sd(baseline, i),
          extended.model[i], sd(extended, i)});
   }
 }
@@ -217,10 +215,10 @@ Diagnosis diagnose(
   }
 
   const Readings measured(model, std::move(trials));
-  constexpr Eigen::Index kFewest = simulation::kModelParameterCount + 10;
-  if (measured.count() < kFewest) {
+  const Eigen::Index fewest = model.parameter_count() + 10;
+  if (measured.count() < fewest) {
     throw std::invalid_argument(
-        "a diagnosis needs at least " + std::to_string(kFewest) +
+        "a diagnosis needs at least " + std::to_string(fewest) +
         " readings; this session has " + std::to_string(measured.count()));
   }
   if (stage("naming causes", 0)) return result;
@@ -232,7 +230,7 @@ Diagnosis diagnose(
   if (stage("confirming on G1 alone", 1)) return result;
   Readings g1 = readings.counting(fitted);
   Readings g2 = readings.counting(held_out);
-  const bool enough_g1 = g1.count() >= kFewest;
+  const bool enough_g1 = g1.count() >= fewest;
   std::optional<Identification> alone;
   if (enough_g1 && (!found.findings.empty() || found.swap)) {
     Readings on_g1 = g1;

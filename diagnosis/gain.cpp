@@ -198,7 +198,7 @@ GainStudy study_gain(
       Eigen::MatrixX2d q(static_cast<Eigen::Index>(usable.size()), 2);
       Eigen::MatrixX2d target(q.rows(), 2);
       for (std::size_t i = 0; i < usable.size(); ++i) {
-        q.row(static_cast<Eigen::Index>(i)) = learn.trials()[usable[i]].q_rad.transpose();
+        q.row(static_cast<Eigen::Index>(i)) = learn.trials()[usable[i]].q.transpose();
         target.row(static_cast<Eigen::Index>(i)) =
             train.col(static_cast<Eigen::Index>(usable[i])).transpose();
       }
@@ -215,7 +215,7 @@ GainStudy study_gain(
       const std::size_t t = poses[i];
       Eigen::Vector2d error = shift.col(static_cast<Eigen::Index>(t));
       if (learned) {
-        const Eigen::Vector2d said = learned->correction(test.trials()[t].q_rad);
+        const Eigen::Vector2d said = learned->correction(test.trials()[t].q);
         error -= said;
         const Eigen::Index first = test.first_row(t);
         const Eigen::Index rows = test.first_row(t + 1) - first;

@@ -11,7 +11,6 @@ namespace {
 
 using simulation::ActiveEffect;
 using simulation::ExtendedModel;
-using simulation::kModelParameterCount;
 using simulation::ModelVector;
 
 constexpr double kGrossRange_mm = 1.0;
@@ -167,7 +166,8 @@ JointFit fit_from(
   const double smallest_s_mm = std::max(kFinest_mm, 0.05 * readings.rig_noise_mm());
   int linear = 0;
   for (const ActiveEffect& active : fit.effects) linear += fitted_count(*active.effect);
-  const int count = kModelParameterCount + linear;
+  const Eigen::Index parameters = start.size();
+  const Eigen::Index count = parameters + linear;
 
   const auto simulated_with = [&](const ModelVector& model,
                                   const std::vector<ActiveEffect>& with) -> Eigen::VectorXd {
@@ -194,9 +194,9 @@ JointFit fit_from(
     weigh(fit, smallest_s_mm);
     if (step < plain_steps) fit.weight.setOnes();
     fit.J.resize(readings.count(), count);
-    fit.J.leftCols(kModelParameterCount) = readings.jacobian(fit.model);
+    fit.J.leftCols(parameters) = readings.jacobian(fit.model);
     const Eigen::VectorXd simulated = simulated_with(fit.model, fit.effects);
-    Eigen::Index column = kModelParameterCount;
+    Eigen::Index column = parameters;
     for (std::size_t k = 0; k < fit.effects.size(); ++k) {
       const auto& effect = *fit.effects[k].effect;
       for (int i = 0; i < fitted_count(effect); ++i) {
@@ -251,9 +251,9 @@ JointFit fit_from(
             return value > kUnseen * largest ? 1.0 / (value + damping * largest) : 0.0;
           })).matrix());
       if (!change.allFinite()) break;
-      model = fit.model + change.head<kModelParameterCount>();
+      model = fit.model + change.head(parameters);
       next = fit.effects;
-      Eigen::Index at = kModelParameterCount;
+      Eigen::Index at = parameters;
       for (ActiveEffect& active : next) {
         for (int i = 0; i < fitted_count(*active.effect); ++i) {
           active.x[static_cast<std::size_t>(i)] += change[at++];

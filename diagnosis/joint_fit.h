@@ -17,7 +17,7 @@
 namespace sixdial::diagnosis {
 
 struct JointFit {
-  simulation::ModelVector model = simulation::ModelVector::Zero();
+  simulation::ModelVector model;
   std::vector<simulation::ActiveEffect> effects;
   Eigen::VectorXd residual_mm;  // measured - simulated - C u
   Eigen::VectorXd weight;       // probability that a reading is good

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "diagnosis/evidence.h"
 #include "geometry/five_bar.h"
@@ -56,9 +57,11 @@ double least_size(double low, double high, Test&& enough) {
 }
 
 std::vector<std::string> absorbers(
-    const Eigen::VectorXd& raw, const Eigen::MatrixXd& J, const Eigen::VectorXd& root) {
+    std::span<const geometry::ParameterInfo> parameters, const Eigen::VectorXd& raw,
+    const Eigen::MatrixXd& J, const Eigen::VectorXd& root) {
   const Eigen::MatrixXd A =
-      root.asDiagonal() * J.leftCols(std::min<Eigen::Index>(J.cols(), simulation::kClamp + 1));
+      root.asDiagonal() *
+      J.leftCols(std::min(J.cols(), static_cast<Eigen::Index>(parameters.size())));
   Eigen::VectorXd norm = A.colwise().norm();
   norm = norm.cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = A * norm.cwiseInverse().asDiagonal();
@@ -76,10 +79,8 @@ std::vector<std::string> absorbers(
   std::vector<std::string> result;
   for (const Eigen::Index i : order) {
     if (result.size() == kMost || !(share[i] > kWorthNaming * share[order[0]])) break;
-    result.emplace_back(
-        i == simulation::kClamp
-            ? "clamp angle"
-            : std::string(geometry::kParameters[static_cast<std::size_t>(i)].name));
+    const std::string& name = parameters[static_cast<std::size_t>(i)].name;
+    result.push_back(name == "clamp" ? "clamp angle" : name);
   }
   return result;
 }
@@ -201,7 +202,7 @@ std::vector<Limit> limits_of(
         }
       }
     }
-    limit.absorbed_by = absorbers(own.raw, fit.J, root);
+    limit.absorbed_by = absorbers(readings.model().parameters(), own.raw, fit.J, root);
     result.push_back(std::move(limit));
   }
   return result;

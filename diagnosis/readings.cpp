@@ -9,8 +9,6 @@
 
 namespace sixdial::diagnosis {
 
-using simulation::kModelParameterCount;
-
 Readings::Readings(
     const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
     std::vector<bool> counts)
@@ -18,7 +16,7 @@ Readings::Readings(
   counts_.resize(trials_.size(), counts_.empty());
   for (const auto& trial : trials_) {
     has_dials_ = has_dials_ || std::any_of(
-                                   trial.dial_mm.begin(), trial.dial_mm.end(),
+                                   trial.reading.begin(), trial.reading.end(),
                                    [](const auto& reading) { return reading.has_value(); });
   }
   std::vector<double> values;
@@ -28,17 +26,18 @@ Readings::Readings(
     const auto& trial = trials_[t];
     if (!counts_[t]) continue;
     if (has_dials_) {
-      for (std::size_t i = 0; i < trial.dial_mm.size(); ++i) {
-        if (!trial.dial_mm[i]) continue;
+      for (std::size_t i = 0; i < trial.reading.size(); ++i) {
+        if (!trial.reading[i]) continue;
         rows_.push_back({static_cast<int>(t), static_cast<int>(i)});
-        values.push_back(*trial.dial_mm[i]);
+        values.push_back(*trial.reading[i]);
         variance += rig_noise_of(i) * rig_noise_of(i);
       }
     } else if (trial.position_mm) {
+      const Eigen::MatrixXd covariance = trial.covariance_or_zero();
       for (int axis = 0; axis < 2; ++axis) {
         rows_.push_back({static_cast<int>(t), axis});
         values.push_back((*trial.position_mm)[axis]);
-        variance += trial.position_covariance(axis, axis);
+        variance += covariance(axis, axis);
       }
     }
   }
@@ -92,8 +91,8 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
   std::vector<simulation::Trial> trials = trials_;
   for (auto& trial : trials) {
     std::swap(
-        trial.dial_mm[static_cast<std::size_t>(dial)],
-        trial.dial_mm[static_cast<std::size_t>(other)]);
+        trial.reading[static_cast<std::size_t>(dial)],
+        trial.reading[static_cast<std::size_t>(other)]);
   }
   // A dial's noise goes with its cable: its numbers come under the other's name.
   Readings result{*model_, std::move(trials), counts_};
@@ -107,7 +106,7 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
 
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = trials_;
-  for (auto& trial : trials) trial.dial_mm[dial].reset();
+  for (auto& trial : trials) trial.reading[dial].reset();
   return Readings(*model_, std::move(trials), counts_).with_noise(noise_of_dial_);
 }
 
@@ -143,17 +142,17 @@ Eigen::VectorXd Readings::simulate(
 }
 
 Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), kModelParameterCount);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const auto seen = model_->predict(
-        at, trials_[t].q_rad, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
+        at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
         false);
     if (!seen) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
       if (has_dials_) {
-        J.row(row) = seen->dial_J.row(dial);
+        J.row(row) = seen->reading_J.row(dial);
       } else {
         J.row(row) = seen->position_J.row(dial);
       }
@@ -202,11 +201,11 @@ Eigen::MatrixXd Readings::nuisance() const {
       Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const auto seen = model_->predict(
-        model_->nominal(), trials_[t].q_rad, trials_[t].assembly, trials_[t].gamma_rad, false);
+        model_->nominal(), trials_[t].q, trials_[t].assembly, trials_[t].gamma_rad, false);
     if (!seen) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       result(row, static_cast<Eigen::Index>(t)) =
-          per_noise * seen->dial_J_gamma[rows_[static_cast<std::size_t>(row)].dial];
+          per_noise * seen->reading_J_gamma[rows_[static_cast<std::size_t>(row)].dial];
     }
   }
   return result;

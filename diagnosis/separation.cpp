@@ -98,9 +98,9 @@ Separation separating_poses(
   simulation::Scene scene;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     simulation::Trial trial;
-    trial.q_rad = candidates[i].q_rad;
+    trial.q = candidates[i].q_rad;
     trial.assembly = candidates[i].assembly;
-    trial.approach = candidates[i].approach;
+    trial.approach.assign(candidates[i].approach.begin(), candidates[i].approach.end());
     trial.target_mm = candidates[i].target_mm;
     if (last) {
       trial.time_s = last->time_s;
@@ -112,11 +112,11 @@ Separation separating_poses(
     sample.plunger_direction.assign(rig.dials.size(), 0.0);
     if (!extended.run(fit.model, trial, sample, scene)) continue;
     trial.position_mm = scene.p_WE;
-    trial.dial_mm.resize(rig.dials.size());
+    trial.reading.resize(rig.dials.size());
     for (std::size_t d = 0; readings.has_dials() && d < rig.dials.size(); ++d) {
       const auto seen = geometry::touch(
           rig.dials[d].geometry, {scene.p_WE, scene.gamma_rad}, rig.cuboid.side_mm);
-      if (seen) trial.dial_mm[d] = scene.reading_mm[d];
+      if (seen) trial.reading[d] = scene.reading_mm[d];
     }
     trials.push_back(std::move(trial));
     which.push_back(i);

@@ -88,8 +88,8 @@ Covariates covariates_of(
   for (Eigen::Index t = 0; t < count; ++t) {
     const auto i = static_cast<std::size_t>(t);
     const simulation::Circumstance& sample = readings.circumstances()[i];
-    at.theta1[t] = trials[i].q_rad[0];
-    at.theta2[t] = trials[i].q_rad[1];
+    at.theta1[t] = trials[i].q[0];
+    at.theta2[t] = trials[i].q[1];
     at.time[t] = sample.time_h;
     at.temperature[t] = sample.temperature_degC;
     at.approach.row(t) = sample.approach.transpose();

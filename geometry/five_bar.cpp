@@ -13,6 +13,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kAngle_rad = 1.0 / 60.0;  // moves the end of a 60 mm link by one millimetre
+
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 Vector2d turned_left(const Vector2d& a) { return {-a.y(), a.x()}; }
 
@@ -66,16 +68,16 @@ ForwardPose in_world(const ParameterVector& v, const Closure& closure) {
 }  // namespace
 
 const std::array<ParameterInfo, kParameterCount> kParameters{{
-    {"l11", "l11_mm", "mm", 1.0},
-    {"l12", "l12_mm", "mm", 1.0},
-    {"l21", "l21_mm", "mm", 1.0},
-    {"l22", "l22_mm", "mm", 1.0},
-    {"d", "d_mm", "mm", 1.0},
-    {"x0", "x0_mm", "mm", 1.0},
-    {"y0", "y0_mm", "mm", 1.0},
-    {"alpha", "alpha_deg", "deg", kDegPerRad},
-    {"dtheta1", "theta1_offset_deg", "deg", kDegPerRad},
-    {"dtheta2", "theta2_offset_deg", "deg", kDegPerRad},
+    {"l11", "l11_mm", "mm", 1.0, "mm", 1.0},
+    {"l12", "l12_mm", "mm", 1.0, "mm", 1.0},
+    {"l21", "l21_mm", "mm", 1.0, "mm", 1.0},
+    {"l22", "l22_mm", "mm", 1.0, "mm", 1.0},
+    {"d", "d_mm", "mm", 1.0, "mm", 1.0},
+    {"x0", "x0_mm", "mm", 1.0, "mm", 1.0},
+    {"y0", "y0_mm", "mm", 1.0, "mm", 1.0},
+    {"alpha", "alpha_deg", "deg", kDegPerRad, "rad", kAngle_rad},
+    {"dtheta1", "theta1_offset_deg", "deg", kDegPerRad, "rad", kAngle_rad},
+    {"dtheta2", "theta2_offset_deg", "deg", kDegPerRad, "rad", kAngle_rad},
 }};
 
 std::string to_string(WorkingMode mode) {

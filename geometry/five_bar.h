@@ -21,6 +21,8 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
+#include "geometry/parameter.h"
+
 namespace sixdial::geometry {
 
 inline constexpr int kParameterCount = 10;
@@ -34,12 +36,6 @@ using ParameterJacobian = Eigen::Matrix<double, 2, kParameterCount>;
 
 enum ParameterIndex : int { kL11, kL12, kL21, kL22, kD, kX0, kY0, kAlpha, kOffset1, kOffset2 };
 
-struct ParameterInfo {
-  std::string_view name;        // "l11", as printed
-  std::string_view rig_key;     // "l11_mm", as in rig.toml
-  std::string_view shown_unit;  // "mm" or "deg"
-  double shown_per_unit;        // shown value = stored value * this
-};
 extern const std::array<ParameterInfo, kParameterCount> kParameters;
 
 /// beta of equation (3): E to the left or to the right of O3 -> O4.

@@ -21,7 +21,8 @@ enum class Mount {
 };
 
 struct Robot {
-  ParameterVector nominal = ParameterVector::Zero();
+  /// In the order of its parameters (kParameters for the five-bar).
+  Eigen::VectorXd nominal = Eigen::VectorXd::Zero(kParameterCount);
   WorkingMode working_mode{};
   Assembly assembly = Assembly::kLeft;
   std::string connection;  // "modbus-tcp://host:port", "manual" or empty

@@ -58,15 +58,15 @@ std::vector<simulation::Trial> plain_session(const simulation::ForwardModel& mod
     if (!q) continue;
     simulation::Trial trial;
     trial.sample = trial.point = static_cast<int>(trials.size());
-    trial.q_rad = *q;
+    trial.q = *q;
     trial.time_s = 8.0 * i;
     trial.temperature_c = 20.0 + 3.0 * std::sin(std::numbers::pi * i / (kAcross * kAcross));
     trial.approach = {i % 2 == 0 ? 1 : -1, (i / 2) % 2 == 0 ? 1 : -1};
-    const auto seen = model.predict(model.nominal(), trial.q_rad, trial.assembly);
+    const auto seen = model.predict(model.nominal(), trial.q, trial.assembly);
     if (!seen) continue;
     for (std::size_t dial = 0; dial < rig.dials.size(); ++dial) {
-      trial.dial_mm.push_back(
-          seen->in_contact[dial] ? std::optional(seen->dial_mm[static_cast<Eigen::Index>(dial)])
+      trial.reading.push_back(
+          seen->in_contact[dial] ? std::optional(seen->reading[static_cast<Eigen::Index>(dial)])
                                  : std::nullopt);
     }
     trials.push_back(std::move(trial));
@@ -100,7 +100,7 @@ class Book {
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(
         scaled(readings_.jacobian(model_.nominal())));
     fitted_ = qr.householderQ() *
-              Eigen::MatrixXd::Identity(plain_mm_.size(), simulation::kModelParameterCount);
+              Eigen::MatrixXd::Identity(plain_mm_.size(), model_.parameter_count());
     for (const Effect* effect : simulation::all_effects()) {
       for (const Place& place : effect->places(model_.rig())) {
         Eigen::MatrixXd columns = signature(*effect, place);

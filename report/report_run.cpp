@@ -137,12 +137,12 @@ std::vector<report::PointRow> points_of(
     row.repeat = sample.repeat;
     row.q_rad = sample.q_rad;
     row.target_mm = sample.target_mm;
-    row.measured_mm = trial.position_mm;
+    if (trial.position_mm) row.measured_mm = *trial.position_mm;
     row.temperature_c = sample.temperature_c;
     row.time_s = trial.time_s;
     row.approach = trial.approach;
-    for (const int dial : trial.active_dials) {
-      if (dial >= 0) row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
+    for (const int dial : trial.position_channels) {
+      row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
     }
     row.residual_mm.assign(result.methods.size(), std::nullopt);
     rows.push_back(std::move(row));
@@ -278,7 +278,7 @@ std::optional<double> position_noise(const session::Session& session) {
   int count = 0;
   for (const session::Sample& sample : session.samples) {
     const simulation::Trial trial = session::trial_of(session.rig, sample);
-    if (!trial.position_mm || trial.active_dials[0] < 0) continue;
+    if (!trial.position_mm || trial.position_channels.empty()) continue;
     sum_mm2 += trial.position_covariance.trace();
     ++count;
   }

@@ -82,8 +82,8 @@ Json LiveDials::pose(
   const simulation::Trial trial = session::trial_of(rig_, sample);
   if (!trial.position_mm || !trial.gamma_rad) return nullptr;
   Json used = Json::array();
-  for (const int dial : trial.active_dials) {
-    if (dial >= 0) used.push_back(rig_.dials[static_cast<std::size_t>(dial)].id);
+  for (const int dial : trial.position_channels) {
+    used.push_back(rig_.dials[static_cast<std::size_t>(dial)].id);
   }
   return {
       {"x_mm", trial.position_mm->x()},

@@ -7,8 +7,9 @@
 namespace sixdial::service {
 namespace {
 
-Json point_or_null(const std::optional<Eigen::Vector2d>& point) {
-  return point ? Json{point->x(), point->y()} : Json(nullptr);
+template <typename Vector>
+Json point_or_null(const std::optional<Vector>& point) {
+  return point ? Json(std::vector<double>(point->begin(), point->end())) : Json(nullptr);
 }
 
 template <typename T>

@@ -13,7 +13,7 @@ namespace {
 
 // As calibration/pipeline.cpp and diagnosis/diagnosis.cpp ask for.
 constexpr std::size_t kLeastOfG1 = 3;
-constexpr std::size_t kLeastReadings = simulation::kModelParameterCount + 10;
+constexpr std::size_t kLeastReadingsMore = 10;  // than the model has parameters
 
 struct Counts {
   std::size_t positions_g1 = 0;
@@ -87,9 +87,11 @@ Json session_choices(Service& service, const std::string& name) {
       calibrate = fmt::format(
           "{} positions of set G1, at least {} are needed", counts.positions_g1, kLeastOfG1);
     }
-    if (counts.readings < kLeastReadings) {
+    const std::size_t least =
+        simulation::parameters_of(session.rig).size() + kLeastReadingsMore;
+    if (counts.readings < least) {
       diagnose =
-          fmt::format("{} readings, at least {} are needed", counts.readings, kLeastReadings);
+          fmt::format("{} readings, at least {} are needed", counts.readings, least);
     }
   }
   const Newest calibration = newest(reader, id, "calibration", data);

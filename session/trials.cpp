@@ -86,20 +86,20 @@ simulation::Trial trial_of(
   trial.sample = index;
   trial.point = sample.point;
   trial.repeat = sample.repeat;
-  trial.q_rad = sample.q_rad;
+  trial.q = sample.q_rad;
   trial.assembly = assembly_of(rig, sample);
-  trial.target_mm = sample.target_mm;
+  if (sample.target_mm) trial.target_mm = *sample.target_mm;
   if (sample.time_utc && start) {
     trial.time_s = std::chrono::duration<double>(*sample.time_utc - *start).count();
   }
   trial.temperature_c = sample.temperature_c;
-  for (std::size_t joint = 0; joint < 2; ++joint) {
-    trial.approach[joint] = sample.approach[joint].value_or(0);
+  for (const std::optional<int>& side : sample.approach) {
+    trial.approach.push_back(side.value_or(0));
   }
-  trial.dial_mm.resize(rig.dials.size());
+  trial.reading.resize(rig.dials.size());
   const auto readings = readings_of(rig, sample);
   for (const geometry::DialReading& reading : readings) {
-    trial.dial_mm[static_cast<std::size_t>(reading.dial)] = reading.displacement_mm;
+    trial.reading[static_cast<std::size_t>(reading.dial)] = reading.displacement_mm;
   }
   if (const auto nominal = nominal_pose(rig, sample.q_rad, trial.assembly)) {
     const auto dials = rig.dial_geometries();
@@ -109,15 +109,13 @@ simulation::Trial trial_of(
       trial.position_mm = estimate->pose.p_WE;
       trial.position_covariance = estimate->covariance.topLeftCorner<2, 2>();
       trial.gamma_rad = estimate->pose.gamma_rad;
-      for (std::size_t i = 0; i < trial.active_dials.size(); ++i) {
-        trial.active_dials[i] = estimate->dials[i];
-      }
+      trial.position_channels = estimate->dials;
     }
   }
   if (sample.position_mm) {  // an instrument's position goes before the dials'
-    trial.position_mm = sample.position_mm;
-    trial.position_covariance.setZero();
-    trial.active_dials = {-1, -1, -1};
+    trial.position_mm = *sample.position_mm;
+    trial.position_covariance.resize(0, 0);
+    trial.position_channels.clear();
   }
   return trial;
 }

@@ -38,9 +38,9 @@ std::vector<Circumstance> circumstances_of(
     each.time_h = (trial.time_s.value_or(first_s) - first_s) / 3600.0;
     each.temperature_degC = trial.temperature_c.value_or(20.0);
     each.approach = {
-        static_cast<double>(trial.approach[0]), static_cast<double>(trial.approach[1])};
+        static_cast<double>(trial.approach_of(0)), static_cast<double>(trial.approach_of(1))};
     const auto pose =
-        geometry::forward(at.head<geometry::kParameterCount>(), trial.q_rad, trial.assembly);
+        geometry::forward(at.head<geometry::kParameterCount>(), trial.q, trial.assembly);
     if (pose) {
       if (last_position) {
         const Eigen::Vector2d move = pose->p_WE - *last_position;
@@ -50,8 +50,8 @@ std::vector<Circumstance> circumstances_of(
     }
     each.previous_mm = previous;
     each.plunger_direction.assign(rig.dials.size(), 0.0);
-    for (std::size_t i = 0; i < rig.dials.size() && i < trial.dial_mm.size(); ++i) {
-      const auto& reading = trial.dial_mm[i];
+    for (std::size_t i = 0; i < rig.dials.size() && i < trial.reading.size(); ++i) {
+      const auto& reading = trial.reading[i];
       const double now = reading.value_or(0.0);
       if (!result.empty()) each.plunger_direction[i] = sign(now - rest[i]);
       if (reading) {
@@ -73,7 +73,7 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
     const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
     const ActiveEffect* extra) const {
   const auto& rig = base_->rig();
-  scene.q_rad = trial.q_rad;
+  scene.q_rad = trial.q;
   scene.v = model.head<geometry::kParameterCount>();
   const auto bends_joints = [](const ActiveEffect& active) {
     return active.effect->needs & kDials && active.effect->before_kinematics;
@@ -91,7 +91,7 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   if (!pose) return tl::unexpected(pose.error());
   scene.p_WE = pose->p_WE;
   scene.gamma_rad =
-      geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, model[kClamp]);
+      geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, model[geometry::kParameterCount]);
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
     scene.gamma_rad = *trial.gamma_rad;
   }

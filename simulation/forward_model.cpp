@@ -1,14 +1,30 @@
 #include "simulation/forward_model.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "geometry/units.h"
+
 namespace sixdial::simulation {
+namespace {
 
 using geometry::Mount;
 
-ForwardModel::ForwardModel(geometry::Rig rig) : rig_(std::move(rig)) {
+constexpr double kClampChange_rad = 1.0 / 60.0;
+
+}  // namespace
+
+std::vector<geometry::ParameterInfo> parameters_of(const geometry::Rig& /*rig*/) {
+  std::vector<geometry::ParameterInfo> result(
+      geometry::kParameters.begin(), geometry::kParameters.end());
+  result.push_back({"clamp", "", "deg", geometry::kDegPerRad, "rad", kClampChange_rad});
+  return result;
+}
+
+ForwardModel::ForwardModel(geometry::Rig rig)
+    : rig_(std::move(rig)), parameters_(parameters_of(rig_)) {
   const auto reference = geometry::reference_link_angle(rig_);
   if (!reference) {
     throw std::invalid_argument(
@@ -18,23 +34,33 @@ ForwardModel::ForwardModel(geometry::Rig rig) : rig_(std::move(rig)) {
   reference_angle_rad_ = *reference;
 }
 
+std::optional<Eigen::Index> ForwardModel::find(std::string_view parameter) const {
+  const auto found = std::ranges::find(parameters_, parameter, &geometry::ParameterInfo::name);
+  if (found == parameters_.end()) return std::nullopt;
+  return found - parameters_.begin();
+}
+
 ModelVector ForwardModel::nominal() const {
-  ModelVector model;
-  model << rig_.robot.nominal, 0.0;
+  ModelVector model = ModelVector::Zero(parameter_count());
+  model.head(rig_.robot.nominal.size()) = rig_.robot.nominal;
   return model;
 }
 
 tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
-    const ModelVector& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
+    const ModelVector& model, const Eigen::VectorXd& q, geometry::Assembly assembly,
     std::optional<double> free_gamma_rad, bool with_contact) const {
+  constexpr int kClamp = geometry::kParameterCount;
+  constexpr int kCount = kClamp + 1;
   const auto derivative =
-      geometry::forward_derivative(model.head<geometry::kParameterCount>(), q_rad, assembly);
+      geometry::forward_derivative(model.head<geometry::kParameterCount>(), q, assembly);
   if (!derivative) return tl::unexpected(derivative.error());
 
   Prediction result;
   result.pose = derivative->pose;
-  result.position_J << derivative->J_v, Eigen::Vector2d::Zero();
-  Eigen::Matrix<double, 1, kModelParameterCount> gamma_J = decltype(gamma_J)::Zero();
+  Eigen::Matrix<double, 2, kCount> position_J;
+  position_J << derivative->J_v, Eigen::Vector2d::Zero();
+  result.position_J = position_J;
+  Eigen::Matrix<double, 1, kCount> gamma_J = decltype(gamma_J)::Zero();
   if (rig_.cuboid.mount != Mount::kFree) {
     const int leg = rig_.cuboid.mount == Mount::kDistal1 ? 0 : 1;
     gamma_J << derivative->distal_J_v.row(leg), 1.0;
@@ -45,9 +71,9 @@ tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
       geometry::cuboid_angle(rig_, reference_angle_rad_, result.pose, model[kClamp]));
 
   const auto count = static_cast<Eigen::Index>(rig_.dials.size());
-  result.dial_mm.resize(count);
-  result.dial_J.resize(count, kModelParameterCount);
-  result.dial_J_gamma.resize(count);
+  result.reading.resize(count);
+  result.reading_J.resize(count, kCount);
+  result.reading_J_gamma.resize(count);
   if (with_contact) result.in_contact.resize(rig_.dials.size());
   const geometry::CuboidPose cuboid{result.pose.p_WE, result.gamma_rad};
   const double side_mm = rig_.cuboid.side_mm;
@@ -55,9 +81,9 @@ tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
     const auto& dial = rig_.dials[static_cast<std::size_t>(i)].geometry;
     const int face = geometry::face_towards(dial, result.gamma_rad);
     const geometry::Contact contact = geometry::contact_on_face(dial, cuboid, side_mm, face);
-    result.dial_mm[i] = contact.displacement_mm;
-    result.dial_J.row(i) = contact.J.head<2>() * result.position_J + contact.J[2] * gamma_J;
-    result.dial_J_gamma[i] = contact.J[2];
+    result.reading[i] = contact.displacement_mm;
+    result.reading_J.row(i) = contact.J.head<2>() * position_J + contact.J[2] * gamma_J;
+    result.reading_J_gamma[i] = contact.J[2];
     if (with_contact) {
       result.in_contact[static_cast<std::size_t>(i)] =
           geometry::touch(dial, cuboid, side_mm).has_value();

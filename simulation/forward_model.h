@@ -1,6 +1,5 @@
 // The simulation that measured data is held against: joint angles -> robot -> cuboid -> what
-// each dial reads (spec 1). Calibration fits its eleven parameters; diagnosis asks what it
-// lacks.
+// each dial reads (spec 1). Calibration fits its parameters; diagnosis asks what it lacks.
 //
 //   q --(1)-(7)--> p_WE, link angle --mount--> gamma = link - reference + clamp --> face -->
 //   delta
@@ -11,6 +10,8 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <vector>
 
@@ -19,21 +20,21 @@
 
 namespace sixdial::simulation {
 
-/// The ten of geometry::ParameterVector, then the clamp angle of the cuboid [rad].
-inline constexpr int kModelParameterCount = geometry::kParameterCount + 1;
-inline constexpr int kClamp = geometry::kParameterCount;
-using ModelVector = Eigen::Matrix<double, kModelParameterCount, 1>;
+/// Values of ForwardModel::parameters(): the robot's, then the instrument's.
+using ModelVector = Eigen::VectorXd;
+
+/// The parameters of a rig's forward model by name: the robot's, then the instrument's (the
+/// clamp angle of the cuboid).
+[[nodiscard]] std::vector<geometry::ParameterInfo> parameters_of(const geometry::Rig& rig);
 
 /// What the simulation says of one pose.
 struct Prediction {
   geometry::ForwardPose pose;
   double gamma_rad = 0.0;
-  Eigen::Matrix<double, 2, kModelParameterCount> position_J;  // d(p_WE)/d(model)
-  Eigen::VectorXd dial_mm;  // displacement of each dial of the rig, in its order
-  /// d(displacement)/d(model), dials x 11; and d(displacement)/d(gamma), which a free mount
-  /// needs.
-  Eigen::Matrix<double, Eigen::Dynamic, kModelParameterCount> dial_J;
-  Eigen::VectorXd dial_J_gamma;
+  Eigen::MatrixXd position_J;  // d(p_WE)/d(model), 2 x parameters
+  Eigen::VectorXd reading;     // by channel: the displacement of each dial, in the rig's order
+  Eigen::MatrixXd reading_J;   // d(reading)/d(model), channels x parameters
+  Eigen::VectorXd reading_J_gamma;  // d(reading)/d(gamma), which a free mount needs
   /// A real dial would show this reading: inside travel and on the face.
   std::vector<bool> in_contact;
 };
@@ -43,20 +44,34 @@ class ForwardModel {
   /// Throws std::invalid_argument if the rig's reference pose cannot be reached.
   explicit ForwardModel(geometry::Rig rig);
 
-  /// Nominal robot, clamp angle 0.
+  [[nodiscard]] std::span<const geometry::ParameterInfo> parameters() const {
+    return parameters_;
+  }
+  [[nodiscard]] Eigen::Index parameter_count() const {
+    return static_cast<Eigen::Index>(parameters_.size());
+  }
+  /// How many of them are the robot's; these come first.
+  [[nodiscard]] Eigen::Index robot_parameter_count() const {
+    return rig_.robot.nominal.size();
+  }
+  /// Index of a parameter by name, such as "clamp".
+  [[nodiscard]] std::optional<Eigen::Index> find(std::string_view parameter) const;
+
+  /// Nominal robot, an instrument without errors (clamp angle 0).
   [[nodiscard]] ModelVector nominal() const;
   [[nodiscard]] const geometry::Rig& rig() const { return rig_; }
   /// Angle in W of the cuboid's link at the reference pose [rad].
   [[nodiscard]] double reference_angle_rad() const { return reference_angle_rad_; }
 
-  /// `free_gamma_rad` replaces gamma where the mount is free (dial_J then leaves gamma out).
+  /// `free_gamma_rad` replaces gamma where the mount is free (reading_J then leaves gamma out).
   /// Without `with_contact`, `in_contact` stays empty.
   [[nodiscard]] tl::expected<Prediction, geometry::KinematicTrouble> predict(
-      const ModelVector& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
+      const ModelVector& model, const Eigen::VectorXd& q, geometry::Assembly assembly,
       std::optional<double> free_gamma_rad = std::nullopt, bool with_contact = true) const;
 
  private:
   geometry::Rig rig_;
+  std::vector<geometry::ParameterInfo> parameters_;
   double reference_angle_rad_ = 0.0;
 };
 

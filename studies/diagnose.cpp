@@ -184,8 +184,8 @@ double exchanged_rms(const diagnosis::Readings& readings, const Hypothesis& swap
   double squares = 0.0;
   int count = 0;
   for (const simulation::Trial& trial : readings.trials()) {
-    const auto& one = trial.dial_mm[static_cast<std::size_t>(swap.place.dial)];
-    const auto& other = trial.dial_mm[static_cast<std::size_t>(swap.place.other_dial)];
+    const auto& one = trial.reading[static_cast<std::size_t>(swap.place.dial)];
+    const auto& other = trial.reading[static_cast<std::size_t>(swap.place.other_dial)];
     if (!one || !other) continue;
     squares += (*one - *other) * (*one - *other);
     ++count;

@@ -72,7 +72,7 @@ Eigen::VectorXd angle_column(const DiagnosedReadings& data, int joint) {
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
     for (const double sign : {1.0, -1.0}) {
       simulation::Trial trial = readings.trials()[t];
-      trial.q_rad[joint] += sign * kStep_rad;
+      trial.q[joint] += sign * kStep_rad;
       if (model.run(data.after.model, trial, readings.circumstances()[t], scene)) {
         readings.pick(scene, t, sign > 0 ? plus : minus);
       }
@@ -200,14 +200,14 @@ Json joint_signature(
   const auto& trials = data.readings.trials();
   Eigen::VectorXd theta(measured.size());
   for (Eigen::Index t = 0; t < theta.size(); ++t) {
-    theta[t] = trials[static_cast<std::size_t>(t)].q_rad[joint] * kDeg;
+    theta[t] = trials[static_cast<std::size_t>(t)].q[joint] * kDeg;
   }
   const std::string name = fmt::format("angle error of joint {}", joint + 1);
   const std::string axis = fmt::format("theta{}", joint + 1);
   if (effect.effect->cause == "joint_backlash") {
     const auto arrives = [&](int sign) {
       return [&trials, joint, sign](Eigen::Index t) {
-        return trials[static_cast<std::size_t>(t)].approach[static_cast<std::size_t>(joint)] ==
+        return trials[static_cast<std::size_t>(t)].approach_of(static_cast<std::size_t>(joint)) ==
                sign;
       };
     };
@@ -450,7 +450,7 @@ Json signature_of_swap(const DiagnosedReadings& data, const diagnosis::Hypothesi
     std::vector<double> set_right;
     for (std::size_t t = 0; t < readings.trials().size(); ++t) {
       // The readings are set right already: what came under this name is under the other.
-      const auto& came = readings.trials()[t].dial_mm[static_cast<std::size_t>(other)];
+      const auto& came = readings.trials()[t].reading[static_cast<std::size_t>(other)];
       for (Eigen::Index row = readings.first_row(t); row < readings.first_row(t + 1); ++row) {
         if (readings.rows()[static_cast<std::size_t>(row)].dial != own) continue;
         const double measured = readings.measured_mm()[row];
@@ -489,7 +489,7 @@ Json left_by_covariate(const DiagnosedReadings& data) {
   };
   for (const Eigen::Index joint : {0, 1}) {
     add(by_number(data, joint == 0 ? "theta1" : "theta2", "deg", spread([&](std::size_t t) {
-                    return readings.trials()[t].q_rad[joint] * kDeg;
+                    return readings.trials()[t].q[joint] * kDeg;
                   })));
   }
   add(by_number(data, "x", "mm", column(known.x_mm)));
@@ -517,7 +517,8 @@ Json left_by_covariate(const DiagnosedReadings& data) {
     add(std::move(json));
   };
   by_class("arrival of the joints", [&](Eigen::Index row) -> std::string {
-    const auto& approach = readings.trials()[trial_of(row)].approach;
+    const simulation::Trial& trial = readings.trials()[trial_of(row)];
+    const std::array approach{trial.approach_of(0), trial.approach_of(1)};
     if (approach[0] == 0 && approach[1] == 0) return "";
     const auto word = [](int sign) { return sign > 0 ? "up" : sign < 0 ? "down" : "unknown"; };
     return fmt::format("joint 1 {}, joint 2 {}", word(approach[0]), word(approach[1]));

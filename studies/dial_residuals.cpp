@@ -24,24 +24,24 @@ std::vector<std::vector<double>> residuals(
   const simulation::ForwardModel model(session.rig);
   simulation::ModelVector at = model.nominal();
   at.head<geometry::kParameterCount>() = v;
-  at[simulation::kClamp] = 0.0;
+  const auto clamp = model.find("clamp");
   const bool free = session.rig.cuboid.mount == geometry::Mount::kFree;
   std::vector<double> turned_rad;
   for (const simulation::Trial& trial : trials) {
     if (free || !trial.gamma_rad) continue;
-    const auto seen = model.predict(at, trial.q_rad, trial.assembly, std::nullopt, false);
+    const auto seen = model.predict(at, trial.q, trial.assembly, std::nullopt, false);
     if (seen) turned_rad.push_back(*trial.gamma_rad - seen->gamma_rad);
   }
-  if (!turned_rad.empty()) at[simulation::kClamp] = median(turned_rad);
+  if (clamp && !turned_rad.empty()) at[*clamp] = median(turned_rad);
   std::vector<std::vector<double>> out(session.rig.dials.size());
   for (const simulation::Trial& trial : trials) {
     if (!trial.gamma_rad) continue;
     const auto seen = model.predict(
-        at, trial.q_rad, trial.assembly, free ? trial.gamma_rad : std::nullopt, false);
+        at, trial.q, trial.assembly, free ? trial.gamma_rad : std::nullopt, false);
     if (!seen) continue;
-    for (std::size_t i = 0; i < out.size() && i < trial.dial_mm.size(); ++i) {
-      if (!trial.dial_mm[i]) continue;
-      const double left_mm = *trial.dial_mm[i] - seen->dial_mm[static_cast<Eigen::Index>(i)];
+    for (std::size_t i = 0; i < out.size() && i < trial.reading.size(); ++i) {
+      if (!trial.reading[i]) continue;
+      const double left_mm = *trial.reading[i] - seen->reading[static_cast<Eigen::Index>(i)];
       if (std::isfinite(left_mm)) out[i].push_back(left_mm);
     }
   }

@@ -10,17 +10,18 @@
 namespace sixdial::studies {
 namespace {
 
-simulation::ModelVector model_from(const Json& numbers) {
+simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) {
   const auto values = numbers.get<std::vector<double>>();
-  if (values.size() != static_cast<std::size_t>(simulation::kModelParameterCount)) {
+  if (values.size() != parameters) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
             "the diagnosis has {} parameters where {} are needed", values.size(),
-            simulation::kModelParameterCount),
+            parameters),
         {}, "Diagnose the session again.");
   }
-  return Eigen::Map<const simulation::ModelVector>(values.data());
+  return Eigen::Map<const simulation::ModelVector>(
+      values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 simulation::ActiveEffect effect_from(const Json& json, const geometry::Rig& rig) {
@@ -46,7 +47,7 @@ int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 ExtendedCommand::ExtendedCommand(const Json& diagnosis, const geometry::Rig& rig) : base_(rig) {
   check_diagnosis(diagnosis);
   const Json& stored = diagnosis.at("extended_model");
-  model_ = model_from(stored.at("model"));
+  model_ = model_from(stored.at("model"), base_.parameters().size());
   for (const Json& each : stored.at("effects")) effects_.push_back(effect_from(each, rig));
   order_ = stored.at("last_order").get<int>() + 1;
   last_time_h_ = stored.at("last_time_h").get<double>();
@@ -77,7 +78,7 @@ Eigen::Vector2d ExtendedCommand::force_at(
   const auto& dials = base_.rig().dials;
   for (std::size_t i = 0; i < dials.size(); ++i) {
     if (!seen->in_contact[i]) continue;
-    const double mm = seen->dial_mm[static_cast<Eigen::Index>(i)];
+    const double mm = seen->reading[static_cast<Eigen::Index>(i)];
     force_n += (dials[i].force_n + dials[i].spring_n_per_mm * mm) * dials[i].geometry.axis;
   }
   return force_n;
@@ -88,7 +89,7 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
     const CommandMoment& moment) const {
   const simulation::ExtendedModel extended(base_, effects_);
   simulation::Trial trial;
-  trial.q_rad = q_rad;
+  trial.q = q_rad;
   trial.assembly = assembly;
   simulation::Scene scene;
   const auto ran =

@@ -49,7 +49,11 @@ std::vector<session::PlanPoint> points_of(const session::Session& session) {
   std::vector<session::PlanPoint> points;
   for (const session::Sample& sample : session.samples) {
     std::optional<Eigen::Vector2d> place = sample.target_mm;
-    if (!place) place = session::trial_of(session.rig, sample).position_mm;
+    if (!place) {
+      if (const auto measured = session::trial_of(session.rig, sample).position_mm) {
+        place = *measured;
+      }
+    }
     if (!place) continue;
     points.push_back({sample.set, sample.point, sample.repeat, *place, sample.q_rad, {}});
   }

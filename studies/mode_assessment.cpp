@@ -46,7 +46,7 @@ std::vector<WorkingModeRow> working_modes_of(
     const auto found = by_sample.find(space.sample[k]);
     if (found == by_sample.end()) continue;
     const simulation::Trial& trial = *found->second;
-    const auto mode = geometry::working_mode_of(rig.robot.nominal, trial.q_rad, trial.assembly);
+    const auto mode = geometry::working_mode_of(rig.robot.nominal, trial.q, trial.assembly);
     if (!mode) continue;
     auto here = std::ranges::find(modes, *mode, &Rows::mode);
     if (here == modes.end()) here = modes.insert(modes.end(), {*mode, 0, {}});

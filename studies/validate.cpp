@@ -119,7 +119,7 @@ Json validation_document(
           {{"method", to_string(by)},
            {"point", trial.point},
            {"target_mm", {trial.target_mm->x(), trial.target_mm->y()}},
-           {"theta_rad", {trial.q_rad[0], trial.q_rad[1]}},
+           {"theta_rad", {trial.q[0], trial.q[1]}},
            {"error_mm", {missed.x(), missed.y()}}});
     }
     Json predicted = nullptr;

@@ -15,6 +15,7 @@
 #include "acquisition/dial_bank.h"
 #include "tests/acquisition/answered.h"
 #include "tests/acquisition/wire.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -323,7 +324,7 @@ class Pymodbus {
     ::posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
     ::posix_spawn_file_actions_addclose(&actions, ends[0]);
     std::string python = "/usr/bin/python3";
-    std::string script = SIXDIAL_SOURCE_DIR "/tests/peers/pymodbus_gauges.py";
+    std::string script = test_paths::source_dir() + "/tests/peers/pymodbus_gauges.py";
     std::string port = std::to_string(port_);
     char* arguments[] = {python.data(), script.data(), port.data(), nullptr};
     const int failed =

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -53,7 +55,7 @@ std::vector<std::string> wrong_arrows(
 }
 
 Allowed the_allowed() {
-  std::ifstream in(SIXDIAL_SOURCE_DIR "/tests/architecture/allowed.txt");
+  std::ifstream in(sixdial::test_paths::source_dir() + "/tests/architecture/allowed.txt");
   return read_allowed(in);
 }
 
@@ -61,7 +63,7 @@ TEST(Architecture, NoFolderIncludesWhatItMustNot) {
   const Allowed allowed = the_allowed();
   int files = 0;
   for (const auto& [folder, unused] : allowed) {
-    const fs::path root = fs::path(SIXDIAL_SOURCE_DIR) / folder;
+    const fs::path root = fs::path(sixdial::test_paths::source_dir()) / folder;
     if (!fs::exists(root)) continue;
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
       const std::string extension = entry.path().extension();
@@ -80,7 +82,7 @@ TEST(Architecture, EveryFolderWithCodeIsListed) {
   const Allowed allowed = the_allowed();
   static const std::set<std::string> beside{"tests", "bench", "cmake",
                                             "doc",   "build", "examples"};
-  for (const auto& entry : fs::directory_iterator(SIXDIAL_SOURCE_DIR)) {
+  for (const auto& entry : fs::directory_iterator(sixdial::test_paths::source_dir())) {
     const std::string name = entry.path().filename();
     if (!entry.is_directory() || name[0] == '.' || beside.contains(name)) continue;
     bool code = false;

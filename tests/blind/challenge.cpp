@@ -165,7 +165,7 @@ std::vector<simulation::Trial> trials_of(
       sample.dials.push_back(dial);
     }
     auto trial = session::trial_of(rig, sample, static_cast<int>(i), start);
-    if (xy_only) trial.dial_mm.assign(trial.dial_mm.size(), std::nullopt);
+    if (xy_only) trial.reading.assign(trial.reading.size(), std::nullopt);
     trials.push_back(std::move(trial));
   }
   return trials;

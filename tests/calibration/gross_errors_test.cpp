@@ -38,10 +38,10 @@ std::vector<Planted> spoil(DialSession& session, std::uint64_t seed) {
   RandomSequence random(seed, 950);
   std::vector<Planted> planted;
   for (simulation::Trial& trial : session.g1) {
-    for (std::size_t dial = 0; dial < trial.dial_mm.size(); ++dial) {
-      if (!trial.dial_mm[dial] || random.uniform() > 0.05) continue;
+    for (std::size_t dial = 0; dial < trial.reading.size(); ++dial) {
+      if (!trial.reading[dial] || random.uniform() > 0.05) continue;
       const double size_mm = random.uniform(0.05, 0.5) * (random.uniform() < 0.5 ? -1.0 : 1.0);
-      *trial.dial_mm[dial] += size_mm;
+      *trial.reading[dial] += size_mm;
       planted.push_back({trial.sample, static_cast<int>(dial), size_mm});
     }
   }
@@ -53,7 +53,7 @@ void set_aside(DialSession& session, const std::vector<GrossError>& found) {
   const auto dials = session.rig.dial_geometries();
   for (const GrossError& each : found) {
     auto trial = std::ranges::find(session.g1, each.sample, &simulation::Trial::sample);
-    trial->dial_mm[static_cast<std::size_t>(each.dial)].reset();
+    trial->reading[static_cast<std::size_t>(each.dial)].reset();
   }
 }
 
@@ -63,8 +63,8 @@ void measure_positions(DialSession& session) {
   for (simulation::Trial& trial : session.g1) {
     std::vector<geometry::DialReading> readings;
     for (std::size_t dial = 0; dial < dials.size(); ++dial) {
-      if (!trial.dial_mm[dial]) continue;
-      readings.push_back({static_cast<int>(dial), *trial.dial_mm[dial], kNoise_mm});
+      if (!trial.reading[dial]) continue;
+      readings.push_back({static_cast<int>(dial), *trial.reading[dial], kNoise_mm});
     }
     const auto at = geometry::best_active_three(
         dials, readings, session.rig.cuboid.side_mm, trial.gamma_rad.value_or(0.0));
@@ -172,7 +172,7 @@ TEST(GrossErrors, WithoutThemNobodyIsAccused) {
 TEST(GrossErrors, AreFoundInPositionsWhereAnInstrumentGivesThose) {
   auto session = simulate_dials(plan(), 41);
   for (simulation::Trial& trial : session.g1) {
-    std::ranges::fill(trial.dial_mm, std::nullopt);
+    std::ranges::fill(trial.reading, std::nullopt);
   }
   session.g1[7].position_mm->x() += 0.1;
   session.g1[70].position_mm->y() -= 0.3;
@@ -186,7 +186,7 @@ TEST(GrossErrors, AreFoundInPositionsWhereAnInstrumentGivesThose) {
 
 TEST(GrossErrors, OfASetThatIsNotFittedAreJudgedByTheOthersFit) {
   auto session = simulate_dials(plan(), 42);
-  *session.g2[5].dial_mm[2] -= 0.2;
+  *session.g2[5].reading[2] -= 0.2;
   const auto check = find_gross_errors(session.g1, session.rig);
   EXPECT_TRUE(check.found.empty());
   const auto judged = judge_readings(session.g2, session.rig, check);
@@ -199,7 +199,7 @@ TEST(GrossErrors, OfASetThatIsNotFittedAreJudgedByTheOthersFit) {
 TEST(GrossErrors, ADialThatIsWrongEverywhereIsNoAccident) {
   auto session = simulate_dials(plan(), 43);
   for (simulation::Trial& trial : session.g1) {  // C and D have changed places
-    std::swap(trial.dial_mm[2], trial.dial_mm[3]);
+    std::swap(trial.reading[2], trial.reading[3]);
   }
   const auto check = find_gross_errors(session.g1, session.rig);
   EXPECT_LT(check.found.size(), 5U);

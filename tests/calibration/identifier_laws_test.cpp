@@ -36,9 +36,9 @@ DialSession with_noise(DialSession session, std::uint64_t seed) {
   for (simulation::Trial& trial : session.g1) {
     std::vector<geometry::DialReading> readings;
     for (std::size_t d = 0; d < dials.size(); ++d) {
-      if (!trial.dial_mm[d]) continue;
-      *trial.dial_mm[d] += kNoise_mm * random.normal();
-      readings.push_back({static_cast<int>(d), *trial.dial_mm[d], kNoise_mm});
+      if (!trial.reading[d]) continue;
+      *trial.reading[d] += kNoise_mm * random.normal();
+      readings.push_back({static_cast<int>(d), *trial.reading[d], kNoise_mm});
     }
     const auto at = geometry::best_active_three(
         dials, readings, session.rig.cuboid.side_mm, *trial.gamma_rad);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -156,7 +157,7 @@ struct Certified {
 };
 
 Certified read(const Set& set) {
-  const std::string path = std::string(SIXDIAL_TEST_DATA) + "/nist_strd/" + set.name + ".dat";
+  const std::string path = test_paths::test_data() + "/nist_strd/" + set.name + ".dat";
   std::ifstream file(path);
   if (!file) throw std::runtime_error("cannot read " + path);
   std::vector<std::array<double, 4>> parameters;

@@ -25,7 +25,7 @@ simulation::Trial trial_of(const PositionObservations& set, int i) {
   simulation::Trial trial;
   trial.point = set.point[k];
   trial.repeat = set.repeat[k];
-  trial.q_rad = set.q_rad.col(i);
+  trial.q = set.q_rad.col(i);
   trial.assembly = set.assembly[k];
   trial.position_mm = set.p_WE.col(i);
   trial.position_covariance = set.covariance_mm2[k];

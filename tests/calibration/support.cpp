@@ -8,6 +8,7 @@
 
 #include "calibration/random.h"
 #include "geometry/contact.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::calibration::testing {
 namespace {
@@ -64,7 +65,7 @@ std::vector<simulation::Trial> trials(
     if (!q) throw std::runtime_error("simulate: nominal robot cannot reach a target");
     simulation::Trial trial;
     trial.point = trial.sample = static_cast<int>(result.size());
-    trial.q_rad = *q;
+    trial.q = *q;
     trial.assembly = geometry::assembly_at(plan.nominal, *q, target).value();
     trial.target_mm = target;
     const Vector2d noise(random.normal(), random.normal());
@@ -104,19 +105,19 @@ DialSession simulate_dials(const SessionPlan& plan, std::uint64_t seed, geometry
     exact.noise_mm = 0.0;
     std::vector<simulation::Trial> result = trials(exact, count, random);
     for (simulation::Trial& trial : result) {
-      const auto pose = geometry::forward(plan.robot, trial.q_rad, trial.assembly).value();
+      const auto pose = geometry::forward(plan.robot, trial.q, trial.assembly).value();
       const double gamma =
           mount == geometry::Mount::kFree
               ? random.uniform(-0.05, 0.05)
               : geometry::cuboid_angle(session.rig, reference, pose, session.clamp_rad);
-      trial.dial_mm.resize(dials.size());
+      trial.reading.resize(dials.size());
       std::vector<geometry::DialReading> readings;
       for (std::size_t k = 0; k < dials.size(); ++k) {
         const auto contact =
             geometry::touch(dials[k], {*trial.position_mm, gamma}, session.rig.cuboid.side_mm);
         if (!contact) continue;
         const double reading_mm = contact->displacement_mm + plan.noise_mm * random.normal();
-        trial.dial_mm[k] = reading_mm;
+        trial.reading[k] = reading_mm;
         readings.push_back({static_cast<int>(k), reading_mm, plan.noise_mm});
       }
       trial.position_mm.reset();
@@ -159,7 +160,7 @@ MeasuredSession measured_session_00() {
   session.robot << 59.6285702027692, 59.99927786244012, 60.101498357623356, 59.52868900837194,
       89.64792608457745, 0.856422045920739, -0.8591588476916063, -0.0038769981357824287,
       0.01564961528063017, 0.0042545399969138465;
-  const std::string path = std::string(SIXDIAL_TEST_DATA) + "/session_00/session.csv";
+  const std::string path = test_paths::test_data() + "/session_00/session.csv";
   std::ifstream file(path);
   if (!file) throw std::runtime_error("cannot read " + path);
   std::string line;
@@ -175,17 +176,17 @@ MeasuredSession measured_session_00() {
     cells.resize(17);
     simulation::Trial trial;
     trial.point = std::stoi(cells[1]);
-    trial.q_rad = {std::stod(cells[4]), std::stod(cells[5])};
+    trial.q = Vector2d(std::stod(cells[4]), std::stod(cells[5]));
     trial.target_mm = Vector2d(std::stod(cells[6]), std::stod(cells[7]));
     trial.assembly =
-        geometry::assembly_at(session.nominal, trial.q_rad, *trial.target_mm).value();
+        geometry::assembly_at(session.nominal, trial.q, *trial.target_mm).value();
     std::vector<geometry::DialReading> readings;
     for (int dial = 0; dial < 6; ++dial) {
       const std::string& cell = cells[static_cast<std::size_t>(11 + dial)];
       if (!cell.empty()) readings.push_back({dial, std::stod(cell), 0.002});
     }
     const auto reference = geometry::reference_link_angle(rig).value();
-    const auto nominal_pose = geometry::forward(session.nominal, trial.q_rad, trial.assembly);
+    const auto nominal_pose = geometry::forward(session.nominal, trial.q, trial.assembly);
     const double gamma = geometry::cuboid_angle(rig, reference, *nominal_pose, 0.0);
     const auto pose = geometry::best_active_three(dials, readings, rig.cuboid.side_mm, gamma);
     if (pose) {

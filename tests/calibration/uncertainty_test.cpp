@@ -41,7 +41,7 @@ testing::DialSession repeated(double between_mm, double within_mm) {
     for (int repeat = 0; repeat < 3; ++repeat) {
       simulation::Trial again = trial;
       again.repeat = repeat;
-      for (auto& value : again.dial_mm) {
+      for (auto& value : again.reading) {
         if (value) *value += within_mm * random.normal();
       }
       const Eigen::Vector2d noise(random.normal(), random.normal());

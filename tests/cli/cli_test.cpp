@@ -9,6 +9,7 @@
 
 #include "cli/console.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
@@ -18,7 +19,7 @@ using ::testing::HasSubstr;
 using testing::RunningService;
 using testing::TempDirectory;
 
-const std::string kBundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
+const std::string kBundle = test_paths::test_data() + "/session_00";
 
 struct Outcome {
   int code = -1;
@@ -64,7 +65,7 @@ TEST(CommandLine, WithoutAServiceItIsThree) {
 
 TEST(CommandLine, ABundleIsDiagnosedWithoutAService) {
   TempDirectory directory;
-  const std::string bundle = std::string(SIXDIAL_TEST_DATA) + "/sessions/01";
+  const std::string bundle = test_paths::test_data() + "/sessions/01";
   const std::string page = (directory.path() / "page.html").string();
   const std::string result = (directory.path() / "diagnosis.json").string();
   const Outcome shown = sixdial(

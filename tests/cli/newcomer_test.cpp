@@ -8,6 +8,7 @@
 
 #include "cli/cli.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
@@ -18,7 +19,7 @@ using ::testing::Not;
 using testing::RunningService;
 using testing::TempDirectory;
 
-const std::string kBundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
+const std::string kBundle = test_paths::test_data() + "/session_00";
 
 struct Outcome {
   int code = -1;

@@ -12,6 +12,7 @@
 #include "session/csv.h"
 #include "session/rig_file.h"
 #include "tests/support/figure.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
@@ -19,7 +20,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kSource = SIXDIAL_SOURCE_DIR;
+const std::string kSource = test_paths::source_dir();
 
 std::string printed(std::vector<const char*> words) {
   std::ostringstream out;
@@ -97,7 +98,7 @@ TEST(Completion, OffersCommandsAndOptionsInBash) {
   EXPECT_THAT(offered("sixdial --json plan gr", 3), HasSubstr("grid"));
 
   // Names of sessions, from the service if one runs; files elsewhere.
-  const std::string path = "PATH=" + std::string(SIXDIAL_BIN_DIR) + ":$PATH; ";
+  const std::string path = "PATH=" + test_paths::bin_dir() + ":$PATH; ";
   {
     testing::RunningService running;
     running.service().store().create_session(
@@ -154,7 +155,8 @@ void copy_units(const std::string& from, const std::filesystem::path& to) {
     std::string text = session::read_file(from + "/" + name);
     const std::string start = "ExecStart=sixdiald";
     if (const std::size_t at = text.find(start); at != std::string::npos) {
-      text.replace(at, start.size(), std::string("ExecStart=") + SIXDIAL_BIN_DIR + "/sixdiald");
+      text.replace(
+          at, start.size(), std::string("ExecStart=") + test_paths::bin_dir() + "/sixdiald");
     }
     std::ofstream(to / name) << text;
   }
@@ -194,7 +196,7 @@ TEST(Manual, OfEachProgramIsRoffThatManUnderstands) {
   for (const char* command :
        {"/sixdial manual", "/sixdiald --print-manual", "/sixdial-mock-rig --print-manual"}) {
     SCOPED_TRACE(command);
-    const Ran page = run_program(std::string(SIXDIAL_BIN_DIR) + command);
+    const Ran page = run_program(test_paths::bin_dir() + command);
     EXPECT_EQ(page.code, 0);
     EXPECT_THAT(page.said, HasSubstr(".SH NAME\nsixdial"));
     EXPECT_THAT(page.said, HasSubstr(".SH OPTIONS\n"));
@@ -205,8 +207,7 @@ TEST(Manual, OfEachProgramIsRoffThatManUnderstands) {
       EXPECT_TRUE(known.contains(line.substr(0, line.find(' ')))) << line;
     }
   }
-  const Ran mock =
-      run_program(std::string(SIXDIAL_BIN_DIR) + "/sixdial-mock-rig --print-manual");
+  const Ran mock = run_program(test_paths::bin_dir() + "/sixdial-mock-rig --print-manual");
   EXPECT_THAT(mock.said, HasSubstr("\\-\\-pty\\-dir"));
   EXPECT_EQ(mock.said.find("sixdial.db"), std::string::npos) << "it has no database";
 }

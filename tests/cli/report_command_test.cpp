@@ -12,6 +12,7 @@
 #include "report/sections/against_sections.h"
 #include "session/bundle.h"
 #include "studies/calibrate.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
@@ -20,7 +21,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::TempDirectory;
 
-const std::string kSessions = std::string(SIXDIAL_TEST_DATA) + "/sessions/";
+const std::string kSessions = test_paths::test_data() + "/sessions/";
 
 std::string read(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

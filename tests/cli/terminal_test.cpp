@@ -17,6 +17,7 @@
 #include "mock_devices/mock_rig.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
@@ -26,8 +27,8 @@ using ::testing::HasSubstr;
 using testing::kPatience;
 using ::testing::Not;
 
-const std::string kBundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
-const std::string kBin = SIXDIAL_BIN_DIR;
+const std::string kBundle = test_paths::test_data() + "/session_00";
+const std::string kBin = test_paths::bin_dir();
 
 /// As much of a terminal as the programs use: letters, \r, \n, wrapping, clearing, cursor up.
 class Emulator {

@@ -15,6 +15,7 @@
 #include "db/sqlite.h"
 #include "tests/db/store_fixture.h"
 #include "tests/support/figure.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::db {
 namespace {
@@ -143,7 +144,7 @@ TEST_F(StoreFile, StoredInEveryEarlierSchemaComesUpWithAllItHad) {
   int tried = 0;
   for (int version = 1; version < newest_schema(); ++version) {
     const std::string name = "schema_" + std::to_string(version) + ".db";
-    const std::string kept = std::string(SIXDIAL_TEST_DATA) + "/schemas/" + name;
+    const std::string kept = test_paths::test_data() + "/schemas/" + name;
     ASSERT_TRUE(std::filesystem::exists(kept))
         << kept << " is missing: make it with tests/data/schemas/make.py and keep it";
     std::filesystem::copy_file(kept, file(name));
@@ -186,8 +187,8 @@ TEST_F(StoreFile, AMigrationThatBreaksLeavesTheOldSchema) {
 
 TEST_F(StoreFile, IsCopiedWholeIntoOneFileWhileItIsOpen) {
   Store store = Store::open(file());
-  const SessionId id = store.import_session(
-      session::read_bundle(std::string(SIXDIAL_TEST_DATA) + "/sessions/00"));
+  const SessionId id =
+      store.import_session(session::read_bundle(test_paths::test_data() + "/sessions/00"));
   store.backup(file("copy.db"));
   (void)store.undo_last(id);
   Store copy = Store::open_read_only(file("copy.db"));
@@ -201,8 +202,7 @@ TEST_F(StoreFile, IsCopiedWholeIntoOneFileWhileItIsOpen) {
 TEST_F(StoreFile, ThatIsDamagedSaysSo) {
   {
     Store store = Store::open(file());
-    (void)store.import_session(
-        session::read_bundle(std::string(SIXDIAL_TEST_DATA) + "/sessions/00"));
+    (void)store.import_session(session::read_bundle(test_paths::test_data() + "/sessions/00"));
     store.checkpoint();
   }
   {

@@ -10,6 +10,7 @@
 #include "db/migrations.h"
 #include "db/sqlite.h"
 #include "tests/db/store_fixture.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::db {
 namespace {
@@ -33,7 +34,7 @@ class StoreSessions : public StoreTest {};
 TEST_F(StoreSessions, GiveBackTheBytesOfEveryImportedBundle) {
   Store store = Store::open(file());
   for (const char* name : {"00", "01", "12"}) {
-    const std::string folder = std::string(SIXDIAL_TEST_DATA) + "/sessions/" + name;
+    const std::string folder = test_paths::test_data() + "/sessions/" + name;
     const Session in = session::read_bundle(folder);
     const SessionId id = store.import_session(in);
     const Session out = store.load_session(id);
@@ -111,7 +112,7 @@ TEST_F(StoreSessions, HaveUniqueProperNames) {
 
 TEST_F(StoreSessions, AreImportedWholeOrNotAtAll) {
   Store store = Store::open(file());
-  Session session = session::read_bundle(std::string(SIXDIAL_TEST_DATA) + "/sessions/00");
+  Session session = session::read_bundle(test_paths::test_data() + "/sessions/00");
   session.samples[149].dials[2].value_mm = std::nan("");
   const auto error = refusal_of([&] { (void)store.import_session(session); });
   EXPECT_EQ(error.trouble, StoreTrouble::kRefused);

@@ -43,7 +43,7 @@ Session session_of(const Recipe& recipe) {
   for (int i = 0; i < 5; ++i) truth[i] += random.uniform(-0.5, 0.5);
   for (int i = 5; i < 7; ++i) truth[i] += random.uniform(-0.8, 0.8);
   for (int i = 7; i < 10; ++i) truth[i] += random.uniform(-0.01, 0.01);
-  truth[simulation::kClamp] = random.uniform(-0.01, 0.01);
+  truth[session.model.find("clamp").value()] = random.uniform(-0.01, 0.01);
   const auto reference = geometry::inverse(
       rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
   Eigen::Vector2d before = *reference;
@@ -56,15 +56,15 @@ Session session_of(const Recipe& recipe) {
       trial.sample = static_cast<int>(session.trials.size());
       trial.point = point;
       trial.repeat = repeat;
-      trial.q_rad = *q;
+      trial.q = *q;
       trial.assembly = *geometry::assembly_at(rig.robot.nominal, *q, target);
       trial.time_s = 8.0 * trial.sample;
       trial.temperature_c = 20.0 + 4.0 * (1 - std::exp(-trial.time_s.value() / 600.0)) +
                             0.5 * std::sin(trial.time_s.value() / 150.0);
       for (int j = 0; j < 2; ++j) {
-        trial.approach[static_cast<std::size_t>(j)] = (*q)[j] > before[j] ? 1 : -1;
+        trial.approach.push_back((*q)[j] > before[j] ? 1 : -1);
       }
-      trial.dial_mm.assign(rig.dials.size(), 0.0);
+      trial.reading.assign(rig.dials.size(), 0.0);
       before = *q;
       session.trials.push_back(std::move(trial));
     }
@@ -80,9 +80,9 @@ Session session_of(const Recipe& recipe) {
       if (recipe.mount == geometry::Mount::kFree)
         trial.gamma_rad = 0.1 * std::sin(0.3 * static_cast<double>(t));
       EXPECT_TRUE(extended.run(truth, trial, samples[t], scene).has_value());
-      for (std::size_t d = 0; d < trial.dial_mm.size(); ++d) {
-        trial.dial_mm[d] = scene.reading_mm[d];
-        if (pass == 1) *trial.dial_mm[d] += recipe.noise_mm * random.normal();
+      for (std::size_t d = 0; d < trial.reading.size(); ++d) {
+        trial.reading[d] = scene.reading_mm[d];
+        if (pass == 1) *trial.reading[d] += recipe.noise_mm * random.normal();
       }
     }
   }
@@ -188,8 +188,8 @@ TEST(Diagnosis, SaysScatterWhereTheNoiseIsLargerThanItsRepeats) {
   for (std::size_t t = 0; t + 1 < session.trials.size(); t += 2) {
     for (std::size_t d = 0; d < 6; ++d) {
       const double off = 0.004 * random.normal();
-      *session.trials[t].dial_mm[d] += off;
-      *session.trials[t + 1].dial_mm[d] += off;
+      *session.trials[t].reading[d] += off;
+      *session.trials[t + 1].reading[d] += off;
     }
   }
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
@@ -209,7 +209,7 @@ TEST(Diagnosis, NamesTheDialThatScattersAndNoCauseForIt) {
     Session session = session_of({.seed = 40 + dial});
     calibration::RandomSequence random(50 + dial, 3);
     for (simulation::Trial& trial : session.trials) {
-      *trial.dial_mm[dial] += std::sqrt(kMore * kMore - 1) * kNoise_mm * random.normal();
+      *trial.reading[dial] += std::sqrt(kMore * kMore - 1) * kNoise_mm * random.normal();
     }
     const Diagnosis verdict =
         diagnose(session.model, session.trials, session.held_out, quick());
@@ -230,7 +230,7 @@ TEST(Diagnosis, FindsACauseBesideADialThatScatters) {
   Session session =
       session_of({.effects = {effect_of(rig, "joint_backlash", "joint1", {1e-4})}, .seed = 61});
   calibration::RandomSequence random(62, 3);
-  for (simulation::Trial& trial : session.trials) *trial.dial_mm[4] += 0.01 * random.normal();
+  for (simulation::Trial& trial : session.trials) *trial.reading[4] += 0.01 * random.normal();
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
   ASSERT_EQ(verdict.causes.size(), 1U);
   EXPECT_EQ(verdict.causes[0].finding.hypothesis.name(), "joint_backlash@joint1");
@@ -247,7 +247,7 @@ TEST(Diagnosis, TakesEachDialsNoiseFromTheRigFile) {
   session.model = simulation::ForwardModel(rig);
   calibration::RandomSequence random(64, 3);
   for (simulation::Trial& trial : session.trials) {
-    *trial.dial_mm[2] += std::sqrt(15.0) * kNoise_mm * random.normal();
+    *trial.reading[2] += std::sqrt(15.0) * kNoise_mm * random.normal();
   }
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
   EXPECT_TRUE(verdict.causes.empty());
@@ -274,7 +274,7 @@ TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
   const geometry::Rig& rig = session.model.rig();
   const auto along_mm = [&](const simulation::Trial& trial) {
     const auto pose = session.model.predict(
-        session.model.nominal(), trial.q_rad, trial.assembly, std::nullopt, false);
+        session.model.nominal(), trial.q, trial.assembly, std::nullopt, false);
     return geometry::contact_on_face(
                rig.dials[kDial].geometry, {pose->pose.p_WE, pose->gamma_rad},
                rig.cuboid.side_mm, 1)
@@ -290,7 +290,7 @@ TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
     int& count = edge ? at_edge : inside;
     if (++count > 3) continue;
     expected[t] = edge;
-    *session.trials[t].dial_mm[kDial] += 0.3;
+    *session.trials[t].reading[kDial] += 0.3;
   }
   ASSERT_GE(at_edge, 3);
   const Readings readings(session.model, session.trials);
@@ -345,7 +345,7 @@ TEST(Diagnosis, GivesTheSameAnswerTwiceAndUnderShuffledDialNames) {
   std::reverse(backwards.dials.begin(), backwards.dials.end());
   const simulation::ForwardModel other(backwards);
   std::vector<simulation::Trial> trials = session.trials;
-  for (auto& trial : trials) std::reverse(trial.dial_mm.begin(), trial.dial_mm.end());
+  for (auto& trial : trials) std::reverse(trial.reading.begin(), trial.reading.end());
   const Diagnosis reversed = diagnose(other, trials, session.held_out, settings);
   ASSERT_EQ(reversed.causes.size(), 1U);
   EXPECT_EQ(reversed.causes[0].finding.hypothesis.place.name, "C");

@@ -14,6 +14,7 @@
 #include "diagnosis/identify.h"
 #include "session/bundle.h"
 #include "session/trials.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -53,7 +54,7 @@ Verdict verdict_of(const fs::path& bundle) {
 struct MeasuredSession : testing::TestWithParam<std::string> {};
 
 TEST_P(MeasuredSession, IsNamedAsItsAnswerSaysOrInATie) {
-  const fs::path folder = fs::path(SIXDIAL_TEST_DATA) / "sessions" / GetParam();
+  const fs::path folder = fs::path(test_paths::test_data()) / "sessions" / GetParam();
   const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));
   const Verdict verdict = verdict_of(folder);
   std::set<std::string> truth;

@@ -20,6 +20,7 @@
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "tests/support/figure.h"
+#include "tests/support/paths.h"
 
 // Each fuzz_*.cpp under its own name (CMakeLists.txt).
 extern "C" {
@@ -46,7 +47,7 @@ class Corpus : public testing::TestWithParam<Fuzzer> {};
 std::vector<std::string> kept(const std::string& corpus) {
   std::vector<std::filesystem::path> paths;
   for (const auto& each : std::filesystem::directory_iterator(
-           std::string(SIXDIAL_SOURCE_DIR) + "/tests/fuzz/" + corpus)) {
+           test_paths::source_dir() + "/tests/fuzz/" + corpus)) {
     paths.push_back(each.path());
   }
   std::ranges::sort(paths);
@@ -90,12 +91,12 @@ TEST_P(Corpus, AndItsMutationsBreakNoLaw) {
   };
   const std::vector<std::string> inputs = kept(fuzzer.corpus);
   ASSERT_GE(inputs.size(), 2U);
-  for (const std::string& input : inputs) cli::run(input);
+  for (const std::string& input : inputs) run(input);
   std::mt19937_64 random(17);
   int tried = 0;
   for (; tried < fuzzer.mutations; ++tried) {
     const std::string& base = inputs[random() % inputs.size()];
-    cli::run(mutated(base, random, inputs[random() % inputs.size()]));
+    run(mutated(base, random, inputs[random() % inputs.size()]));
   }
   EXPECT_EQ(tried, fuzzer.mutations);
   test::figure(

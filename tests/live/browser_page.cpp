@@ -8,9 +8,11 @@
 #include <array>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 extern char** environ;
 
-namespace sixdial::service::testing {
+namespace sixdial::testing {
 
 BrowserPage::BrowserPage() {
   std::array<int, 2> in{}, out{};
@@ -22,7 +24,7 @@ BrowserPage::BrowserPage() {
   posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
   std::string python = "python3";
-  std::string script = SIXDIAL_SOURCE_DIR "/tests/live/drive.py";
+  std::string script = test_paths::source_dir() + "/tests/live/drive.py";
   std::array<char*, 3> arguments{python.data(), script.data(), nullptr};
   const int failed =
       ::posix_spawnp(&pid_, "python3", &actions, nullptr, arguments.data(), environ);
@@ -58,4 +60,4 @@ Json BrowserPage::tell(const Json& order) {
   return answer["value"];
 }
 
-}  // namespace sixdial::service::testing
+}  // namespace sixdial::testing

@@ -5,7 +5,7 @@
 
 #include "service/error.h"
 
-namespace sixdial::service::testing {
+namespace sixdial::testing {
 
 class BrowserPage {
  public:
@@ -15,12 +15,12 @@ class BrowserPage {
   BrowserPage& operator=(const BrowserPage&) = delete;
 
   void open(const std::string& url) { tell({{"open", url}}); }
-  Json cli::run(const std::string& javascript) { return tell({{"do", javascript}}); }
+  Json run(const std::string& javascript) { return tell({{"do", javascript}}); }
   /// Asks until it is true; throws std::runtime_error with the page's text after a minute.
   Json until(const std::string& javascript) { return tell({{"until", javascript}}); }
   void keys(const std::string& text) { tell({{"keys", text}}); }
   void click(const std::string& what) {
-    cli::run("document.querySelector('button[data-do=" + what + "]').click()");
+    run("document.querySelector('button[data-do=" + what + "]').click()");
   }
   /// Goes over to the tab whose address has this part, once it is there.
   void go_to_tab(const std::string& part) { tell({{"tab", part}}); }
@@ -35,4 +35,4 @@ class BrowserPage {
   std::string buffer_;
 };
 
-}  // namespace sixdial::service::testing
+}  // namespace sixdial::testing

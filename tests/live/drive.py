@@ -100,7 +100,7 @@ class Page:
         self.evaluate("1")
         return self.complaints()
 
-    def cli::run(self, order):
+    def run(self, order):
         if "open" in order:
             return self.open(order["open"], order.get("width", 1280), order.get("height", 860))
         if "shot" in order:

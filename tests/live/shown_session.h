@@ -11,10 +11,11 @@
 #include "service/live/live_page.h"
 #include "session/rig_file.h"
 #include "tests/live/browser_page.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 #include "tests/support/simulated.h"
 
-namespace sixdial::service::testing {
+namespace sixdial::testing {
 
 class ShownSession {
  public:
@@ -30,7 +31,7 @@ class ShownSession {
     session.name = "monday";
     db::Store& store = running_.service().store();
     store.save_plan(store.import_session(session), plan_);
-    page_ = std::make_unique<LivePage>(LivePageOptions{
+    page_ = std::make_unique<service::LivePage>(LivePageOptions{
         .socket_path = running_.socket_path(), .port = 0, .token = std::string(32, 'a')});
   }
 
@@ -40,7 +41,7 @@ class ShownSession {
     browser_.until(
         "document.querySelectorAll('#map [data-mark=done]').length === " +
         std::to_string(kMeasured));
-    std::ifstream file(SIXDIAL_SOURCE_DIR "/tests/live/look.js");
+    std::ifstream file(test_paths::source_dir() + "/tests/live/look.js");
     std::stringstream text;
     text << file.rdbuf();
     browser_.run(text.str());
@@ -97,15 +98,15 @@ class ShownSession {
 
   [[nodiscard]] BrowserPage& browser() { return browser_; }
   [[nodiscard]] RunningService& running() { return running_; }
-  [[nodiscard]] const LivePage& page() const { return *page_; }
+  [[nodiscard]] const service::LivePage& page() const { return *page_; }
   void close_page() { page_.reset(); }
 
  private:
   mock_devices::World world_;
   session::Plan plan_;
   RunningService running_;
-  std::unique_ptr<LivePage> page_;
+  std::unique_ptr<service::LivePage> page_;
   BrowserPage browser_;
 };
 
-}  // namespace sixdial::service::testing
+}  // namespace sixdial::testing

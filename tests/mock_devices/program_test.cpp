@@ -9,13 +9,14 @@
 #include <sstream>
 
 #include "tests/mock_devices/raw_port.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::mock_devices {
 namespace {
 
 struct Program {
   explicit Program(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), std::string(SIXDIAL_BIN_DIR) + "/sixdial-mock-rig");
+    arguments.insert(arguments.begin(), test_paths::bin_dir() + "/sixdial-mock-rig");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

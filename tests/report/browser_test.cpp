@@ -16,6 +16,7 @@
 #include "report/text.h"
 #include "run_program.h"
 #include "sample_session.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::report {
 namespace {
@@ -62,7 +63,7 @@ class Browser : public testing::Test {
   /// What tests/report/browser.py saw: requests, complaints, dom, text.
   [[nodiscard]] json look(const std::string& page, const std::string& options = "") const {
     const Ran ran = run_program(fmt::format(
-        "python3 {}/tests/report/browser.py {} {}", SIXDIAL_SOURCE_DIR, options,
+        "python3 {}/tests/report/browser.py {} {}", test_paths::source_dir(), options,
         folder_.write("page.html", page)));
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     json out = json::parse(ran.out, nullptr, false);

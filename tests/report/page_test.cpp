@@ -21,6 +21,7 @@
 #include "report/text.h"
 #include "run_program.h"
 #include "sample_session.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::report {
 namespace {
@@ -38,7 +39,7 @@ const std::string kHostile =
 json tables_of(const std::string& page) {
   const TemporaryFolder folder;
   const Ran ran = run_program(fmt::format(
-      "python3 {}/tests/report/check_html.py {}", SIXDIAL_SOURCE_DIR,
+      "python3 {}/tests/report/check_html.py {}", test_paths::source_dir(),
       folder.write("page.html", page)));
   EXPECT_EQ(ran.exit_code, 0) << "faults in the page (or no python3): " << ran.err;
   return json::parse(ran.out, nullptr, false);
@@ -541,7 +542,7 @@ TEST(Chart, LeavesOutPointsThatAreNotFinite) {
 }
 
 TEST(ChartLibraries, TheLockNamesNoRegistry) {
-  std::ifstream file{SIXDIAL_SOURCE_DIR "/report/web/package-lock.json"};
+  std::ifstream file{test_paths::source_dir() + "/report/web/package-lock.json"};
   std::stringstream lock;
   lock << file.rdbuf();
   EXPECT_THAT(lock.str(), HasSubstr("\"integrity\""));
@@ -556,7 +557,7 @@ TEST(ChartLibraries, WithoutNpmTheBuildGoesOn) {
     const Ran ran = run_program(fmt::format(
         "cmake -DWEB={0}/report/web -DWORK={1}/web -DNPM={2} -DHEADER=report/assets.h "
         "-DNAMESPACE=sixdial::report::assets -DOUTPUT={3} -P {0}/cmake/ChartLibraries.cmake",
-        SIXDIAL_SOURCE_DIR, folder.path().string(), npm, made));
+        test_paths::source_dir(), folder.path().string(), npm, made));
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_THAT(ran.err, HasSubstr("tables only"));
     std::ifstream file{made};

@@ -6,6 +6,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 #include "tests/support/simulated.h"
 
@@ -99,8 +100,7 @@ TEST(SessionEvents, TellEveryClientOfSessionsMadeAndSamplesWithdrawn) {
   EXPECT_EQ(event["data"], (Json{{"type", "created"}, {"session", "new"}}));
   EXPECT_TRUE(client.call("session.undo", {{"session", "new"}})["result"]["undone"].is_null());
   client.call(
-      "session.import",
-      {{"path", std::string(SIXDIAL_TEST_DATA) + "/session_00"}, {"name", "one"}});
+      "session.import", {{"path", test_paths::test_data() + "/session_00"}, {"name", "one"}});
   EXPECT_EQ(
       watcher.read()["params"]["data"]["type"], "imported");  // an undo of nothing is none
   client.call("session.undo", {{"session", "one"}});

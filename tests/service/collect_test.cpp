@@ -10,6 +10,7 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "tests/support/live_rig.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::service {
 namespace {
@@ -379,7 +380,7 @@ TEST(Daemon, ASignalToEndIsObeyedInTheMiddleOfEverything) {
   LineClient client = daemon.client();
   create(client, rig);
   start(client, Rig::plan(30));
-  const std::string bundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
+  const std::string bundle = test_paths::test_data() + "/session_00";
   client.call("session.import", {{"path", bundle}, {"name", "other"}});
   client.call(
       "calibrate.start",

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "tests/support/figure.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
@@ -21,7 +22,7 @@ using testing::LineClient;
 using testing::RunningService;
 using testing::TempDirectory;
 
-const std::string kProgram = std::string(SIXDIAL_BIN_DIR) + "/sixdiald";
+const std::string kProgram = test_paths::bin_dir() + "/sixdiald";
 
 /// A listening Unix socket, as systemd holds it.
 int listening_socket(const std::filesystem::path& path) {
@@ -166,8 +167,7 @@ struct Said {
 
 Said run_client(const std::string& words, const std::filesystem::path& socket) {
   const std::string command = "SIXDIAL_SOCKET='" + socket.string() + "' timeout 60 python3 '" +
-                              std::string(SIXDIAL_SOURCE_DIR) + "/examples/client.py' " +
-                              words + " 2>&1";
+                              test_paths::source_dir() + "/examples/client.py' " + words + " 2>&1";
   Said said;
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return said;
@@ -184,7 +184,7 @@ TEST(PythonClient, AsksAndTellsErrorsWithTheirHint) {
   const Said hello = run_client("hello", running.socket_path());
   ASSERT_EQ(hello.status, 0) << hello.text;
   EXPECT_EQ(Json::parse(hello.text)["service"], "sixdiald");
-  const std::string bundle = std::string(SIXDIAL_TEST_DATA) + "/session_00";
+  const std::string bundle = test_paths::test_data() + "/session_00";
   const Said imported =
       run_client("session.import name=one path=" + bundle, running.socket_path());
   ASSERT_EQ(imported.status, 0) << imported.text;
@@ -194,7 +194,7 @@ TEST(PythonClient, AsksAndTellsErrorsWithTheirHint) {
   const Said wrong = run_client("session.show session=two", running.socket_path());
   EXPECT_NE(wrong.status, 0);
   EXPECT_THAT(wrong.text, ::testing::HasSubstr("two"));
-  std::ifstream source(std::string(SIXDIAL_SOURCE_DIR) + "/examples/client.py");
+  std::ifstream source(test_paths::source_dir() + "/examples/client.py");
   int lines = 0;
   for (std::string line; std::getline(source, line);) ++lines;
   EXPECT_LE(lines, 30) << "an example to copy is short";

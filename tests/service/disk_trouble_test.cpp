@@ -12,6 +12,7 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "tests/support/live_rig.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::service {
 namespace {
@@ -55,7 +56,7 @@ class Disk {
   [[nodiscard]] std::vector<std::string> environment() const {
     return {
         "SIXDIAL_DISK_FAULTS=" + path_.string(),
-        std::string("LD_PRELOAD=") + SIXDIAL_BIN_DIR + "/libsixdial_disk.so",
+        std::string("LD_PRELOAD=") + test_paths::bin_dir() + "/libsixdial_disk.so",
         "ASAN_OPTIONS=verify_asan_link_order=0"};
   }
 
@@ -191,7 +192,7 @@ TEST_F(DiskTrouble, ADiskThatTurnsReadOnlyEndsTheCollectionInWords) {
 
 /// The output and the exit code of the command line.
 std::pair<std::string, int> run_cli(const std::string& words, const Daemon& daemon) {
-  const std::string command = std::string(SIXDIAL_BIN_DIR) + "/sixdial --socket '" +
+  const std::string command = test_paths::bin_dir() + "/sixdial --socket '" +
                               daemon.socket().string() + "' " + words + " 2>&1 </dev/null";
   FILE* pipe = ::popen(command.c_str(), "r");
   std::string said;

@@ -10,6 +10,7 @@
 #include "service/socket/request.h"
 #include "session/bundle.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::service {
@@ -34,7 +35,8 @@ Json example_of(const std::string& method, const RunningService& running) {
 
 /// The world that the examples speak of: session `demo`, and a bundle in /srv/rig/bundle.
 void prepare(RunningService& running) {
-  const std::filesystem::path bundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+  const std::filesystem::path bundle =
+      std::filesystem::path(test_paths::test_data()) / "session_00";
   std::filesystem::create_directories(running.directory() / "bundle");
   for (const char* file : {"session.csv", "rig.toml"}) {
     std::filesystem::copy_file(bundle / file, running.directory() / "bundle" / file);
@@ -137,7 +139,7 @@ TEST(Methods, TheWholeTableFitsIntoOneLine) {
 }
 
 TEST(Methods, TheCommittedProtocolIsTheOneOfTheTable) {
-  std::ifstream file(std::filesystem::path(SIXDIAL_SOURCE_DIR) / "doc" / "protocol.md");
+  std::ifstream file(std::filesystem::path(test_paths::source_dir()) / "doc" / "protocol.md");
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_EQ(text.str(), protocol_markdown())

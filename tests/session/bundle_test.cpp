@@ -9,6 +9,7 @@
 
 #include "session/csv.h"
 #include "tests/session/bundle_text.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::session {
 namespace {
@@ -20,7 +21,7 @@ const std::string kGood = kHeader + "\n" + kRow0 + "\n" + kRow1 + "\n";
 class EverySharedBundle : public testing::TestWithParam<const char*> {};
 
 TEST_P(EverySharedBundle, GivesTheSameBytesBack) {
-  const std::string folder = std::string(SIXDIAL_TEST_DATA) + "/sessions/" + GetParam();
+  const std::string folder = test_paths::test_data() + "/sessions/" + GetParam();
   const Session session = read_bundle(folder);
   EXPECT_EQ(session.samples.size(), 150U);
   EXPECT_EQ(session.name, GetParam());
@@ -30,7 +31,7 @@ TEST_P(EverySharedBundle, GivesTheSameBytesBack) {
 
 // Without the rows as read, the writer has to find the same digits by itself.
 TEST_P(EverySharedBundle, IsWrittenFromItsNumbersWithTheSameBytes) {
-  const std::string folder = std::string(SIXDIAL_TEST_DATA) + "/sessions/" + GetParam();
+  const std::string folder = test_paths::test_data() + "/sessions/" + GetParam();
   Session session = read_bundle(folder);
   session.csv_header.clear();
   for (Sample& sample : session.samples) sample.source_row.clear();
@@ -236,7 +237,7 @@ TEST(WrongBundle, ReportsTwentyFaultsAndCountsTheRest) {
 
 TEST(WrongBundle, NamesAMissingFile) {
   const DataError error =
-      error_of([] { (void)read_bundle(std::string(SIXDIAL_TEST_DATA) + "/no_such_folder"); });
+      error_of([] { (void)read_bundle(test_paths::test_data() + "/no_such_folder"); });
   EXPECT_THAT(error.what(), HasSubstr("no_such_folder: there is no such folder or file"));
 }
 

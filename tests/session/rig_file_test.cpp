@@ -8,15 +8,14 @@
 #include "session/csv.h"
 #include "session/sha256.h"
 #include "tests/session/bundle_text.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::session {
 namespace {
 
 using testing::HasSubstr;
 
-std::string shared_rig() {
-  return read_file(std::string(SIXDIAL_TEST_DATA) + "/sessions/00/rig.toml");
-}
+std::string shared_rig() { return read_file(test_paths::test_data() + "/sessions/00/rig.toml"); }
 
 void expect_equal(const geometry::Rig& a, const geometry::Rig& b) {
   EXPECT_EQ(a.name, b.name);

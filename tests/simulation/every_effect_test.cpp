@@ -37,14 +37,14 @@ class EveryEffect : public testing::TestWithParam<Case> {
     std::vector<Trial> trials;
     for (int i = 0; i < 40; ++i) {
       Trial trial;
-      trial.q_rad = *geometry::inverse(
+      trial.q = *geometry::inverse(
           model_.rig().robot.nominal, {x(engine), y(engine)}, {}, Eigen::Vector2d(1.4, 3.1));
       trial.time_s = 8.0 * i;
       trial.temperature_c = 20.0 + 0.1 * i;
       trial.approach = {i % 2 ? 1 : -1, i % 3 ? -1 : 1};
-      const auto seen = model_.predict(model_.nominal(), trial.q_rad, trial.assembly);
+      const auto seen = model_.predict(model_.nominal(), trial.q, trial.assembly);
       for (int dial = 0; dial < 6; ++dial) {
-        trial.dial_mm.emplace_back(seen->dial_mm[dial]);
+        trial.reading.emplace_back(seen->reading[dial]);
       }
       trials.push_back(trial);
     }

@@ -24,7 +24,7 @@ struct WithMount : testing::TestWithParam<Mount> {
   ModelVector drawn_model() {
     ModelVector result = model.nominal();
     for (int i = 0; i < 7; ++i) result[i] += drawn(-0.6, 0.6);
-    for (int i = 7; i < kModelParameterCount; ++i) result[i] += drawn(-0.02, 0.02);
+    for (Eigen::Index i = 7; i < model.parameter_count(); ++i) result[i] += drawn(-0.02, 0.02);
     return result;
   }
   Vector2d drawn_q() {
@@ -39,16 +39,16 @@ TEST_P(WithMount, JacobianAgreesWithDifferences) {
     const ModelVector x = drawn_model();
     const Vector2d q = drawn_q();
     const Prediction exact = *model.predict(x, q, geometry::Assembly::kLeft);
-    Eigen::MatrixXd slope(exact.dial_mm.size(), kModelParameterCount);
-    for (int i = 0; i < kModelParameterCount; ++i) {
+    Eigen::MatrixXd slope(exact.reading.size(), model.parameter_count());
+    for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
       const double h = i < 7 ? 2e-3 : 2e-5;
       const auto at = [&](double step) -> Eigen::VectorXd {
-        return model.predict(x + step * ModelVector::Unit(i), q, geometry::Assembly::kLeft)
-            ->dial_mm;
+        return model.predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
+            ->reading;
       };
       slope.col(i) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
     }
-    ASSERT_LT((exact.dial_J - slope).norm(), kRelative * exact.dial_J.norm());
+    ASSERT_LT((exact.reading_J - slope).norm(), kRelative * exact.reading_J.norm());
   }
 }
 
@@ -61,7 +61,7 @@ TEST_P(WithMount, ReadingsGiveTheToolBack) {
     std::vector<geometry::DialReading> readings;
     for (int i = 0; i < 6; ++i) {
       if (seen.in_contact[static_cast<std::size_t>(i)]) {
-        readings.push_back({i, seen.dial_mm[i], 0.002});
+        readings.push_back({i, seen.reading[i], 0.002});
       }
     }
     const auto back = geometry::best_active_three(
@@ -78,7 +78,7 @@ TEST_P(WithMount, EveryDialReadsSixteenAtTheCentre) {
   // Default layout of spec 1: displacement 16 mm at the centre, gamma 0.
   const Vector2d q = *geometry::inverse(model.rig().robot.nominal, {28, 48}, {});
   const Prediction seen = *model.predict(model.nominal(), q, geometry::Assembly::kLeft);
-  EXPECT_LT((seen.dial_mm.array() - 16.0).abs().maxCoeff(), 1e-12 * 100);
+  EXPECT_LT((seen.reading.array() - 16.0).abs().maxCoeff(), 1e-12 * 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -98,14 +98,14 @@ TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
   const auto moved = model.predict(model.nominal(), q, geometry::Assembly::kLeft, 0.1 + 1e-6);
   EXPECT_EQ(seen->gamma_rad, 0.1);
   EXPECT_LT(
-      ((moved->dial_mm - seen->dial_mm) / 1e-6 - seen->dial_J_gamma).norm(),
-      1e-4 * seen->dial_J_gamma.norm());
-  EXPECT_EQ(seen->dial_J.col(kClamp).norm(), 0.0);
+      ((moved->reading - seen->reading) / 1e-6 - seen->reading_J_gamma).norm(),
+      1e-4 * seen->reading_J_gamma.norm());
+  EXPECT_EQ(seen->reading_J.col(model.find("clamp").value()).norm(), 0.0);
 }
 
 TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {
   const ForwardModel model(geometry::default_rig());
-  const auto seen = model.predict(model.nominal(), {3.1, 0.0}, geometry::Assembly::kLeft);
+  const auto seen = model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error(), geometry::KinematicTrouble::kOutOfReach);
 }

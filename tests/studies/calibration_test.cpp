@@ -8,6 +8,7 @@
 #include "report/report_run.h"
 #include "session/bundle.h"
 #include "studies/calibrate.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::studies {
@@ -24,7 +25,8 @@ constexpr double kSameError_mm = 1e-12;
 // Session 00 has noise of 0.002 mm a dial and no other cause: mean errors of about that size.
 constexpr double kNoiseOnly_mm = 0.006;
 
-const std::filesystem::path kBundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+const std::filesystem::path kBundle =
+    std::filesystem::path(test_paths::test_data()) / "session_00";
 
 CalibrationRequest quick() {
   CalibrationRequest request;

@@ -13,6 +13,7 @@
 #include "session/bundle.h"
 #include "studies/assessment.h"
 #include "studies/calibrate.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::studies {
@@ -21,7 +22,8 @@ namespace {
 using testing::LineClient;
 using testing::RunningService;
 
-const std::filesystem::path kBundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+const std::filesystem::path kBundle =
+    std::filesystem::path(test_paths::test_data()) / "session_00";
 
 CompareRequest quick() {
   CompareRequest request;

@@ -19,6 +19,7 @@
 #include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/diagnose.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::studies {
@@ -30,7 +31,7 @@ using ::testing::HasSubstr;
 using testing::LineClient;
 using testing::RunningService;
 
-const fs::path kSessions = fs::path(SIXDIAL_TEST_DATA) / "sessions";
+const fs::path kSessions = fs::path(test_paths::test_data()) / "sessions";
 // A size is a normal estimate: five of its standard deviations are never missed by chance.
 constexpr double kSigmas = 5.0;
 // A fit in another order of readings or from another start stops within this of the same size.

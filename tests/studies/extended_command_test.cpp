@@ -11,6 +11,7 @@
 #include "session/rig_file.h"
 #include "studies/diagnose.h"
 #include "studies/validate.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::studies {
@@ -28,7 +29,7 @@ Json diagnosis_of(const std::string& number) {
   DiagnosisRequest request;
   request.bootstrap = 0;
   request.with_gain = false;
-  const auto folder = std::filesystem::path(SIXDIAL_TEST_DATA) / "sessions" / number;
+  const auto folder = std::filesystem::path(test_paths::test_data()) / "sessions" / number;
   return Json::parse(diagnose(session::read_bundle(folder), request).dump());
 }
 

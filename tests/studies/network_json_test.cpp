@@ -13,6 +13,7 @@
 #include "session/bundle.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::studies {
 namespace {
@@ -20,7 +21,8 @@ namespace {
 using calibration::AnfisModel;
 using calibration::MembershipKind;
 
-const std::filesystem::path kBundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+const std::filesystem::path kBundle =
+    std::filesystem::path(test_paths::test_data()) / "session_00";
 
 struct Lesson {
   Eigen::MatrixXd inputs;

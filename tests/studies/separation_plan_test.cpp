@@ -8,12 +8,14 @@
 #include <filesystem>
 
 #include "session/bundle.h"
+#include "tests/support/paths.h"
 
 namespace sixdial::studies {
 namespace {
 
 session::Session measured(const char* number) {
-  return session::read_bundle(std::filesystem::path(SIXDIAL_TEST_DATA) / "sessions" / number);
+  return session::read_bundle(
+      std::filesystem::path(test_paths::test_data()) / "sessions" / number);
 }
 
 TEST(SeparationPlan, IsReadyToBeCollectedAndPromisesMoreThanThereIs) {

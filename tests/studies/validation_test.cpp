@@ -9,6 +9,7 @@
 #include "session/rig_file.h"
 #include "studies/calibrate.h"
 #include "studies/validate.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::studies {
@@ -26,7 +27,8 @@ constexpr double kFewTimes = 3.0;
 // The plan file's nine decimals of a radian on 120 mm of arm.
 constexpr double kPlanRounding_mm = 2e-7;
 
-const std::filesystem::path kBundle = std::filesystem::path(SIXDIAL_TEST_DATA) / "session_00";
+const std::filesystem::path kBundle =
+    std::filesystem::path(test_paths::test_data()) / "session_00";
 
 CalibrationRequest quick() {
   CalibrationRequest request;

@@ -12,6 +12,7 @@
 #include "mock_devices/mock_rig.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
+#include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 extern char** environ;
@@ -86,7 +87,7 @@ class Daemon {
       const std::filesystem::path& directory, const std::string& clock_start,
       const std::vector<std::string>& environment = {}, const std::string& socket = "s")
       : socket_(directory / socket), log_(directory / (socket + ".log")) {
-    const std::string program = std::string(SIXDIAL_BIN_DIR) + "/sixdiald";
+    const std::string program = test_paths::bin_dir() + "/sixdiald";
     const std::string database = (directory / "daemon.db").string();
     std::vector<std::string> words{program,         "--socket",      socket_.string(),
                                    "--db",          database,        "--log-level",

@@ -1,0 +1,20 @@
+// One number that a robot or an instrument has and that a calibration may change: its name, the
+// units it is computed and shown in, and how large a change of it is plausible. Robots and
+// instruments hold theirs as a list; a vector of values has the same order.
+#pragma once
+
+#include <string>
+
+namespace sixdial::geometry {
+
+struct ParameterInfo {
+  std::string name;             // "l11", as printed
+  std::string rig_key;          // "l11_mm", its key in rig.toml; empty: not in that file
+  std::string shown_unit;       // "mm" or "deg", as printed and as in rig.toml
+  double shown_per_unit = 1.0;  // shown value = stored value * this
+  std::string unit = "mm";      // as stored: "mm" or "rad"
+  /// A plausible change [unit]; those of different units move the tool about as far.
+  double change = 1.0;
+};
+
+}  // namespace sixdial::geometry
