@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cli/console.h"
+#include "service/job.h"
 #include "service/socket/client.h"
 #include "session/session.h"
 
@@ -64,9 +65,18 @@ Json call_about(
 [[nodiscard]] Json read_document(const std::string& path);
 /// As the service must get it: it runs in another directory.
 [[nodiscard]] std::string absolute(const std::string& path);
-/// Follows a job with a progress line until it has ended; prints nothing else. Returns
-/// job.status. Throws the job's error.
-[[nodiscard]] Json follow_job(Cli& cli, std::int64_t job);
+/// Follows a job with a progress line until it has ended; prints nothing else. Throws the
+/// job's error.
+service::Job follow_job(Cli& cli, std::int64_t job);
+/// Starts a job by its method and follows it. Throws the job's error.
+service::Job start_and_follow(Cli& cli, std::string_view method, const Json& params);
+
+struct StoredResult {
+  std::int64_t number = 0;
+  Json document;
+};
+/// Starts a job by its method, follows it and fetches its result. Throws the job's error.
+[[nodiscard]] StoredResult run_job(Cli& cli, std::string_view method, const Json& params);
 /// A method that has the service write files into `params.path`. A service of another user may
 /// not write there: then it writes into a folder of its own, from where they are copied.
 [[nodiscard]] Json call_for_files(Cli& cli, std::string_view method, Json params);

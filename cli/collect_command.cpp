@@ -9,8 +9,9 @@
 
 #include "cli/cli.h"
 #include "cli/collect_screen.h"
+#include "report/documents/estimate_json.h"
+#include "report/words/estimate_words.h"
 #include "session/csv.h"
-#include "studies/live_estimate.h"
 
 namespace sixdial::cli {
 namespace {
@@ -148,10 +149,11 @@ service::ExitCode conclude(Cli& cli, const Json& status) {
               ? fmt::format(", {} left out", status["left_out"].get<std::int64_t>())
               : std::string()));
   if (!cli.console.json && status.contains("estimate") && status["estimate"].is_object()) {
-    for (const std::string& line : studies::estimate_parameters(status["estimate"])) {
+    const studies::EstimateSummary estimate = report::estimate_from_json(status["estimate"]);
+    for (const std::string& line : report::estimate_parameters(estimate)) {
       cli.console.out << line << '\n';
     }
-    cli.console.out << studies::estimate_summary(status["estimate"]) << '\n';
+    cli.console.out << report::estimate_summary(estimate) << '\n';
   }
   if (status["ended_because"].is_string()) {
     cli.console.note("ended: " + status["ended_because"].get<std::string>());

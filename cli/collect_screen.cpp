@@ -7,7 +7,8 @@
 #include <array>
 
 #include "geometry/units.h"
-#include "studies/live_estimate.h"
+#include "report/documents/estimate_json.h"
+#include "report/words/estimate_words.h"
 
 namespace sixdial::cli {
 namespace {
@@ -178,7 +179,9 @@ void Screen::show_state(const Json& state) {
         point_text(state), state["move_to_rad"][0].get<double>(),
         state["move_to_rad"][1].get<double>()));
   }
-  if (type == "estimate" && state["estimate"].is_object()) show_estimate(state["estimate"]);
+  if (type == "estimate" && state["estimate"].is_object()) {
+    show_estimate(report::estimate_from_json(state["estimate"]));
+  }
   redraw();
 }
 
@@ -223,10 +226,10 @@ std::vector<std::string> Screen::lines(std::size_t width, std::size_t height) co
   const auto fits = [&](std::size_t more) {
     return all.size() + more + keys.size() + kOthers <= height;
   };
-  if (estimate_.is_object()) {
-    const auto summary = wrapped(studies::estimate_summary(estimate_), width);
-    const auto parameters = studies::estimate_parameters(
-        estimate_, std::clamp<std::size_t>(width / kParameterWidth, 1, 3));
+  if (estimate_) {
+    const auto summary = wrapped(report::estimate_summary(*estimate_), width);
+    const auto parameters = report::estimate_parameters(
+        *estimate_, std::clamp<std::size_t>(width / kParameterWidth, 1, 3));
     if (fits(parameters.size() + summary.size())) {
       for (const std::string& each : parameters) all.push_back(each.substr(0, width));
     }
@@ -267,17 +270,17 @@ void Screen::end() {
   block_.clear();
 }
 
-void Screen::show_estimate(const Json& estimate) {
+void Screen::show_estimate(const studies::EstimateSummary& estimate) {
   if (console_.json || console_.quiet) return;
   estimate_ = estimate;
   if (console_.terminal) {
     show_block();
     return;
   }
-  std::vector<std::string> lines = studies::estimate_parameters(estimate);
-  lines.push_back(studies::estimate_summary(estimate));
+  std::vector<std::string> lines = report::estimate_parameters(estimate);
+  lines.push_back(report::estimate_summary(estimate));
   constexpr int kParametersEvery = 10;
-  if (estimate["samples"].get<int>() % kParametersEvery != 0) {
+  if (estimate.samples % kParametersEvery != 0) {
     lines.erase(lines.begin(), lines.end() - 1);
   }
   for (const std::string& each : lines) note(each);

@@ -2,12 +2,14 @@
 // in large digits with their state, the estimate, and the progress line. Off a terminal: lines.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/console.h"
 #include "cli/plan_map.h"
 #include "service/error.h"
+#include "studies/live_estimate.h"
 
 namespace sixdial::cli {
 
@@ -54,14 +56,15 @@ class Screen {
   void end();
 
  private:
-  void show_estimate(const Json& estimate);
+  void show_estimate(const studies::EstimateSummary& estimate);
   void redraw();
   void show_block();
 
   const Console& console_;
   Block block_;
   ProgressLine line_;
-  Json live_, state_, estimate_;
+  Json live_, state_;
+  std::optional<studies::EstimateSummary> estimate_;
   PlanMap map_;
 };
 

@@ -4,9 +4,12 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/shared_options.h"
+#include "report/documents/comparison_json.h"
+#include "report/words/calibration_words.h"
+#include "report/words/comparison_words.h"
+#include "service/study_params.h"
 #include "session/csv.h"
-#include "studies/assessment.h"
-#include "studies/compare.h"
 
 namespace sixdial::cli {
 namespace {
@@ -17,73 +20,48 @@ struct CompareOptions {
   bool skip_bad_rows = false;
 };
 
-Json params_of(const CompareOptions& options) {
-  const studies::CompareRequest& request = options.request;
-  Json params{
-      {"session", options.subject},
-      {"space", request.space},
-      {"loss", request.loss},
-      {"profile", request.profile},
-      {"keep_gross_errors", request.keep_gross_errors},
-      {"seed", request.seed}};
-  const auto add_list = [&](const char* name, const std::vector<std::string>& values) {
-    if (!values.empty()) params[name] = values;
-  };
-  add_list("methods", request.methods);
-  add_list("fix", request.fix);
-  add_list("free", request.free);
-  const auto add_count = [&](const char* name, int count) {
-    if (count > 0) params[name] = count;
-  };
-  add_count("threads", request.threads);
-  add_count("particles", request.particles);
-  add_count("qpso1_iterations", request.qpso1_iterations);
-  add_count("qpso2_iterations", request.qpso2_iterations);
-  add_count("anfis_epochs", request.anfis_epochs);
-  add_count("bpnn_epochs", request.bpnn_epochs);
-  return params;
-}
-
 void print_comparison(Cli& cli, const Json& document, const std::string& output) {
   if (!output.empty()) session::write_file(output, document.dump(1) + "\n");
   if (cli.console.json) {
     cli.console.print_json("comparison", document);
     return;
   }
-  cli.console.out << studies::comparison_text(document) << '\n';
-  for (const std::string& line : studies::gross_error_lines(document["gross_errors"])) {
+  const studies::ComparisonResult result = report::comparison_from_json(document);
+  cli.console.out << report::comparison_text(result) << '\n';
+  for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);
   }
-  for (const std::string& line : studies::assessment_lines(document["assessment"])) {
+  for (const std::string& line : report::assessment_lines(result.assessment)) {
     cli.console.out << line << '\n';
   }
-  if (document["precision"].is_object()) {
-    cli.console.out << studies::precision_line(document["precision"]) << '\n';
+  if (result.precision) {
+    cli.console.out << report::precision_line(*result.precision) << '\n';
   }
   cli.console.note(fmt::format(
-      "{}; seed {}, {:.1f} s", document["before_is"].get<std::string>(),
-      document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
+      "{}; seed {}, {:.1f} s", report::before_in_words(result.before_uses_targets),
+      result.inputs.seed, result.seconds));
 }
 
 service::ExitCode compare_bundle(Cli& cli, const CompareOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const Json document =
+  const studies::ComparisonResult result =
       run_here(cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
         return studies::compare(session, options.request, progress, std::move(stop));
       });
-  print_comparison(cli, document, options.output);
+  print_comparison(cli, report::to_json(result), options.output);
   return service::ExitCode::kOk;
 }
 
 service::ExitCode compare_session(Cli& cli, const CompareOptions& options) {
-  const Json job = cli.call("compare.start", params_of(options));
-  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
-  print_comparison(cli, fetch_result(cli, ended["result"].get<std::int64_t>()), options.output);
+  Json params = service::params_of(options.request);
+  params["session"] = options.subject;
+  const StoredResult stored = run_job(cli, "compare.start", params);
+  print_comparison(cli, stored.document, options.output);
   if (!cli.console.json) {
     cli.console.note(fmt::format(
-        "result {} in the store; the next report of {} shows it",
-        ended["result"].get<std::int64_t>(), options.subject));
+        "result {} in the store; the next report of {} shows it", stored.number,
+        options.subject));
   }
   return service::ExitCode::kOk;
 }
@@ -97,15 +75,11 @@ void add_compare_options(CLI::App& command, studies::CompareRequest& request) {
   command.add_option("--space", request.space, "what is fitted: positions, or raw readings")
       ->check(CLI::IsMember({"positions", "dials"}))
       ->capture_default_str();
-  command.add_option("--fix", request.fix, "parameters that stay nominal, such as d,alpha")
-      ->delimiter(',');
-  command.add_option("--free", request.free, "only these are fitted")->delimiter(',');
+  add_fixed_parameters(command, request.fix, request.free);
   command.add_option("--loss", request.loss, "of lm: huber and cauchy forgive gross errors")
       ->check(CLI::IsMember({"square", "huber", "cauchy"}))
       ->capture_default_str();
-  command.add_flag(
-      "--keep-gross-errors", request.keep_gross_errors,
-      "list readings that stand out, but fit them too");
+  add_keep_gross_errors(command, request.keep_gross_errors);
 }
 
 }  // namespace
@@ -117,27 +91,16 @@ void add_compare_command(CLI::App& app, Cli& cli) {
       "can tell, which readings stand out.");
   const auto options = std::make_shared<CompareOptions>();
   studies::CompareRequest& request = options->request;
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
+  add_subject(*command, options->subject);
   add_compare_options(*command, request);
-  command->add_option("--profile", request.profile, "paper: its literal filter and search")
-      ->check(CLI::IsMember({"default", "paper"}))
-      ->capture_default_str();
+  add_profile(*command, request.profile);
   command->add_option("--seed", request.seed, "of searches and networks")
       ->capture_default_str();
-  command->add_option("--threads", request.threads, "0: as many as there are; same result")
-      ->check(CLI::Range(0, 256));
-  command->add_option("--particles", request.particles, "instead of 50")
-      ->check(CLI::Range(4, 10000));
-  const auto count = [&](const char* name, int& value, const char* words) {
-    command->add_option(name, value, words)->check(CLI::Range(1, 1000000));
-  };
-  count("--qpso1-iterations", request.qpso1_iterations, "instead of 100");
-  count("--qpso2-iterations", request.qpso2_iterations, "instead of 400");
-  count("--anfis-epochs", request.anfis_epochs, "instead of 500");
-  count("--bpnn-epochs", request.bpnn_epochs, "instead of 40000");
-  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
-  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  add_threads(*command, request.threads);
+  add_search_sizes(*command, request);
+  add_count(*command, "--bpnn-epochs", request.bpnn_epochs, "instead of 40000");
+  add_result_file(*command, options->output);
+  add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       studies::check_methods(options->request.methods);

@@ -4,17 +4,22 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/shared_options.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/summary.h"
+#include "report/documents/validation_json.h"
+#include "report/words/validation_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
 #include "studies/diagnose.h"
 #include "studies/extended_command.h"
-#include "studies/validate.h"
 
 namespace sixdial::cli {
 namespace {
 
 struct CompensateOptions {
+  std::string calibration_method{studies::kPaperMethod};
   std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
   std::vector<double> target_mm;
   std::vector<int> approach{0, 0};
@@ -94,23 +99,28 @@ service::ExitCode extend_bundle(
   return service::ExitCode::kOk;
 }
 
+/// Made now, or read from a result file.
+studies::CalibrationResult calibration_of(
+    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+  if (!options.result_file.empty()) {
+    return report::calibration_from_json(read_document(options.result_file));
+  }
+  studies::CalibrationRequest request;
+  request.seed = options.seed;
+  request.method = options.calibration_method;
+  return run_here(
+      cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+        return studies::calibrate(session, request, progress, std::move(stop));
+      });
+}
+
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
   if (options.by == "extended") return extend_bundle(cli, options, session);
-  Json document;
-  if (options.result_file.empty()) {
-    studies::CalibrationRequest request;
-    request.seed = options.seed;
-    document = run_here(
-        cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
-          return studies::calibrate(session, request, progress, std::move(stop));
-        });
-  } else {
-    document = read_document(options.result_file);
-  }
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
-  const calibration::CompensationModel model = studies::compensation_model(document, by);
+  const calibration::CompensationModel model =
+      studies::compensation_model(calibration_of(cli, options, session), by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);
@@ -166,24 +176,21 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   if (!options.by.empty()) params["by"] = options.by;
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
-  const Json job = cli.call("validate.start", params);
-  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
-  const Json document = fetch_result(cli, ended["result"].get<std::int64_t>());
-  if (!options.output.empty()) session::write_file(options.output, document.dump(1) + "\n");
+  const StoredResult stored = run_job(cli, "validate.start", params);
+  if (!options.output.empty()) {
+    session::write_file(options.output, stored.document.dump(1) + "\n");
+  }
+  const studies::ValidationResult result = report::validation_from_json(stored.document);
   cli.console.print(
-      "validation", studies::result_summary(document), studies::validation_text(document));
-  for (const Json& point : document["troubles"]) {
-    cli.console.warn(fmt::format(
-        "{} {} not measured: {}", point["set"].get<std::string>(), point["point"].get<int>(),
-        point["why"].get<std::string>()));
+      "validation", report::document_summary(stored.document), report::validation_text(result));
+  for (const studies::NotMeasured& point : result.troubles) {
+    cli.console.warn(fmt::format("{} {} not measured: {}", point.set, point.point, point.why));
   }
   if (!cli.console.json) {
     cli.console.note(fmt::format(
-        "samples in session {}, result {}",
-        document["inputs"]["validation_session"].get<std::string>(), ended["result"].dump()));
+        "samples in session {}, result {}", result.inputs.validation_session, stored.number));
   }
-  return document["troubles"].empty() ? service::ExitCode::kOk
-                                      : service::ExitCode::kDataQuality;
+  return result.troubles.empty() ? service::ExitCode::kOk : service::ExitCode::kDataQuality;
 }
 
 void add_compensate(CLI::App& app, Cli& cli) {
@@ -192,8 +199,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       "The joint angles to command so that the calibrated robot reaches a target, or all "
       "targets of a plan.");
   const auto options = std::make_shared<CompensateOptions>();
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
+  add_subject(*command, options->subject);
   CLI::Option* target =
       command->add_option("--target", options->target_mm, "x,y in mm, table frame")
           ->delimiter(',')
@@ -207,15 +213,20 @@ void add_compensate(CLI::App& app, Cli& cli) {
       ->add_option(
           "--method,--model", options->by,
           "what commands the robot; extended: robot and named causes of a diagnosis")
-      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
+      ->check(compensation_words())
       ->capture_default_str();
   command->add_option("--mode", options->mode, "working mode; default: the rig's")
-      ->check(CLI::IsMember({"++", "+-", "-+", "--"}))
+      ->check(working_mode_words())
       ->excludes(plan);
-  command->add_option("--result", options->result, "a stored result; default: the newest");
+  add_stored_result(*command, options->result);
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command
+      ->add_option(
+          "--calibration-method", options->calibration_method,
+          "of a bundle that is calibrated now, such as lm+gp")
+      ->capture_default_str();
   command->add_option(
       "--diagnosis", options->diagnosis,
       "of extended: a stored diagnosis by number; default: the newest");
@@ -237,7 +248,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       "of extended, in degC; default: as at the end of the session");
   command->add_option("--seed", options->seed, "of a bundle's calibration")
       ->capture_default_str();
-  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     if (options->target_mm.empty() && options->plan_file.empty()) {
       throw CLI::RequiredError("--target or --plan");
@@ -261,15 +272,15 @@ void add_validate(CLI::App& app, Cli& cli) {
           "--method,--model", options->by,
           "one or more of before, kinematics, full (default: these three) and extended, by the "
           "session's diagnosis")
-      ->check(CLI::IsMember({"before", "kinematics", "full", "extended"}))
+      ->check(compensation_words())
       ->delimiter(',');
   command->add_option(
       "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
   command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
       ->check(CLI::ExistingFile);
   command->add_option("--name", options->name, "of the new session");
-  command->add_option("--result", options->result, "a stored result; default: the newest");
-  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
+  add_stored_result(*command, options->result);
+  add_result_file(*command, options->output);
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });
 }

@@ -179,6 +179,12 @@ void ProgressLine::show(
   console_.err << text << std::endl;
 }
 
+void ProgressLine::show(const studies::Progress& progress) {
+  show(
+      progress.stage, progress.done, progress.total, progress.eta_s,
+      progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm) : std::string());
+}
+
 void ProgressLine::clear() {
   if (on_screen_ == 0) return;
   // A terminal that was made narrower has wrapped it.

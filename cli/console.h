@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "service/error.h"
+#include "studies/progress.h"
 
 namespace sixdial::cli {
 
@@ -63,6 +64,8 @@ class ProgressLine {
   void show(
       std::string_view stage, std::int64_t done, std::int64_t total,
       std::optional<double> eta_s, std::string_view remark);
+  /// Of a study or of a job.
+  void show(const studies::Progress& progress);
   /// Takes the line off the terminal so that other text can be printed.
   void clear();
 

@@ -5,8 +5,10 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/shared_options.h"
 #include "report/sections/sections_of_studies.h"
 #include "service/socket/server.h"
+#include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/diagnose.h"
 #include "studies/diagnosis_words.h"
@@ -53,21 +55,18 @@ service::ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
 }
 
 service::ExitCode diagnose_session(Cli& cli, const DiagnoseOptions& options) {
-  const Json job = cli.call(
-      "diagnose.start", {{"session", options.subject},
-                         {"seed", options.request.seed},
-                         {"bootstrap", options.request.bootstrap},
-                         {"gain", options.request.with_gain}});
-  const Json ended = follow_job(cli, job["job"].get<std::int64_t>());
-  const auto result = ended["result"].get<std::int64_t>();
+  Json params = service::params_of(options.request);
+  params["session"] = options.subject;
+  const StoredResult stored = run_job(cli, "diagnose.start", params);
   if (!options.report.empty()) {
-    static_cast<void>(
-        cli.call("diagnose.report", {{"result", result}, {"path", absolute(options.report)}}));
+    static_cast<void>(cli.call(
+        "diagnose.report", {{"result", stored.number}, {"path", absolute(options.report)}}));
   }
-  print_diagnosis(cli, fetch_result(cli, result), options);
+  print_diagnosis(cli, stored.document, options);
   if (!cli.console.json) {
     cli.console.note(fmt::format(
-        "result {} in the store; the next report of {} shows it", result, options.subject));
+        "result {} in the store; the next report of {} shows it", stored.number,
+        options.subject));
   }
   return service::ExitCode::kOk;
 }
@@ -82,8 +81,7 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
       "how sure that is, what naming it gains on G2, what could not be tested.");
   const auto options = std::make_shared<DiagnoseOptions>();
   studies::DiagnosisRequest& request = options->request;
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
+  add_subject(*command, options->subject);
   command->add_option("--seed", request.seed, "of simulated noise, intervals and networks")
       ->capture_default_str();
   command
@@ -95,8 +93,8 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
   command->add_flag(
       "--no-gain", options->no_gain, "without the gain on G2, which trains networks");
   command->add_option("--report", options->report, "an HTML page of the diagnosis");
-  command->add_option("-o,--output", options->output, "the whole result as a JSON file");
-  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  add_result_file(*command, options->output);
+  add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       options->request.with_gain = !options->no_gain;

@@ -6,41 +6,57 @@
 namespace sixdial::cli {
 namespace {
 
-std::string text_of(const Json& json, const char* key) {
-  const Json& value = json.at(key);
-  return value.is_string() ? value.get<std::string>() : value.is_null() ? "-" : value.dump();
-}
-
-std::string job_text(const Json& job) {
-  const Json& progress = job["progress"];
+std::string job_text(const service::Job& job) {
   std::string text = fmt::format(
-      "job {}: {} of session {}, {}", job["job"].get<std::int64_t>(), text_of(job, "kind"),
-      text_of(job, "session"), text_of(job, "state"));
-  if (job["state"] == "running") {
-    text += fmt::format(
-        ", {} {}/{}", text_of(progress, "stage"), progress["done"].get<std::int64_t>(),
-        progress["total"].get<std::int64_t>());
+      "job {}: {} of session {}, {}", job.id, job.kind, job.session, to_string(job.state));
+  if (job.state == service::JobState::kRunning) {
+    text +=
+        fmt::format(", {} {}/{}", job.progress.stage, job.progress.done, job.progress.total);
   }
-  if (job["result"].is_number()) text += fmt::format(", result {}", job["result"].dump());
-  if (job["error"].is_object()) text += fmt::format(": {}", text_of(job["error"], "message"));
+  if (job.result_id) text += fmt::format(", result {}", *job.result_id);
+  if (job.error.is_object()) {
+    text += fmt::format(": {}", job.error.at("message").get<std::string>());
+  }
   return text + "\n";
 }
 
-void show_progress(ProgressLine& line, const Json& job) {
-  const Json& progress = job["progress"];
-  if (progress["total"].get<std::int64_t>() == 0) return;
-  const Json& best = progress["best_mm"];
-  line.show(
-      progress["stage"].get<std::string>(), progress["done"].get<std::int64_t>(),
-      progress["total"].get<std::int64_t>(),
-      progress["eta_s"].is_null() ? std::nullopt
-                                  : std::optional(progress["eta_s"].get<double>()),
-      best.is_null() ? "" : fmt::format("best {:.6f} mm", best.get<double>()));
+/// job.status of a job that has ended, whichever way.
+Json ended_status(Cli& cli, std::int64_t id) {
+  constexpr auto kLookAgain = std::chrono::milliseconds(2000);
+  ProgressLine line(cli.console);
+  static_cast<void>(cli.call("events.subscribe", {{"topics", {"job"}}}));
+  Json status = cli.call("job.status", {{"job", id}});
+  for (service::Job job = service::job_from_json(status); !is_final(job.state);
+       job = service::job_from_json(status)) {
+    if (job.progress.total != 0) line.show(job.progress);
+    std::optional<Json> event;
+    try {
+      event = cli.client().next_event(kLookAgain);
+    } catch (const service::Interrupted&) {
+      line.clear();
+      cli.console.note(fmt::format(
+          "job {0} goes on in the service and keeps its result: sixdial job wait {0} shows it, "
+          "sixdial job cancel {0} ends it",
+          id));
+      throw;
+    }
+    if (!event || (*event)["method"] != "events.event") {
+      status = cli.call("job.status", {{"job", id}});
+    } else if ((*event)["params"]["data"].value("job", std::int64_t{0}) == id) {
+      status = (*event)["params"]["data"];
+    }
+  }
+  return status;
 }
 
-bool has_ended(const Json& job) {
-  const std::string state = job["state"];
-  return state != "queued" && state != "running";
+/// Throws the job's error where it ended without a result.
+service::Job done_job(const Json& status) {
+  service::Job job = service::job_from_json(status);
+  if (job.state == service::JobState::kDone) return job;
+  if (job.error.is_object()) throw service::RemoteError(job.error);
+  throw service::Error(
+      service::ErrorCode::kJobFailed,
+      fmt::format("job {} was {}", job.id, to_string(job.state)), {{"job", job.id}});
 }
 
 void add_one_job_command(
@@ -51,7 +67,7 @@ void add_one_job_command(
   command->callback([&cli, name, ask] {
     cli.action = [&cli, name, ask] {
       const Json answer = ask();
-      cli.console.print("job", answer, job_text(answer));
+      cli.console.print("job", answer, job_text(service::job_from_json(answer)));
       return service::ExitCode::kOk;
     };
   });
@@ -59,38 +75,15 @@ void add_one_job_command(
 
 }  // namespace
 
-Json follow_job(Cli& cli, std::int64_t job) {
-  constexpr auto kLookAgain = std::chrono::milliseconds(2000);
-  ProgressLine line(cli.console);
-  static_cast<void>(cli.call("events.subscribe", {{"topics", {"job"}}}));
-  Json status = cli.call("job.status", {{"job", job}});
-  while (!has_ended(status)) {
-    show_progress(line, status);
-    std::optional<Json> event;
-    try {
-      event = cli.client().next_event(kLookAgain);
-    } catch (const service::Interrupted&) {
-      line.clear();
-      cli.console.note(fmt::format(
-          "job {0} goes on in the service and keeps its result: sixdial job wait {0} shows it, "
-          "sixdial job cancel {0} ends it",
-          job));
-      throw;
-    }
-    if (!event || (*event)["method"] != "events.event") {
-      status = cli.call("job.status", {{"job", job}});
-    } else if ((*event)["params"]["data"].value("job", std::int64_t{0}) == job) {
-      status = (*event)["params"]["data"];
-    }
-  }
-  line.clear();
-  if (status["state"] != "done") {
-    if (status["error"].is_object()) throw service::RemoteError(status["error"]);
-    throw service::Error(
-        service::ErrorCode::kJobFailed,
-        fmt::format("job {} was {}", job, text_of(status, "state")), {{"job", job}});
-  }
-  return status;
+service::Job follow_job(Cli& cli, std::int64_t job) { return done_job(ended_status(cli, job)); }
+
+service::Job start_and_follow(Cli& cli, std::string_view method, const Json& params) {
+  return follow_job(cli, service::job_from_json(cli.call(method, params)).id);
+}
+
+StoredResult run_job(Cli& cli, std::string_view method, const Json& params) {
+  const std::int64_t number = start_and_follow(cli, method, params).result_id.value();
+  return {.number = number, .document = fetch_result(cli, number)};
 }
 
 void add_job_commands(CLI::App& app, Cli& cli) {
@@ -101,11 +94,12 @@ void add_job_commands(CLI::App& app, Cli& cli) {
     cli.action = [&cli] {
       const Json answer = cli.call("job.list");
       std::vector<std::vector<std::string>> rows;
-      for (const Json& job : answer["jobs"]) {
+      for (const Json& each : answer["jobs"]) {
+        const service::Job job = service::job_from_json(each);
         rows.push_back(
-            {job["job"].dump(), text_of(job, "kind"), text_of(job, "session"),
-             text_of(job, "state"), text_of(job, "result"), text_of(job, "created_utc"),
-             text_of(job, "operator")});
+            {fmt::format("{}", job.id), job.kind, job.session, to_string(job.state),
+             job.result_id ? fmt::format("{}", *job.result_id) : "-", job.created_utc,
+             job.caller.operator_name});
       }
       cli.console.print(
           "job.list", answer,
@@ -120,7 +114,11 @@ void add_job_commands(CLI::App& app, Cli& cli) {
   add_one_job_command(*group, cli, "cancel", *job, [&cli, job] {
     return cli.call("job.cancel", {{"job", *job}});
   });
-  add_one_job_command(*group, cli, "wait", *job, [&cli, job] { return follow_job(cli, *job); });
+  add_one_job_command(*group, cli, "wait", *job, [&cli, job] {
+    Json status = ended_status(cli, *job);
+    static_cast<void>(done_job(status));
+    return status;
+  });
 }
 
 }  // namespace sixdial::cli

@@ -10,7 +10,7 @@
 
 namespace sixdial::cli {
 
-Json run_here(const Console& console, const std::string& what, const LocalWork& work) {
+void run_with_progress(const Console& console, const std::string& what, const LocalWork& work) {
   constexpr auto kLookForSignal = std::chrono::milliseconds(100);
   ProgressLine line(console);
   std::stop_source interruption;
@@ -36,15 +36,9 @@ Json run_here(const Console& console, const std::string& what, const LocalWork& 
     console.note(fmt::format("{} was interrupted; nothing of it is kept", what));
     throw service::Interrupted();
   };
-  Json document;
   try {
-    document = work(
-        [&](const service::JobProgress& progress) {
-          line.show(
-              progress.stage, progress.done, progress.total, progress.eta_s,
-              progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm)
-                               : std::string());
-        },
+    work(
+        [&](const studies::Progress& progress) { line.show(progress); },
         interruption.get_token());
   } catch (const studies::Error& error) {
     end_watch();
@@ -53,7 +47,6 @@ Json run_here(const Console& console, const std::string& what, const LocalWork& 
   }
   end_watch();
   if (interrupted) give_up();
-  return document;
 }
 
 }  // namespace sixdial::cli

@@ -2,21 +2,33 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "cli/console.h"
-#include "service/job_board.h"
+#include "studies/progress.h"
 
 namespace sixdial::cli {
 
-using LocalWork = std::function<Json(
-    const std::function<void(service::JobProgress)>& progress, std::stop_token stop)>;
+using LocalWork = std::function<void(const studies::ProgressCallback&, std::stop_token)>;
 
-/// The work's document. `what` names it for the person who interrupts it ("the calibration").
-/// Throws Interrupted after a signal, and says that nothing was kept; else what the work
-/// throws.
-[[nodiscard]] Json run_here(
-    const Console& console, const std::string& what, const LocalWork& work);
+/// `what` names the work for the person who interrupts it ("the calibration"). Throws
+/// Interrupted after a signal, and says that nothing was kept; else what the work throws.
+void run_with_progress(const Console& console, const std::string& what, const LocalWork& work);
+
+/// The same, and gives what the work returns.
+template <class Work>
+[[nodiscard]] auto run_here(const Console& console, const std::string& what, const Work& work) {
+  std::optional<std::invoke_result_t<Work, const studies::ProgressCallback&, std::stop_token>>
+      result;
+  run_with_progress(
+      console, what, [&](const studies::ProgressCallback& progress, std::stop_token stop) {
+        result.emplace(work(progress, std::move(stop)));
+      });
+  return *std::move(result);
+}
 
 }  // namespace sixdial::cli

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include "cli/cli.h"
+#include "cli/shared_options.h"
+#include "report/documents/plan_json.h"
+#include "report/words/plan_words.h"
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
-#include "studies/next_plan.h"
-#include "studies/separation_plan.h"
 
 namespace sixdial::cli {
 namespace {
@@ -25,7 +26,7 @@ void add_modes(CLI::App& command, std::vector<std::string>& modes, const std::st
   command.add_option("--mode", modes, help)
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"++", "+-", "-+", "--"}));
+      ->check(working_mode_words());
 }
 
 void add_common(CLI::App& command, PlanCommand& plan) {
@@ -113,66 +114,63 @@ struct NextCommand {
   std::vector<std::string> modes;
 };
 
+/// `answer`: of plan.next or plan.separate, or the same made here.
+service::ExitCode write(
+    Cli& cli, const NextCommand& command, Json answer, int points, const std::string& words) {
+  if (!cli.console.json) cli.console.note(words);
+  const auto plan_csv = answer["plan_csv"].get<std::string>();
+  const auto notes = answer["notes"].get<std::vector<std::string>>();
+  answer.erase("plan_csv");
+  return write(
+      cli, command.output, plan_csv, static_cast<std::size_t>(points), notes,
+      std::move(answer));
+}
+
 service::ExitCode next(Cli& cli, const NextCommand& command) {
-  Json words;
+  Json answer;
   if (is_bundle(command.subject)) {
     const session::Session session = read_bundle_with_warnings(cli, command.subject, false);
     studies::NextPlanRequest request;
     request.points = command.points;
     request.criterion = *calibration::criterion_from(command.criterion);
     request.modes = modes_of(command.modes);
-    studies::NextPlan found = studies::next_plan(session, request);
-    words = std::move(found.words);
-    words["plan_csv"] = session::plan_csv(found.plan, session.rig);
-    words["notes"] = session::operator_notes(session.rig, found.plan);
+    answer = report::plan_answer(studies::next_plan(session, request), session.rig);
   } else {
-    words = cli.call(
+    answer = cli.call(
         "plan.next", {{"session", command.subject},
                       {"points", command.points},
                       {"criterion", command.criterion},
                       {"modes", command.modes}});
   }
-  if (!cli.console.json) cli.console.note(studies::next_plan_text(words));
-  const auto plan_csv = words["plan_csv"].get<std::string>();
-  const auto notes = words["notes"].get<std::vector<std::string>>();
-  const auto points = words["points"].get<std::size_t>();
-  words.erase("plan_csv");
-  return write(cli, command.output, plan_csv, points, notes, std::move(words));
+  const studies::NextPlanFigures figures = report::next_plan_from_json(answer);
+  return write(
+      cli, command, std::move(answer), figures.points, report::next_plan_text(figures));
 }
 
 service::ExitCode separate(Cli& cli, const NextCommand& command) {
-  Json words;
+  Json answer;
   if (is_bundle(command.subject)) {
     const session::Session session = read_bundle_with_warnings(cli, command.subject, false);
     studies::SeparationRequest request;
     request.points = command.points;
     request.modes = modes_of(command.modes);
-    studies::SeparationPlan found = studies::separation_plan(session, request);
-    words = std::move(found.words);
-    words["plan_csv"] = session::plan_csv(found.plan, session.rig);
-    words["notes"] = session::operator_notes(session.rig, found.plan);
+    answer = report::plan_answer(studies::separation_plan(session, request), session.rig);
   } else {
-    words = cli.call(
+    answer = cli.call(
         "plan.separate",
         {{"session", command.subject}, {"points", command.points}, {"modes", command.modes}});
   }
-  if (!cli.console.json) cli.console.note(studies::separation_text(words));
-  const auto plan_csv = words["plan_csv"].get<std::string>();
-  const auto notes = words["notes"].get<std::vector<std::string>>();
-  const auto points = words["points"].get<std::size_t>();
-  words.erase("plan_csv");
-  return write(cli, command.output, plan_csv, points, notes, std::move(words));
+  const studies::SeparationFigures figures = report::separation_from_json(answer);
+  return write(
+      cli, command, std::move(answer), figures.points, report::separation_text(figures));
 }
 
 void add_separate_command(CLI::App& group, Cli& cli) {
   CLI::App* command = group.add_subcommand("separate", summary_of("plan.separate"));
   const auto options = std::make_shared<NextCommand>();
   options->points = studies::SeparationRequest{}.points;
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
-  command->add_option("--points", options->points, "so many")
-      ->check(CLI::Range(1, 400))
-      ->capture_default_str();
+  add_subject(*command, options->subject);
+  add_point_count(*command, options->points);
   add_modes(
       *command, options->modes,
       "working modes to measure in, as in --mode=++,-+; default: all that can be measured");
@@ -184,11 +182,8 @@ void add_separate_command(CLI::App& group, Cli& cli) {
 void add_next_command(CLI::App& group, Cli& cli) {
   CLI::App* command = group.add_subcommand("next", summary_of("plan.next"));
   const auto options = std::make_shared<NextCommand>();
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
-  command->add_option("--points", options->points, "so many")
-      ->check(CLI::Range(1, 400))
-      ->capture_default_str();
+  add_subject(*command, options->subject);
+  add_point_count(*command, options->points);
   command
       ->add_option(
           "--criterion", options->criterion,

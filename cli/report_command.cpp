@@ -8,6 +8,9 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/shared_options.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/comparison_json.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/report_pdf.h"
@@ -15,13 +18,13 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
-#include "studies/compare.h"
 #include "studies/diagnose.h"
 
 namespace sixdial::cli {
 namespace {
 
 struct ReportOptions {
+  std::string method{studies::kPaperMethod};
   std::string subject, output, result_file, pdf, against;
   std::int64_t result = 0;
   std::uint64_t seed = 1;
@@ -41,12 +44,14 @@ void print_files(Cli& cli, const ReportOptions& options, Json answer) {
   cli.console.print("report", answer, text);
 }
 
-Json calibrate_here(Cli& cli, const session::Session& session, std::uint64_t seed) {
+studies::CalibrationResult calibrate_here(
+    Cli& cli, const session::Session& session, const ReportOptions& options) {
   return run_here(
       cli.console, fmt::format("the calibration of {}", session.name),
       [&](const auto& progress, std::stop_token stop) {
         studies::CalibrationRequest request;
-        request.seed = seed;
+        request.seed = options.seed;
+        request.method = options.method;
         return studies::calibrate(session, request, progress, std::move(stop));
       });
 }
@@ -55,15 +60,17 @@ service::ExitCode report_bundle(
     Cli& cli, const ReportOptions& options, const std::string& folder) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const Json document = options.result_file.empty() ? calibrate_here(cli, session, options.seed)
-                                                    : read_document(options.result_file);
+  const studies::CalibrationResult result =
+      options.result_file.empty()
+          ? calibrate_here(cli, session, options)
+          : report::calibration_from_json(read_document(options.result_file));
   Json comparison;
   if (options.compare) {
     studies::CompareRequest request;
     request.seed = options.seed;
     comparison = run_here(
         cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
-          return studies::compare(session, request, progress, std::move(stop));
+          return report::to_json(studies::compare(session, request, progress, std::move(stop)));
         });
   }
   Json diagnosis;
@@ -71,19 +78,18 @@ service::ExitCode report_bundle(
     ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(session, request, [&](const service::JobProgress& progress) {
-      line.show(progress.stage, progress.done, progress.total, progress.eta_s, "");
-    });
+    diagnosis = studies::diagnose(
+        session, request, [&](const studies::Progress& progress) { line.show(progress); });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
     const session::Session other =
         read_bundle_with_warnings(cli, options.against, options.skip_bad_rows);
-    const Json other_document = calibrate_here(cli, other, options.seed);
-    more = report::against_sections({document, session}, {other_document, other});
+    const studies::CalibrationResult other_result = calibrate_here(cli, other, options);
+    more = report::against_sections({result, session}, {other_result, other});
   }
   const auto files = report::write_report(
-      document, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
+      result, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
       std::move(more));
   print_files(cli, options, {{"path", folder}, {"files", files}});
   return service::ExitCode::kOk;
@@ -95,14 +101,17 @@ void add_report_command(CLI::App& app, Cli& cli) {
   CLI::App* command =
       app.add_subcommand("report", "Writes a calibration report: HTML, JSON, CSV, the bundle.");
   const auto options = std::make_shared<ReportOptions>();
-  command->add_option("SESSION|BUNDLE", options->subject, "name, or folder with session.csv")
-      ->required();
+  add_subject(*command, options->subject);
   command->add_option("-o,--output", options->output, "folder; default: <session>-report");
   command->add_option(
       "--result", options->result, "number of a stored result; default: the newest");
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command
+      ->add_option(
+          "--method", options->method, "of a bundle that is calibrated now, such as lm+gp")
+      ->capture_default_str();
   command->add_flag(
       "--compare", options->compare,
       "compare all methods now and show them; a stored comparison is shown anyway");
@@ -117,7 +126,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
       "left");
   command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
-  command->add_flag("--skip-bad-rows", options->skip_bad_rows, "of a bundle");
+  add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
       const std::filesystem::path subject(options->subject);
@@ -128,14 +137,12 @@ void add_report_command(CLI::App& app, Cli& cli) {
           absolute(options->output.empty() ? name + "-report" : options->output);
       if (is_bundle(options->subject)) return report_bundle(cli, *options, folder);
       if (options->compare) {
-        const Json job =
-            cli.call("compare.start", {{"session", options->subject}, {"seed", options->seed}});
-        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+        start_and_follow(
+            cli, "compare.start", {{"session", options->subject}, {"seed", options->seed}});
       }
       if (options->diagnose) {
-        const Json job = cli.call(
-            "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
-        static_cast<void>(follow_job(cli, job["job"].get<std::int64_t>()));
+        start_and_follow(
+            cli, "diagnose.start", {{"session", options->subject}, {"seed", options->seed}});
       }
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;

@@ -10,6 +10,7 @@
 #include "geometry/units.h"
 #include "report/csv_report.h"
 #include "report/documents/calibration_json.h"
+#include "report/documents/comparison_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/summary.h"
 #include "report/html_report.h"
@@ -375,7 +376,9 @@ report::ReportData report_data(
   } else {
     add_outliers(data, studies::without_residual_model(result.result_method));
   }
-  if (comparison.is_object()) append(data.sections, comparison_sections(comparison));
+  if (comparison.is_object()) {
+    append(data.sections, comparison_sections(comparison_from_json(comparison)));
+  }
   append(data.sections, residual_model_sections(result));
   if (result.assessment && result.gross_errors) {
     append(

@@ -10,10 +10,10 @@
 
 #include "acquisition/clock_watch.h"
 #include "acquisition/connection.h"
+#include "report/documents/estimate_json.h"
 #include "service/live_dials.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
-#include "studies/live_estimate.h"
 
 namespace sixdial::service {
 namespace {
@@ -166,7 +166,7 @@ Json Collection::start(CollectRequest request) {
   progress_ = {};
   progress_.total = run->plan.points.size();
   stored_ = skipped_ = failed_ = left_out_ = 0;
-  estimate_ = nullptr;
+  estimate_.reset();
   unusual_.clear();
   ended_because_.clear();
   troubles_ = Json::array();
@@ -263,7 +263,7 @@ void Collection::samples_changed(const std::string& session) {
     const std::lock_guard lock(mutex_);
     if (session != session_ || is_active(state_) || !run_) return;
     unusual_.clear();
-    estimate_ = nullptr;
+    estimate_.reset();
   }
   run_->estimate.emplace(run_->rig, run_->plan.points);
   bool told = false;
@@ -275,7 +275,7 @@ void Collection::samples_changed(const std::string& session) {
 }
 
 void Collection::show_estimate(const Run& run) {
-  Json estimate = run.estimate->json();
+  studies::EstimateSummary estimate = run.estimate->summary();
   const std::lock_guard lock(mutex_);
   estimate_ = std::move(estimate);
 }
@@ -476,7 +476,7 @@ Json Collection::status_locked() const {
       {"skipped", skipped_},
       {"failed", failed_},
       {"left_out", left_out_},
-      {"estimate", estimate_},
+      {"estimate", estimate_ ? report::to_json(*estimate_) : Json(nullptr)},
       {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
       {"troubles", troubles_},
       {"clock_steps", clock_steps_},

@@ -20,6 +20,7 @@
 #include "db/store.h"
 #include "service/methods/method.h"
 #include "service/socket/event_hub.h"
+#include "studies/live_estimate.h"
 
 namespace sixdial::service {
 
@@ -117,9 +118,9 @@ class Collection {
   std::string operator_name_;
   acquisition::CollectorProgress progress_;
   std::size_t stored_ = 0, skipped_ = 0, failed_ = 0, left_out_ = 0;  // in this run
-  std::map<db::PointKey, double> unusual_;  // times the usual residual
-  Json estimate_;                           // LiveEstimate::json; null: nothing of G1 so far
-  std::string ended_because_;               // empty while it runs
+  std::map<db::PointKey, double> unusual_;            // times the usual residual
+  std::optional<studies::EstimateSummary> estimate_;  // empty: nothing of G1 so far
+  std::string ended_because_;                         // empty while it runs
   Json clock_steps_ = Json::array();        // when the time of day was changed, in this run
   std::vector<std::string> clock_remarks_;  // for the next sample
   Json troubles_ = Json::array();           // points without a sample, and why

@@ -1,7 +1,8 @@
 #include "service/document_job.h"
 
-#include <string_view>
 #include <utility>
+
+#include "studies/inputs.h"
 
 namespace sixdial::service {
 
@@ -16,25 +17,33 @@ Json start_document_job(
   job.caller = call.caller;
   job.params = call.params;
   const Job started = service.jobs().start(
-      std::move(job), [&service, id, kind, seed, make = std::move(make)](
-                          const JobControl& control, const Job& self) {
+      std::move(job),
+      [&service, id, seed, make = std::move(make)](const JobControl& control, const Job& self) {
         const Json document = make(
             service.reader().load_session(id),
-            [&](JobProgress progress) { control.report(std::move(progress)); },
+            [&](studies::Progress progress) { control.report(std::move(progress)); },
             control.stop_token());
         control.check();
-        db::NewResult result;
-        result.session = id;
-        result.kind = kind;
-        result.json = document.dump();
-        result.settings = document["inputs"]["settings"].dump();
-        result.seed = seed;
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+        const Json& inputs = document.at("inputs");  // every document of a session has them
+        return save_document(
+            service, self, id, document, inputs.at("settings"),
+            inputs.at("data_hash").get<std::string>(), seed);
       });
   return to_json(started);
+}
+
+std::int64_t save_document(
+    Service& service, const Job& job, db::SessionId session, const Json& document,
+    const Json& settings, const std::string& data_hash, std::uint64_t seed) {
+  db::NewResult result;
+  result.session = session;
+  result.kind = job.kind;
+  result.json = document.dump();
+  result.settings = settings.dump();
+  result.seed = seed;
+  result.data_sha256 = data_hash.substr(studies::kHashPrefix.size());
+  result.job = db::JobId{job.id};
+  return service.store().save_result(result).value;
 }
 
 }  // namespace sixdial::service

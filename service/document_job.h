@@ -13,11 +13,17 @@
 namespace sixdial::service {
 
 using DocumentMaker = std::function<Json(
-    const session::Session&, const std::function<void(JobProgress)>&, std::stop_token)>;
+    const session::Session&, const studies::ProgressCallback&, std::stop_token)>;
 
 /// Starts it for the session that the call names and answers as job.status. `kind`: of job and
 /// result. The session is read when the job begins: samples stored before then count.
 [[nodiscard]] Json start_document_job(
     const Call& call, const std::string& kind, std::uint64_t seed, DocumentMaker make);
+
+/// Stores a document that a job made and gives the number of the result. `data_hash`:
+/// "sha256:..." of the samples it was made from.
+[[nodiscard]] std::int64_t save_document(
+    Service& service, const Job& job, db::SessionId session, const Json& document,
+    const Json& settings, const std::string& data_hash, std::uint64_t seed = 0);
 
 }  // namespace sixdial::service

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "session/clock_text.h"
+#include "studies/error.h"
 
 namespace sixdial::service {
 namespace {
@@ -14,54 +15,20 @@ namespace {
 using Steady = std::chrono::steady_clock;
 constexpr auto kTellEvery = std::chrono::milliseconds(100);
 
-}  // namespace
-
-std::string_view to_string(JobState state) {
-  switch (state) {
-    case JobState::kQueued:
-      return "queued";
-    case JobState::kRunning:
-      return "running";
-    case JobState::kDone:
-      return "done";
-    case JobState::kFailed:
-      return "failed";
-    case JobState::kCancelled:
-      return "cancelled";
+/// The work ended because it was asked to.
+bool was_cancelled(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    return error.code() == ErrorCode::kCancelled;
+  } catch (const studies::Error& error) {
+    return error.code() == studies::ErrorCode::kCancelled;
+  } catch (...) {
+    return false;
   }
-  return "";
 }
 
-bool is_final(JobState state) {
-  return state != JobState::kQueued && state != JobState::kRunning;
-}
-
-Json to_json(const Job& job) {
-  const auto text_or_null = [](const std::string& text) {
-    return text.empty() ? Json(nullptr) : Json(text);
-  };
-  Json progress{
-      {"stage", job.progress.stage},
-      {"done", job.progress.done},
-      {"total", job.progress.total},
-      {"best_mm", nullptr},
-      {"eta_s", nullptr}};
-  if (job.progress.best_mm) progress["best_mm"] = *job.progress.best_mm;
-  if (job.progress.eta_s) progress["eta_s"] = *job.progress.eta_s;
-  return {
-      {"job", job.id},
-      {"kind", job.kind},
-      {"session", job.session},
-      {"operator", job.caller.operator_name},
-      {"params", job.params},
-      {"state", to_string(job.state)},
-      {"progress", std::move(progress)},
-      {"created_utc", text_or_null(job.created_utc)},
-      {"started_utc", text_or_null(job.started_utc)},
-      {"finished_utc", text_or_null(job.finished_utc)},
-      {"result", job.result_id ? Json(*job.result_id) : Json(nullptr)},
-      {"error", job.error}};
-}
+}  // namespace
 
 void JobControl::check() const {
   if (cancelled()) throw Error(ErrorCode::kCancelled, "the job was cancelled");
@@ -171,7 +138,7 @@ void JobBoard::run_one(Entry& entry) {
     entry.stage_began = Steady::now();
     job = entry.job;
   }
-  const JobControl control(entry.stop.get_token(), [this, &entry](JobProgress progress) {
+  const JobControl control(entry.stop.get_token(), [this, &entry](studies::Progress progress) {
     report(entry, std::move(progress));
   });
   try {
@@ -181,15 +148,14 @@ void JobBoard::run_one(Entry& entry) {
     const std::int64_t result_id = entry.work(control, job);
     finish(entry, JobState::kDone, nullptr, result_id);
   } catch (...) {
-    Json error = to_error_object(std::current_exception());
-    const bool cancelled = error["data"]["code"] == error_kind(ErrorCode::kCancelled).code;
+    const bool cancelled = was_cancelled(std::current_exception());
     finish(
-        entry, cancelled ? JobState::kCancelled : JobState::kFailed, std::move(error),
-        std::nullopt);
+        entry, cancelled ? JobState::kCancelled : JobState::kFailed,
+        to_error_object(std::current_exception()), std::nullopt);
   }
 }
 
-void JobBoard::report(Entry& entry, JobProgress progress) {
+void JobBoard::report(Entry& entry, studies::Progress progress) {
   Job job;
   {
     const std::lock_guard lock(mutex_);

@@ -17,47 +17,25 @@
 #include <vector>
 
 #include "service/error.h"
-#include "service/methods/method.h"
+#include "service/job.h"
 #include "service/socket/event_hub.h"
-#include "studies/progress.h"
 
 namespace sixdial::service {
-
-enum class JobState { kQueued, kRunning, kDone, kFailed, kCancelled };
-[[nodiscard]] std::string_view to_string(JobState state);
-[[nodiscard]] bool is_final(JobState state);
-
-using JobProgress = studies::Progress;
-
-struct Job {
-  std::int64_t id = 0;
-  std::string kind{};
-  std::string session{};
-  Caller caller{};
-  Json params{};
-  JobState state = JobState::kQueued;
-  JobProgress progress{};
-  std::string created_utc{}, started_utc{}, finished_utc{};
-  std::optional<std::int64_t> result_id{};
-  Json error{};  // error object of a failed or cancelled job
-};
-[[nodiscard]] Json to_json(const Job& job);
 
 /// What the work is handed: where it reports and where it learns that it should end.
 class JobControl {
  public:
-  using Report = std::function<void(JobProgress)>;
-  JobControl(std::stop_token stop, Report report)
+  JobControl(std::stop_token stop, studies::ProgressCallback report)
       : stop_(std::move(stop)), report_(std::move(report)) {}
   [[nodiscard]] bool cancelled() const { return stop_.stop_requested(); }
   [[nodiscard]] const std::stop_token& stop_token() const { return stop_; }
   /// Throws Error cancelled if so.
   void check() const;
-  void report(JobProgress progress) const { report_(std::move(progress)); }
+  void report(studies::Progress progress) const { report_(std::move(progress)); }
 
  private:
   std::stop_token stop_;
-  Report report_;
+  studies::ProgressCallback report_;
 };
 
 /// Where jobs are kept; called from the job thread and from callers of the board.
@@ -99,7 +77,7 @@ class JobBoard {
   };
   void run();
   void run_one(Entry& entry);
-  void report(Entry& entry, JobProgress progress);
+  void report(Entry& entry, studies::Progress progress);
   void finish(Entry& entry, JobState state, Json error, std::optional<std::int64_t> result_id);
   void changed(const Job& job, std::string_view type);
 

@@ -65,8 +65,8 @@ JobRecorder Service::recorder() {
       .update =
           [this](const Job& job) {
             db::JobUpdate update;
-            update.state = to_db(job.state);
-            update.progress = to_line(to_json(job)["progress"]);
+            update.state = job.state;
+            update.progress = to_line(to_json(job.progress));
             if (!job.error.is_null()) update.error = to_line(job.error);
             store_.update_job({job.id}, update);
           }};

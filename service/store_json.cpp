@@ -5,37 +5,18 @@
 namespace sixdial::service {
 namespace {
 
-JobState from_db(db::JobState state) {
-  switch (state) {
-    case db::JobState::kQueued:
-      return JobState::kQueued;
-    case db::JobState::kRunning:
-      return JobState::kRunning;
-    case db::JobState::kDone:
-      return JobState::kDone;
-    case db::JobState::kFailed:
-      return JobState::kFailed;
-    case db::JobState::kCancelled:
-      return JobState::kCancelled;
-  }
-  return JobState::kFailed;
-}
-
 Json parsed_or(const std::string& text, const Json& otherwise) {
   if (text.empty()) return otherwise;
   Json json = Json::parse(text, nullptr, false);
   return json.is_discarded() ? otherwise : json;
 }
 
-JobProgress progress_from(const Json& json) {
-  JobProgress progress;
-  if (!json.is_object()) return progress;
-  progress.stage = json.value("stage", "");
-  progress.done = json.value("done", std::int64_t{0});
-  progress.total = json.value("total", std::int64_t{0});
-  if (json.contains("best_mm") && json["best_mm"].is_number()) {
-    progress.best_mm = json["best_mm"].get<double>();
-  }
+/// As it was stored last; that of a job which ended has no time left.
+studies::Progress stored_progress(const Json& json) {
+  studies::Progress progress;
+  if (!json.is_object() || !json.contains("stage")) return progress;  // it never began
+  progress = progress_from_json(json);
+  progress.eta_s.reset();
   return progress;
 }
 
@@ -53,22 +34,6 @@ Caller to_caller(const db::Operator& who) {
   return {.operator_name = who.name, .uid = who.uid.value_or(-1), .pid = who.pid.value_or(-1)};
 }
 
-db::JobState to_db(JobState state) {
-  switch (state) {
-    case JobState::kQueued:
-      return db::JobState::kQueued;
-    case JobState::kRunning:
-      return db::JobState::kRunning;
-    case JobState::kDone:
-      return db::JobState::kDone;
-    case JobState::kFailed:
-      return db::JobState::kFailed;
-    case JobState::kCancelled:
-      return db::JobState::kCancelled;
-  }
-  return db::JobState::kFailed;
-}
-
 Job job_from(const db::JobRecord& record, db::Store& store) {
   Job job;
   job.id = record.id.value;
@@ -81,11 +46,11 @@ Job job_from(const db::JobRecord& record, db::Store& store) {
   }
   job.caller = to_caller(record.who);
   job.params = parsed_or(record.request, Json::object());
-  job.state = from_db(record.state);
-  job.progress = progress_from(parsed_or(record.progress, nullptr));
+  job.state = record.state;
+  job.progress = stored_progress(parsed_or(record.progress, nullptr));
   job.created_utc = record.created_utc;
-  job.started_utc = record.started_utc.value_or("");
-  job.finished_utc = record.finished_utc.value_or("");
+  job.started_utc = record.started_utc;
+  job.finished_utc = record.finished_utc;
   if (!record.error.empty()) {
     job.error = parsed_or(record.error, Json{{"message", record.error}});
   }

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "db/store.h"
-#include "service/job_board.h"
-#include "service/methods/method.h"
+#include "service/job.h"
 
 namespace sixdial::service {
 
@@ -11,7 +10,6 @@ namespace sixdial::service {
 /// "alice (uid 1000)" as it was stored.
 [[nodiscard]] Caller to_caller(const db::Operator& who);
 
-[[nodiscard]] db::JobState to_db(JobState state);
 /// A job of an earlier run, or of this one before the board knew it.
 [[nodiscard]] Job job_from(const db::JobRecord& record, db::Store& store);
 

@@ -8,12 +8,11 @@
 #include <thread>
 
 #include "calibration/comparison.h"
-#include "session/bundle.h"
 #include "session/clock_text.h"
-#include "session/nearest.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
-#include "studies/calibrate.h"
+#include "studies/error.h"
+#include "studies/method_name.h"
 
 namespace sixdial::studies {
 namespace {
@@ -22,21 +21,7 @@ using calibration::ComparedMethod;
 using calibration::Comparison;
 using calibration::MethodChoice;
 
-MethodChoice choice_of(const std::string& id) {
-  auto choice = calibration::method_choice(id);
-  if (choice) return *std::move(choice);
-  const calibration::UnknownMethod& unknown = choice.error();
-  const auto nearest = session::nearest_name(unknown.word, unknown.known);
-  const std::string shown = id.substr(0, 64);
-  const std::string part = unknown.word.substr(0, 64);
-  throw Error(
-      ErrorCode::kInvalidParams,
-      part == shown ? fmt::format("there is no method '{}'", shown)
-                    : fmt::format("there is no '{}' for the method '{}'", part, shown),
-      {{"param", "methods"}},
-      nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
-              : fmt::format("One of: {}.", fmt::join(unknown.known, ", ")));
-}
+MethodChoice choice_of(const std::string& id) { return chosen_method(id, "methods"); }
 
 std::vector<MethodChoice> choices_of(const CompareRequest& request) {
   std::vector<MethodChoice> choices;
@@ -60,9 +45,7 @@ calibration::Loss loss_of(const std::string& name) {
 
 calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   calibration::ComparisonSettings settings;
-  const auto profile =
-      calibration::profile_from(request.profile).value_or(calibration::Profile::kDefault);
-  const calibration::Settings paper = calibration::settings_for(profile);
+  const calibration::Settings paper = calibration::settings_for(request.profile);
   calibration::IdentifySettings& identify = settings.identify;
   identify.linearisation = paper.linearisation;
   identify.coordinates = paper.coordinates;
@@ -70,8 +53,8 @@ calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   identify.seed = settings.residual.seed = request.seed;
   const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   identify.threads = request.threads > 0 ? request.threads : cores;
-  const auto use = [](int asked, int& setting) {
-    if (asked > 0) setting = asked;
+  const auto use = [](const std::optional<int>& asked, int& setting) {
+    if (asked && *asked > 0) setting = *asked;
   };
   use(request.particles, identify.qpso1.particles);
   use(request.particles, identify.qpso2.particles);
@@ -82,108 +65,82 @@ calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   return settings;
 }
 
-Json stats_json(const calibration::ErrorStats& stats) {
-  if (stats.count == 0) return nullptr;
-  return {{"mean_mm", stats.mean_mm}, {"std_mm", stats.std_mm},
-          {"max_mm", stats.max_mm},   {"rmse_mm", stats.rmse_mm},
-          {"points", stats.count},    {"unreachable", stats.unreachable}};
+std::optional<calibration::ErrorStats> stats_of(const calibration::ErrorStats& stats) {
+  if (stats.count == 0) return std::nullopt;
+  return stats;
 }
 
-Json method_json(
+ComparedRow row_of(
     const ComparedMethod& method, const Comparison& all,
     const calibration::ObservationSpace& space) {
-  Json json{
-      {"id", method.choice.id},
-      {"name", method_name(method.choice.id)},
-      {"identifier", nullptr},
-      {"residual_model", nullptr},
-      {"description", "as the robot is commanded today"},
-      {"g1", stats_json(method.errors.g1)},
-      {"g2", stats_json(method.errors.g2)},
-      {"g1_errors_mm", method.errors.g1_mm},
-      {"g2_errors_mm", method.errors.g2_mm},
-      {"seconds", method.identify_seconds + method.residual_seconds},
-      {"identify_seconds", method.identify_seconds},
-      {"residual_seconds", method.residual_seconds}};
-  if (!method.robot) return json;
+  ComparedRow row{
+      .id = method.choice.id,
+      .name = method_name(method.choice.id),
+      .description = "as the robot is commanded today",
+      .g1 = stats_of(method.errors.g1),
+      .g2 = stats_of(method.errors.g2),
+      .g1_errors_mm = method.errors.g1_mm,
+      .g2_errors_mm = method.errors.g2_mm,
+      .identify_seconds = method.identify_seconds,
+      .residual_seconds = method.residual_seconds};
+  if (!method.robot) return row;
   const calibration::IdentifiedRobot& robot = all.robots[*method.robot];
-  json["identifier"] = robot.identifier->name;
-  json["description"] = robot.identifier->description;
-  json["status"] = calibration::describe(robot.found.status);
-  json["iterations"] = robot.found.iterations;
-  json["objective_rmse_mm"] = robot.found.rmse;
-  Json parameters = Json::object();
+  row.identifier = robot.identifier->name;
+  row.description = robot.identifier->description;
+  ComparedRobot& found = row.robot.emplace();
+  found.status = robot.found.status;
+  found.iterations = robot.found.iterations;
+  found.objective_rmse_mm = robot.found.rmse;
   for (int i = 0; i < space.parameters(); ++i) {
-    const std::string name(space.parameter_names[static_cast<std::size_t>(i)]);
-    parameters[name] = {
-        {"value", robot.found.x[i]}, {"sd", std::sqrt(robot.found.covariance(i, i))}};
+    found.parameters.emplace_back(
+        space.parameter_names[static_cast<std::size_t>(i)],
+        ComparedParameter{
+            .value = robot.found.x[i], .sd = std::sqrt(robot.found.covariance(i, i))});
   }
-  json["parameters"] = std::move(parameters);
-  if (method.choice.residual != nullptr) {
-    json["residual_model"] = method.choice.residual->name;
-    json["description"] = fmt::format(
-        "{}; {}", robot.identifier->description, method.choice.residual->description);
-    json["note"] = method.residual.note;
-    json["effective_parameters"] = {
-        method.residual.effective_parameters.x(), method.residual.effective_parameters.y()};
-  }
-  return json;
+  if (method.choice.residual == nullptr) return row;
+  row.residual_model = method.choice.residual->name;
+  row.description =
+      fmt::format("{}; {}", robot.identifier->description, method.choice.residual->description);
+  row.residual = ComparedResidual{
+      .note = method.residual.note,
+      .effective_parameters = method.residual.effective_parameters};
+  return row;
 }
 
-/// Lowest mean error on G2 (on G1 where there is no G2); null without any.
-Json best_of(const Json& methods) {
-  Json best = nullptr;
-  double least = HUGE_VAL;
-  for (const char* set : {"g2", "g1"}) {
-    for (const Json& method : methods) {
-      if (!method[set].is_object() || method[set]["unreachable"] != 0) continue;
-      const auto mean = method[set]["mean_mm"].get<double>();
-      if (mean < least) {
-        least = mean;
-        best = method["id"];
-      }
+/// Lowest mean error on G2 (on G1 where there is no G2) of those that reach every pose.
+std::optional<std::string> best_of(const std::vector<ComparedRow>& methods) {
+  for (const auto set : {&ComparedRow::g2, &ComparedRow::g1}) {
+    const ComparedRow* best = nullptr;
+    for (const ComparedRow& method : methods) {
+      if (!(method.*set) || (method.*set)->unreachable != 0) continue;
+      if (best == nullptr || (method.*set)->mean_mm < (best->*set)->mean_mm) best = &method;
     }
-    if (!best.is_null()) break;
+    if (best != nullptr) return best->id;
   }
-  return best;
+  return std::nullopt;
 }
 
-Json swarm_json(const calibration::SwarmSize& size) {
-  return {{"particles", size.particles}, {"iterations", size.iterations}};
-}
-
-Json inputs_json(
-    const session::Session& session, const CompareRequest& request,
-    const calibration::ComparisonSettings& settings,
+ComparisonChoices choices_made(
+    const CompareRequest& request, const calibration::ComparisonSettings& settings,
     const calibration::ObservationSpace& space) {
-  Json fixed = Json::array();
+  ComparisonChoices choices{
+      .space = request.space,
+      .loss = request.loss,
+      .profile = request.profile,
+      .gross_errors_set_aside = !request.keep_gross_errors,
+      .noise_mm = settings.identify.noise_mm,
+      .hold_uncertainty_mm = settings.identify.hold_uncertainty_mm,
+      .first_variance = settings.identify.first_variance,
+      .qpso1 = settings.identify.qpso1,
+      .qpso2 = settings.identify.qpso2,
+      .anfis_epochs = settings.residual.anfis.epochs,
+      .bpnn_epochs = settings.residual.bpnn_epochs};
   for (int i = 0; i < space.parameters(); ++i) {
     if (calibration::is_fixed(settings.identify, i)) {
-      fixed.push_back(space.parameter_names[static_cast<std::size_t>(i)]);
+      choices.fixed.emplace_back(space.parameter_names[static_cast<std::size_t>(i)]);
     }
   }
-  return {
-      {"session", session.name},
-      {"rig_name", session.rig.name},
-      {"rig_hash", "sha256:" + session::rig_sha256(session)},
-      {"data_hash", "sha256:" + session::data_sha256(session)},
-      {"samples", session.samples.size()},
-      {"rejected_rows", session.rejected.size()},
-      {"seed", request.seed},
-      {"version", SIXDIAL_VERSION},
-      {"settings",
-       {{"space", request.space},
-        {"profile", request.profile},
-        {"loss", request.loss},
-        {"fixed", std::move(fixed)},
-        {"gross_errors", request.keep_gross_errors ? "listed" : "set aside"},
-        {"noise_mm", settings.identify.noise_mm},
-        {"hold_uncertainty_mm", settings.identify.hold_uncertainty_mm},
-        {"first_variance", settings.identify.first_variance},
-        {"qpso1", swarm_json(settings.identify.qpso1)},
-        {"qpso2", swarm_json(settings.identify.qpso2)},
-        {"anfis_epochs", settings.residual.anfis.epochs},
-        {"bpnn_epochs", settings.residual.bpnn_epochs}}}};
+  return choices;
 }
 
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
@@ -199,7 +156,7 @@ void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& id : methods) static_cast<void>(choice_of(id));
 }
 
-Json compare(
+ComparisonResult compare(
     const session::Session& session, const CompareRequest& request,
     const ProgressCallback& progress, std::stop_token stop) {
   const std::vector<MethodChoice> choices = choices_of(request);
@@ -210,13 +167,12 @@ Json compare(
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
   const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
-  const auto g1_trials = session::trials_of(checked.session, "G1");
-  const auto g1 = calibration::position_observations(g1_trials);
-  const auto g2 = calibration::position_observations(session::trials_of(checked.session, "G2"));
+  const auto g1 = calibration::position_observations(checked.g1);
+  const auto g2 = calibration::position_observations(checked.g2);
   const auto& nominal = session.rig.robot.nominal;
   if (auto trouble = calibration::trouble_with(g1, nominal)) refuse(*trouble, session.name);
   calibration::ObservationSpace space =
-      space_of(request.space, g1_trials, checked.session, settings.identify.noise_mm);
+      space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
   settings.identify.fixed = fixed_parameters(space, request.fix, request.free);
 
   const auto began = std::chrono::steady_clock::now();
@@ -238,48 +194,22 @@ Json compare(
   // What the data can tell is judged at the least-squares answer, whether asked for or not.
   const calibration::Identified reference =
       calibration::identify(*calibration::find_identifier("lm"), space, settings.identify);
-  Json methods = Json::array();
+  ComparisonResult result{
+      .created_utc = session::now_utc_text(),
+      .inputs = inputs_of(session, request.seed),
+      .choices = choices_made(request, settings, space),
+      .before_uses_targets = found->before_uses_targets,
+      .least_squares_rmse_mm = reference.rmse,
+      .assessment = assess(space, reference.fit, checked.g1, checked.all, session.rig),
+      .precision =
+          precision_of(space, reference, checked.g1, checked.session, settings.identify),
+      .gross_errors = checked.found,
+      .seconds = found->seconds};
   for (const ComparedMethod& method : found->methods) {
-    methods.push_back(method_json(method, *found, space));
+    result.methods.push_back(row_of(method, *found, space));
   }
-  Json best = best_of(methods);
-  return {
-      {"schema", "sixdial.comparison"},
-      {"schema_version", kComparisonSchemaVersion},
-      {"created_utc", session::now_utc_text()},
-      {"inputs", inputs_json(session, request, settings, space)},
-      {"before_is",
-       found->before_uses_targets ? "measured minus target" : "measured minus nominal model"},
-      {"methods", std::move(methods)},
-      {"best", std::move(best)},
-      {"least_squares_rmse_mm", reference.rmse},
-      {"assessment", assessment_json(
-                         space, reference.fit, g1_trials,
-                         session::trials_of(checked.session, ""), session.rig)},
-      {"precision", precision_json(g1_trials, checked.session, settings.identify)},
-      {"gross_errors", gross_errors_json(checked, session, set_aside)},
-      {"seconds", found->seconds}};
-}
-
-std::string comparison_text(const Json& document) {
-  std::string text = fmt::format(
-      "{:<24}{:^27}  {:^27}\n{:<24}{:>9}{:>9}{:>9}  {:>9}{:>9}{:>9}{:>10}\n",
-      "position error, mm", "G1 calibration", "G2 validation", "method", "mean", "std", "max",
-      "mean", "std", "max", "time, s");
-  for (const Json& method : document.at("methods")) {
-    text += fmt::format("{:<24}", method["id"].get<std::string>());
-    for (const char* set : {"g1", "g2"}) {
-      for (const char* key : {"mean_mm", "std_mm", "max_mm"}) {
-        text += method[set].is_object() ? fmt::format("{:9.4f}", method[set][key].get<double>())
-                                        : fmt::format("{:>9}", "-");
-      }
-      if (std::string_view(set) == "g1") text += "  ";
-    }
-    text += fmt::format("{:10.4f}", method["seconds"].get<double>());
-    if (document["best"] == method["id"]) text += "  best on G2";
-    text += '\n';
-  }
-  return text;
+  result.best = best_of(result.methods);
+  return result;
 }
 
 }  // namespace sixdial::studies

@@ -3,14 +3,16 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "calibration/comparison.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
+#include "studies/assessment.h"
+#include "studies/inputs.h"
 #include "studies/progress.h"
 
 namespace sixdial::studies {
@@ -23,25 +25,86 @@ struct CompareRequest {
   std::vector<std::string> fix{};      // parameters that keep their nominal value
   std::vector<std::string> free{};     // where not empty: only these are fitted
   std::string loss = "square";         // of lm: "huber", "cauchy"
-  std::string profile = "default";     // "paper": filter linear at nominal, raw search
-  bool keep_gross_errors = false;      // list them only
+  calibration::Profile profile = calibration::Profile::kDefault;
+  bool keep_gross_errors = false;  // list them only
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has; the result does not depend on it
   // Instead of 50x100, 50x400, 500 and 40000.
-  int particles = 0, qpso1_iterations = 0, qpso2_iterations = 0, anfis_epochs = 0,
-      bpnn_epochs = 0;
+  std::optional<int> particles{}, qpso1_iterations{}, qpso2_iterations{}, anfis_epochs{},
+      bpnn_epochs{};
 };
 
-/// "sixdial.comparison". Throws Error: invalid_params (an unknown method or parameter, with the
-/// nearest), bad_data, cancelled.
-[[nodiscard]] Json compare(
+/// What was asked for and what it came to.
+struct ComparisonChoices {
+  std::string space{}, loss{};  // as in the request
+  calibration::Profile profile = calibration::Profile::kDefault;
+  std::vector<std::string> fixed{};  // parameters that kept their nominal value
+  bool gross_errors_set_aside = true;
+  double noise_mm = 0.0;  // of one reading, to judge what is determined
+  double hold_uncertainty_mm = 0.0;
+  double first_variance = 0.0;  // Q and R of `ekf`
+  calibration::SwarmSize qpso1{}, qpso2{};
+  int anfis_epochs = 0, bpnn_epochs = 0;
+};
+
+struct ComparedParameter {
+  double value = 0.0;  // mm or rad
+  double sd = 0.0;
+};
+
+/// What a method's identifier found.
+struct ComparedRobot {
+  calibration::FitStatus status = calibration::FitStatus::kConverged;
+  int iterations = 0;
+  double objective_rmse_mm = 0.0;
+  std::vector<std::pair<std::string, ComparedParameter>> parameters{};  // by name
+};
+
+/// What a method's residual model made of what was left.
+struct ComparedResidual {
+  std::string note{};                              // what it chose, for people
+  Eigen::Vector2d effective_parameters{0.0, 0.0};  // of x and of y
+};
+
+/// A row of Table 6 with what is behind it.
+struct ComparedRow {
+  std::string id{};                                    // "ekf_dqpso+anfis"
+  std::string name{};                                  // "EKF-DQPSO + ANFIS"
+  std::string description{};                           // of both parts
+  std::optional<std::string> identifier{};             // empty: "before"
+  std::optional<std::string> residual_model{};         // empty: none
+  std::optional<calibration::ErrorStats> g1{}, g2{};   // empty: no such samples
+  std::vector<double> g1_errors_mm{}, g2_errors_mm{};  // NaN: a pose out of reach
+  double identify_seconds = 0.0, residual_seconds = 0.0;
+  std::optional<ComparedRobot> robot{};        // where there is an identifier
+  std::optional<ComparedResidual> residual{};  // where there is a residual model
+
+  [[nodiscard]] double seconds() const { return identify_seconds + residual_seconds; }
+};
+
+struct ComparisonResult {
+  std::string created_utc{};
+  Inputs inputs{};
+  ComparisonChoices choices{};
+  bool before_uses_targets = false;    // "before" is measured minus target, else minus nominal
+  std::vector<ComparedRow> methods{};  // in the order asked for
+  /// Id of the method with the lowest mean on G2, on G1 where there is no G2. Empty: none has
+  /// figures for all poses.
+  std::optional<std::string> best{};
+  double least_squares_rmse_mm = 0.0;
+  Assessment assessment{};
+  std::optional<Precision> precision{};  // empty: one of the two spaces leaves something open
+  GrossErrors gross_errors{};
+  double seconds = 0.0;
+};
+
+/// Throws Error: invalid_params (an unknown method or parameter, with the nearest), bad_data,
+/// cancelled.
+[[nodiscard]] ComparisonResult compare(
     const session::Session& session, const CompareRequest& request,
     const ProgressCallback& progress = {}, std::stop_token stop = {});
 
 /// Throws Error invalid_params for a method or combination that does not exist.
 void check_methods(const std::vector<std::string>& methods);
-
-/// Table 6 of the document as text, times beside it.
-[[nodiscard]] std::string comparison_text(const Json& document);
 
 }  // namespace sixdial::studies

@@ -1,12 +1,8 @@
 #include "studies/live_estimate.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "session/trials.h"
 
@@ -16,7 +12,6 @@ namespace {
 constexpr int kGrid = 7;  // poses along each side of the workspace
 // The filter judges the noise by residuals from ten degrees of freedom on: ten positions.
 constexpr int kLeastSamples = 10;
-constexpr double kDeg = 180.0 / std::numbers::pi;
 
 bool is_angle(int parameter) { return parameter >= geometry::kAlpha; }
 
@@ -93,84 +88,30 @@ bool LiveEstimate::below(double limit_mm) const {
          uncertainty_.max_mm < limit_mm;
 }
 
-Json LiveEstimate::json() const {
-  Json parameters = Json::array();
+EstimateSummary LiveEstimate::summary() const {
+  EstimateSummary summary{
+      .samples = filter_.samples(),
+      .set_aside = filter_.set_aside(),
+      .noise_times = std::sqrt(filter_.variance_factor()),
+      .position_sd_mean_mm = uncertainty_.mean_mm,
+      .position_sd_max_mm = uncertainty_.max_mm,
+      .last_times_usual = last_times_usual_,
+      .last_unusual = last_unusual()};
   for (int i = 0; i < geometry::kParameterCount; ++i) {
-    parameters.push_back(
-        {{"name", geometry::kParameters[static_cast<std::size_t>(i)].name},
-         {"unit", is_angle(i) ? "rad" : "mm"},
-         {"value", filter_.v()[i]},
-         {"sd", std::sqrt(filter_.P()(i, i))}});
+    summary.parameters.push_back(
+        {.name = std::string(geometry::kParameters[static_cast<std::size_t>(i)].name),
+         .unit = is_angle(i) ? "rad" : "mm",
+         .value = filter_.v()[i],
+         .sd = std::sqrt(filter_.P()(i, i))});
   }
-  Json undetermined = Json::array();
+  if (uncertainty_.poses > 0) summary.worst_mm = workspace_[uncertainty_.worst].target_mm;
+  if (const double condition = filter_.condition(); std::isfinite(condition)) {
+    summary.condition = condition;
+  }
   for (const int i : filter_.undetermined()) {
-    undetermined.push_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
+    summary.undetermined.emplace_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
   }
-  Json worst = nullptr;
-  if (uncertainty_.poses > 0) {
-    const Eigen::Vector2d& place = workspace_[uncertainty_.worst].target_mm;
-    worst = {place.x(), place.y()};
-  }
-  const double condition = filter_.condition();
-  return {
-      {"samples", filter_.samples()},
-      {"set_aside", filter_.set_aside()},
-      {"noise_times", std::sqrt(filter_.variance_factor())},
-      {"parameters", std::move(parameters)},
-      {"position_sd_mm",
-       {{"mean", uncertainty_.mean_mm},
-        {"max", uncertainty_.max_mm},
-        {"worst_mm", std::move(worst)}}},
-      {"condition", std::isfinite(condition) ? Json(condition) : Json(nullptr)},
-      {"undetermined", std::move(undetermined)},
-      {"last_times_usual", last_times_usual_ ? Json(*last_times_usual_) : Json(nullptr)},
-      {"last_unusual", last_unusual()}};
-}
-
-std::string estimate_summary(const Json& estimate) {
-  const Json& sd = estimate["position_sd_mm"];
-  std::string text = fmt::format(
-      "estimate after {} samples: position sd {:.4f} mm on average, {:.4f} mm at worst; "
-      "condition {}",
-      estimate["samples"].get<int>(), sd["mean"].get<double>(), sd["max"].get<double>(),
-      estimate["condition"].is_number()
-          ? fmt::format("{:.0f}", estimate["condition"].get<double>())
-          : std::string("infinite"));
-  const Json& open = estimate["undetermined"];
-  if (!open.empty()) {
-    text += fmt::format(
-        "; not determined yet: {}", fmt::join(open.get<std::vector<std::string>>(), ", "));
-  }
-  if (estimate["set_aside"].get<int>() > 0) {
-    text += fmt::format("; {} set aside", estimate["set_aside"].get<int>());
-  }
-  if (estimate["last_unusual"] == false && estimate["last_times_usual"].is_number()) {
-    text += fmt::format(
-        "; the last residual is {:.1f} times the usual",
-        estimate["last_times_usual"].get<double>());
-  }
-  if (estimate["last_unusual"] == true) {
-    text += fmt::format(
-        "; the last looks {:.0f} times usual: r to retake",
-        estimate["last_times_usual"].get<double>());
-  }
-  return text;
-}
-
-std::vector<std::string> estimate_parameters(const Json& estimate, std::size_t in_line) {
-  std::vector<std::string> lines;
-  const Json& parameters = estimate["parameters"];
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const Json& each = parameters[i];
-    const bool angle = each["unit"] == "rad";
-    const double shown = angle ? kDeg : 1.0;
-    if (i % in_line == 0) lines.emplace_back();
-    lines.back() += fmt::format(
-        "{}{} {:.4f} +- {:.4f} {}", i % in_line == 0 ? "  " : "   ",
-        each["name"].get<std::string>(), shown * each["value"].get<double>(),
-        shown * each["sd"].get<double>(), angle ? "deg" : "mm");
-  }
-  return lines;
+  return summary;
 }
 
 }  // namespace sixdial::studies

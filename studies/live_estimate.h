@@ -4,6 +4,7 @@
 // begins.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,8 +12,6 @@
 #include "calibration/online.h"
 #include "session/plan.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -34,6 +33,28 @@ inline constexpr double kUnusual = 6.0;
 /// The same while few samples say what is usual: what noise alone exceeds once in a million
 /// samples, by F with 2 and 2 `samples` - 10 degrees of freedom. Infinite below six samples.
 [[nodiscard]] double unusual_from(int samples);
+
+struct EstimatedParameter {
+  std::string name{};
+  std::string unit{};  // of value and sd: "mm" or "rad"
+  double value = 0.0;
+  double sd = 0.0;
+};
+
+/// What is told of the estimate after a sample.
+struct EstimateSummary {
+  int samples = 0;           // of G1, that told something
+  int set_aside = 0;         // of them, that did not fit at all
+  double noise_times = 0.0;  // the residuals' noise, in times of the dials' own
+  std::vector<EstimatedParameter> parameters{};
+  double position_sd_mean_mm = 0.0, position_sd_max_mm = 0.0;  // over the workspace
+  std::optional<Eigen::Vector2d>
+      worst_mm{};                            // where it is largest; empty: no pose is reachable
+  std::optional<double> condition{};         // empty: infinite
+  std::vector<std::string> undetermined{};   // parameters that nothing has told of yet
+  std::optional<double> last_times_usual{};  // as LiveEstimate::last_times_usual
+  bool last_unusual = false;
+};
 
 class LiveEstimate {
  public:
@@ -63,10 +84,7 @@ class LiveEstimate {
     return workspace_;
   }
 
-  /// {samples, set_aside, noise_times, parameters [{name, unit, value, sd}], position_sd_mm
-  /// {mean, max, worst_mm}, condition (null: infinite), undetermined [names],
-  /// last_times_usual, last_unusual}.
-  [[nodiscard]] Json json() const;
+  [[nodiscard]] EstimateSummary summary() const;
 
  private:
   geometry::Rig rig_;
@@ -77,10 +95,5 @@ class LiveEstimate {
   std::optional<double> last_times_usual_;
   double unusual_from_ = 0.0;  // by the samples before the last
 };
-
-/// For people: "after 43 samples: position sd ..." and the parameters, so many in a line.
-[[nodiscard]] std::string estimate_summary(const Json& estimate);
-[[nodiscard]] std::vector<std::string> estimate_parameters(
-    const Json& estimate, std::size_t in_line = 3);
 
 }  // namespace sixdial::studies

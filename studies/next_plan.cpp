@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "studies/error.h"
 #include "studies/live_estimate.h"
 
 namespace sixdial::studies {
@@ -66,8 +67,8 @@ std::vector<calibration::DesignCandidate> candidates_in(
   return candidates;
 }
 
-Json figures(const calibration::WorkspaceUncertainty& uncertainty) {
-  return {{"mean_mm", uncertainty.mean_mm}, {"max_mm", uncertainty.max_mm}};
+PositionSd sd_of(const calibration::WorkspaceUncertainty& uncertainty) {
+  return {.mean_mm = uncertainty.mean_mm, .max_mm = uncertainty.max_mm};
 }
 
 }  // namespace
@@ -105,24 +106,19 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
       request.points, request.criterion);
 
   NextPlan next;
-  Json told = Json::array();
+  next.figures = {
+      .samples = estimate.filter().samples(),
+      .points = static_cast<int>(steps.size()),
+      .criterion = request.criterion,
+      .now = sd_of(estimate.uncertainty())};
   for (const calibration::DesignStep& step : steps) {
     const calibration::WorkspacePose& pose = candidates[step.candidate].pose;
-    told.push_back(
-        {{"target_mm", {pose.target_mm.x(), pose.target_mm.y()}},
-         {"mode", to_string(pose.mode)},
-         {"mean_mm", step.uncertainty.mean_mm},
-         {"max_mm", step.uncertainty.max_mm}});
+    next.figures.after = sd_of(step.uncertainty);
+    next.figures.steps.push_back(
+        {.target_mm = pose.target_mm, .mode = pose.mode, .after = sd_of(step.uncertainty)});
     next.plan.points.push_back({"G1", 0, 0, pose.target_mm, pose.q_rad, {}});
   }
   order_by_branch(rig, next.plan, first);
-  next.words = {
-      {"samples", estimate.filter().samples()},
-      {"points", next.plan.points.size()},
-      {"criterion", calibration::to_string(request.criterion)},
-      {"now", figures(estimate.uncertainty())},
-      {"after", steps.empty() ? Json(nullptr) : figures(steps.back().uncertainty)},
-      {"steps", std::move(told)}};
   return next;
 }
 
@@ -136,21 +132,6 @@ void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first) {
     return std::ranges::find(branches, session::branch_of(rig, point)) - branches.begin();
   });
   for (session::PlanPoint& point : plan.points) point.point = first++;
-}
-
-std::string next_plan_text(const Json& words) {
-  std::string text = fmt::format(
-      "{} samples of G1: position sd over the workspace {:.4f} mm on average, {:.4f} mm at "
-      "worst",
-      words["samples"].get<int>(), words["now"]["mean_mm"].get<double>(),
-      words["now"]["max_mm"].get<double>());
-  if (words["after"].is_object()) {
-    text += fmt::format(
-        "; with these {} ({}-optimal): {:.4f} and {:.4f} mm", words["points"].get<int>(),
-        words["criterion"].get<std::string>(), words["after"]["mean_mm"].get<double>(),
-        words["after"]["max_mm"].get<double>());
-  }
-  return text;
 }
 
 }  // namespace sixdial::studies

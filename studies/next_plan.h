@@ -3,14 +3,11 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "calibration/design.h"
 #include "session/plan.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -24,11 +21,32 @@ struct NextPlanRequest {
   std::optional<session::Rectangle> rectangle;
 };
 
+/// Standard deviation of the tool's position over the workspace.
+struct PositionSd {
+  double mean_mm = 0.0;
+  double max_mm = 0.0;
+};
+
+/// A pose of the plan, and what would be known once it and those before it are measured.
+struct NextStep {
+  Eigen::Vector2d target_mm{0, 0};
+  geometry::WorkingMode mode{};
+  PositionSd after{};
+};
+
+/// What a plan is worth: what the session's samples tell, and what they would tell with it.
+struct NextPlanFigures {
+  int samples = 0;  // of G1, so far
+  int points = 0;   // of the plan
+  calibration::Criterion criterion = calibration::Criterion::kI;
+  PositionSd now{};
+  std::optional<PositionSd> after{};  // empty: no point could be added
+  std::vector<NextStep> steps{};      // in the order chosen
+};
+
 struct NextPlan {
   session::Plan plan;  // G1, numbered after the session's, working mode by working mode
-  /// {samples, points, criterion, now {mean_mm, max_mm}, after {mean_mm, max_mm}, steps
-  /// [{target_mm, mode, mean_mm, max_mm}] in the order chosen}.
-  Json words;
+  NextPlanFigures figures;
 };
 
 /// Throws Error bad_data where no pose can be measured in a working mode, naming it.
@@ -38,8 +56,5 @@ struct NextPlan {
 /// One stretch for each branch, in the order of their first points, so that the legs change
 /// over as seldom as can be; points numbered from `first`.
 void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first);
-
-/// "12 samples of G1: ... after these 10: ...".
-[[nodiscard]] std::string next_plan_text(const Json& words);
 
 }  // namespace sixdial::studies

@@ -11,6 +11,7 @@
 #include "diagnosis/limits.h"
 #include "diagnosis/separation.h"
 #include "session/trials.h"
+#include "studies/error.h"
 #include "studies/next_plan.h"
 
 namespace sixdial::studies {
@@ -111,8 +112,8 @@ std::vector<PosePoint> candidates_of(
   return result;
 }
 
-Json name_of(const simulation::ActiveEffect& effect) {
-  return {{"cause", effect.effect->cause}, {"where", effect.place.name}};
+PlacedCause name_of(const simulation::ActiveEffect& effect) {
+  return {.cause = std::string(effect.effect->cause), .where = std::string(effect.place.name)};
 }
 
 }  // namespace
@@ -150,48 +151,27 @@ SeparationPlan separation_plan(
   for (const session::Sample& sample : session.samples) {
     if (sample.set == "G1") first = std::max(first, sample.point + 1);
   }
-  Json by_point = Json::array();
   for (std::size_t i = 0; i < separation.chosen.size(); ++i) {
     const PosePoint& pose = candidates[separation.chosen[i]];
     session::PlanPoint point{"G1", 0, 0, pose.target_mm, pose.q_rad, pose.approach};
-    by_point.push_back(
-        {{"target_mm", {pose.target_mm.x(), pose.target_mm.y()}},
-         {"mode", to_string(session::branch_of(session.rig, point).mode)},
-         {"log_odds", separation.log_odds[i]}});
+    result.figures.by_point.push_back(
+        {.target_mm = pose.target_mm,
+         .mode = session::branch_of(session.rig, point).mode,
+         .log_odds = separation.log_odds[i]});
     result.plan.points.push_back(std::move(point));
   }
   order_by_branch(session.rig, result.plan, first);
   const simulation::ActiveEffect& own = question->fit.effects[question->cause];
-  result.words = {
-      {"separates", name_of(own)},
-      {"rival", question->rival ? name_of(*question->rival) : Json(nullptr)},
-      {"size_assumed", question->assumed ? Json(own.x[0]) : Json(nullptr)},
-      {"unit", parameter_at(*own.effect, own.place, 0).unit},
-      {"points", result.plan.points.size()},
-      {"log_odds_now", separation.log_odds_now},
-      {"log_odds_after",
-       separation.log_odds.empty() ? separation.log_odds_now : separation.log_odds.back()},
-      {"by_point", std::move(by_point)}};
+  SeparationFigures& figures = result.figures;
+  figures.separates = name_of(own);
+  if (question->rival) figures.rival = name_of(*question->rival);
+  if (question->assumed) figures.size_assumed = own.x[0];
+  figures.unit = parameter_at(*own.effect, own.place, 0).unit;
+  figures.points = static_cast<int>(result.plan.points.size());
+  figures.log_odds_now = separation.log_odds_now;
+  figures.log_odds_after =
+      separation.log_odds.empty() ? separation.log_odds_now : separation.log_odds.back();
   return result;
-}
-
-std::string separation_text(const Json& words) {
-  const auto name = [](const Json& effect) {
-    return fmt::format(
-        "{} at {}", effect["cause"].get<std::string>(), effect["where"].get<std::string>());
-  };
-  std::string text =
-      words["rival"].is_null()
-          ? fmt::format(
-                "No causes are tied. This session is blindest to {} (taken as {:.3g} {}).",
-                name(words["separates"]), words["size_assumed"].get<double>(),
-                words["unit"].get<std::string>())
-          : fmt::format("{} and {} are tied.", name(words["separates"]), name(words["rival"]));
-  return text +
-         fmt::format(
-             " Expected log odds now {:.1f}, with these {} points {:.1f} (5 is certain).",
-             words["log_odds_now"].get<double>(), words["points"].get<int>(),
-             words["log_odds_after"].get<double>());
 }
 
 }  // namespace sixdial::studies

@@ -2,13 +2,12 @@
 // effect that this session cannot show, as a plan that is ready to be collected.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "session/plan.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -18,11 +17,32 @@ struct SeparationRequest {
   std::vector<geometry::WorkingMode> modes;
 };
 
+struct PlacedCause {
+  std::string cause{};  // "joint_backlash"
+  std::string where{};  // "joint 2"
+};
+
+struct SeparationPoint {
+  Eigen::Vector2d target_mm{0, 0};
+  geometry::WorkingMode mode{};
+  double log_odds = 0.0;  // expected with this point and those before it
+};
+
+/// What comes apart, and how surely. Log odds: natural, of the true cause against its rival.
+struct SeparationFigures {
+  PlacedCause separates{};
+  std::optional<PlacedCause> rival{};    // empty: against no effect at all
+  std::optional<double> size_assumed{};  // where the session does not show the effect
+  std::string unit{};                    // of size_assumed
+  int points = 0;                        // of the plan
+  double log_odds_now = 0.0;
+  double log_odds_after = 0.0;
+  std::vector<SeparationPoint> by_point{};
+};
+
 struct SeparationPlan {
   session::Plan plan;  // G1, numbered after the session's, working mode by working mode
-  /// {separates [{cause, where}], rival (null: against nothing), size_assumed, log_odds_now,
-  /// log_odds_after, points, by_point [{target_mm, mode, log_odds}]}.
-  Json words;
+  SeparationFigures figures;
 };
 
 /// Diagnoses the session and takes its first tied set; without one, the effect that it is
@@ -30,8 +50,5 @@ struct SeparationPlan {
 /// no pose can be measured.
 [[nodiscard]] SeparationPlan separation_plan(
     const session::Session& session, const SeparationRequest& request);
-
-/// For people: what comes apart, and how surely.
-[[nodiscard]] std::string separation_text(const Json& words);
 
 }  // namespace sixdial::studies

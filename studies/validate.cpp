@@ -7,45 +7,45 @@
 #include <set>
 
 #include "calibration/pipeline.h"
-#include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
-#include "studies/calibrate.h"
 #include "studies/extended_command.h"
+#include "studies/inputs.h"
+#include "studies/method_name.h"
 
 namespace sixdial::studies {
 namespace {
 
-std::string shown_name(CompensateBy by) {
-  switch (by) {
-    case CompensateBy::kBefore:
-      return "before calibration";
-    case CompensateBy::kKinematics:
-      return "after kinematics";
-    case CompensateBy::kFull:
-      return "after kinematics + ANFIS";
-    case CompensateBy::kExtended:
-      return "after diagnosis (extended)";
-  }
-  return "";
-}
-
 /// Row of the calibration's own table that predicts this way's errors.
-std::string predicting_method(const Json& calibration, CompensateBy by) {
-  const std::string full = calibration.value("result_method", "ekf_dqpso+anfis");
+std::string predicting_method(const CalibrationResult& calibration, CompensateBy by) {
   if (by == CompensateBy::kBefore) return "before";
-  return by == CompensateBy::kFull ? full : full.substr(0, full.find('+'));
+  return by == CompensateBy::kFull ? calibration.result_method
+                                   : without_residual_model(calibration.result_method);
 }
 
-Json stats_json(const std::vector<double>& errors_mm) {
-  if (errors_mm.empty()) return nullptr;
+std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
+  if (errors_mm.empty()) return std::nullopt;
   const calibration::ErrorStats stats = calibration::error_stats(errors_mm);
-  return {
-      {"mean_mm", stats.mean_mm},
-      {"std_mm", stats.std_mm},
-      {"max_mm", stats.max_mm},
-      {"rmse_mm", stats.rmse_mm},
-      {"points", stats.count}};
+  return ReachedErrors{
+      .mean_mm = stats.mean_mm,
+      .std_mm = stats.std_mm,
+      .max_mm = stats.max_mm,
+      .rmse_mm = stats.rmse_mm,
+      .points = stats.count};
+}
+
+/// The row of a diagnosis that says what its extended model should reach.
+Json predicted_gain(const Json& diagnosis) {
+  for (const Json& row : diagnosis.at("gain")) {
+    if (row["name"] == "extended") return row;
+  }
+  return nullptr;
+}
+
+/// Results of the paper's method are told as they always were.
+std::optional<std::string> method_to_tell(const CalibrationResult& calibration) {
+  if (calibration.result_method == kPaperMethod) return std::nullopt;
+  return calibration.result_method;
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 }
 
 session::Plan validation_plan(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const Json& diagnosis) {
   session::Plan targets;
   std::set<int> seen;
@@ -98,82 +98,55 @@ session::Plan validation_plan(
       validation_set(request.set, CompensateBy::kExtended));
 }
 
-Json validation_document(
-    const session::Session& calibrated, const Json& calibration,
+std::optional<double> ValidatedWay::predicted_mean_mm() const {
+  if (predicted) return predicted->mean_mm;
+  if (!predicted_gain.is_object() || !predicted_gain.contains("mean_mm")) return std::nullopt;
+  if (!predicted_gain["mean_mm"].is_number()) return std::nullopt;
+  return predicted_gain["mean_mm"].get<double>();
+}
+
+ValidationResult validation_result(
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
     const Json& diagnosis) {
-  Json methods = Json::array();
-  Json points = Json::array();
+  ValidationResult result{
+      .created_utc = session::now_utc_text(),
+      .inputs = {
+          .session = calibrated.name,
+          .set = request.set,
+          .calibration_data_hash = calibration.inputs.data_hash,
+          .calibration_method = method_to_tell(calibration),
+          .validation_session = validation.name,
+          .version = SIXDIAL_VERSION}};
+  const Inputs measured = inputs_of(validation, 0);
+  result.inputs.rig_hash = measured.rig_hash;
+  result.inputs.data_hash = measured.data_hash;
   for (const CompensateBy by : request.by) {
-    const std::string set = validation_set(request.set, by);
+    ValidatedWay way{.by = by, .set = validation_set(request.set, by)};
+    if (by == CompensateBy::kExtended) {
+      way.predicted_gain = predicted_gain(diagnosis);
+    } else if (const MethodRow* row = calibration.method(predicting_method(calibration, by))) {
+      way.predicted = row->g2;
+    }
     std::vector<double> errors_mm;
-    int without_position = 0;
-    for (const simulation::Trial& trial : session::trials_of(validation, set)) {
+    for (const simulation::Trial& trial : session::trials_of(validation, way.set)) {
       if (!trial.position_mm || !trial.target_mm) {
-        ++without_position;
+        ++way.without_position;
         continue;
       }
       const Eigen::Vector2d missed = *trial.position_mm - *trial.target_mm;  // (41)
       errors_mm.push_back(missed.norm());
-      points.push_back(
-          {{"method", to_string(by)},
-           {"point", trial.point},
-           {"target_mm", {trial.target_mm->x(), trial.target_mm->y()}},
-           {"theta_rad", {trial.q[0], trial.q[1]}},
-           {"error_mm", {missed.x(), missed.y()}}});
+      result.points.push_back(
+          {.by = by,
+           .point = trial.point,
+           .target_mm = *trial.target_mm,
+           .theta_rad = {trial.q.begin(), trial.q.end()},
+           .error_mm = missed});
     }
-    Json predicted = nullptr;
-    for (const Json& row : calibration.at("methods")) {
-      if (row["id"] == predicting_method(calibration, by)) predicted = row["g2"];
-    }
-    if (by == CompensateBy::kExtended) {
-      predicted = nullptr;
-      for (const Json& row : diagnosis.at("gain")) {
-        if (row["name"] == "extended") predicted = row;
-      }
-    }
-    methods.push_back(
-        {{"id", to_string(by)},
-         {"name", shown_name(by)},
-         {"set", set},
-         {"errors", stats_json(errors_mm)},
-         {"predicted", std::move(predicted)},
-         {"without_position", without_position}});
+    way.errors = reached(errors_mm);
+    result.methods.push_back(std::move(way));
   }
-  return {
-      {"schema", "sixdial.validation"},
-      {"schema_version", kValidationSchemaVersion},
-      {"created_utc", session::now_utc_text()},
-      {"inputs",
-       {{"session", calibrated.name},
-        {"set", request.set},
-        {"calibration_data_hash", calibration.at("inputs").at("data_hash")},
-        {"validation_session", validation.name},
-        {"rig_hash", "sha256:" + session::rig_sha256(validation)},
-        {"data_hash", "sha256:" + session::data_sha256(validation)},
-        {"version", SIXDIAL_VERSION}}},
-      {"methods", std::move(methods)},
-      {"points", std::move(points)}};
-}
-
-std::string validation_text(const Json& document) {
-  const auto cell = [](const Json& stats, const char* key) {
-    return stats.is_object() && stats.contains(key) && stats[key].is_number()
-               ? fmt::format("{:8.4f}", stats[key].get<double>())
-               : fmt::format("{:>8}", "-");
-  };
-  std::string text = fmt::format(
-      "{:<26} {:>8} {:>8} {:>8} {:>7} {:>10}\n", "error reached, mm", "mean", "std", "max",
-      "points", "predicted");
-  for (const Json& method : document.at("methods")) {
-    const Json& errors = method["errors"];
-    text += fmt::format(
-        "{:<26} {} {} {} {:>7} {:>10}\n", method["name"].get<std::string>(),
-        cell(errors, "mean_mm"), cell(errors, "std_mm"), cell(errors, "max_mm"),
-        errors.is_object() ? errors["points"].get<int>() : 0,
-        cell(method["predicted"], "mean_mm"));
-  }
-  return text;
+  return result;
 }
 
 }  // namespace sixdial::studies

@@ -3,11 +3,14 @@
 // reached is told, equation (41). A session of its own holds the samples, raw as any other.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "session/session.h"
 #include "studies/compensate.h"
+#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -26,17 +29,66 @@ struct ValidationRequest {
 /// does not favour one. `diagnosis`: needed where the request has kExtended. Throws Error
 /// bad_data: no targets in that set, no solution.
 [[nodiscard]] session::Plan validation_plan(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const Json& diagnosis = nullptr);
 
-/// "sixdial.validation": inputs, methods [{id, name, set, errors {mean_mm, std_mm, max_mm,
-/// rmse_mm, points}, predicted, without_position}], points. `validation`: what was measured.
-[[nodiscard]] Json validation_document(
-    const session::Session& calibrated, const Json& calibration,
+struct ReachedErrors {
+  double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0, rmse_mm = 0.0;
+  int points = 0;
+};
+
+/// One way of commanding, and what came of it.
+struct ValidatedWay {
+  CompensateBy by = CompensateBy::kBefore;
+  std::string set{};                      // that holds its samples
+  std::optional<ReachedErrors> errors{};  // empty: nothing was measured
+  std::optional<SetErrors> predicted{};   // by the calibration, on its G2
+  Json predicted_gain = nullptr;  // of kExtended: the row of the diagnosis that predicts them
+  int without_position = 0;       // samples whose dials give none
+
+  [[nodiscard]] std::optional<double> predicted_mean_mm() const;
+};
+
+struct ValidatedPoint {
+  CompensateBy by = CompensateBy::kBefore;
+  int point = 0;
+  Eigen::Vector2d target_mm{0, 0};
+  std::vector<double> theta_rad{};  // commanded
+  Eigen::Vector2d error_mm{0, 0};   // measured minus target, equation (41)
+};
+
+/// A point of the plan without a sample.
+struct NotMeasured {
+  std::string set{};
+  int point = 0;
+  int repeat = 0;
+  std::string why{};
+};
+
+struct ValidationInputs {
+  std::string session{};  // that was calibrated
+  std::string set{};      // whose targets were commanded again
+  std::string calibration_data_hash{};
+  std::optional<std::string> calibration_method{};   // empty: the paper's
+  std::optional<std::int64_t> calibration_result{};  // numbers in the database
+  std::optional<std::int64_t> diagnosis_result{};
+  std::string validation_session{};  // that holds what was measured
+  std::string rig_hash{}, data_hash{};
+  std::string version{};
+};
+
+struct ValidationResult {
+  std::string created_utc{};
+  ValidationInputs inputs{};
+  std::vector<ValidatedWay> methods{};
+  std::vector<ValidatedPoint> points{};
+  std::vector<NotMeasured> troubles{};
+};
+
+/// `validation`: what was measured. Numbers of results and troubles are the caller's to add.
+[[nodiscard]] ValidationResult validation_result(
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
     const Json& diagnosis = nullptr);
-
-/// The table for people: mean, std, max before, after kinematics, after ANFIS.
-[[nodiscard]] std::string validation_text(const Json& document);
 
 }  // namespace sixdial::studies

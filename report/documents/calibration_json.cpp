@@ -3,6 +3,7 @@
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/network_json.h"
+#include "report/documents/set_errors_json.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -79,18 +80,6 @@ void describe(Fields& at, Of<Fields, calibration::Settings>& settings) {
     anfis("holdout_fraction", settings.holdout_fraction);
   });
   flags(at, "fixed", settings.fixed);
-}
-
-template <class Fields>
-void describe(Fields& at, Of<Fields, studies::SetErrors>& errors) {
-  at("mean_mm", errors.mean_mm);
-  at("std_mm", errors.std_mm);
-  at("max_mm", errors.max_mm);
-  at("rmse_mm", errors.rmse_mm);
-  at("mean_low_mm", errors.mean_low_mm);
-  at("mean_high_mm", errors.mean_high_mm);
-  at("points", errors.points);
-  at("unreachable", errors.unreachable);
 }
 
 template <class Fields>

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "report/sections/sections_of_studies.h"
+#include "report/words/comparison_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -14,21 +15,17 @@ Column column(
       .group = std::move(group)};
 }
 
-Cell cell(const Json& json, const char* key, int decimals = 4) {
-  if (!json.is_object() || !json.contains(key) || !json[key].is_number()) return {};
-  return number(json[key].get<double>(), decimals);
+void add_figures(std::vector<Cell>& row, const std::optional<calibration::ErrorStats>& set) {
+  if (!set) {
+    row.insert(row.end(), 3, Cell{});
+    return;
+  }
+  for (const double each : {set->mean_mm, set->std_mm, set->max_mm}) {
+    row.push_back(number(each));
+  }
 }
 
-}  // namespace
-
-std::vector<Section> comparison_sections(const Json& document) {
-  Section section{.id = "comparison", .heading = "All methods on this session"};
-  const Json& settings = document["inputs"]["settings"];
-  section.blocks.emplace_back(fmt::format(
-      "Each method identified the robot from G1 ({}) and was judged on G2, which none of them "
-      "saw. Times are of this machine, identification and residual model together.",
-      settings["space"] == "dials" ? "raw readings of all dials in contact"
-                                   : "measured positions"));
+Table table_6(const studies::ComparisonResult& result) {
   Table table{.id = "comparison", .caption = "Absolute position error by method, as Table 6"};
   table.columns = {column("method", "method")};
   for (const auto& [set, group] :
@@ -38,30 +35,42 @@ std::vector<Section> comparison_sections(const Json& document) {
     }
   }
   table.columns.push_back(column("seconds", "time", "s"));
-  for (const Json& method : document["methods"]) {
-    if (method["id"] == document["best"]) table.main_row = table.rows.size();
-    table.rows.push_back(
-        {method["name"].get<std::string>(), cell(method["g1"], "mean_mm"),
-         cell(method["g1"], "std_mm"), cell(method["g1"], "max_mm"),
-         cell(method["g2"], "mean_mm"), cell(method["g2"], "std_mm"),
-         cell(method["g2"], "max_mm"), cell(method, "seconds", 4)});
+  for (const studies::ComparedRow& method : result.methods) {
+    if (method.id == result.best) table.main_row = table.rows.size();
+    std::vector<Cell> row{method.name};
+    add_figures(row, method.g1);
+    add_figures(row, method.g2);
+    row.push_back(number(method.seconds(), 4));
+    table.rows.push_back(std::move(row));
   }
   table.notes.push_back(fmt::format(
       "Before: {}. Lowest mean on G2 in bold. Figures are differences between measured and "
       "modelled positions.",
-      document["before_is"].get<std::string>()));
-  section.blocks.emplace_back(std::move(table));
+      before_in_words(result.before_uses_targets)));
+  return table;
+}
+
+}  // namespace
+
+std::vector<Section> comparison_sections(const studies::ComparisonResult& result) {
+  Section section{.id = "comparison", .heading = "All methods on this session"};
+  section.blocks.emplace_back(fmt::format(
+      "Each method identified the robot from G1 ({}) and was judged on G2, which none of them "
+      "saw. Times are of this machine, identification and residual model together.",
+      result.choices.space == "dials" ? "raw readings of all dials in contact"
+                                      : "measured positions"));
+  section.blocks.emplace_back(table_6(result));
 
   Table learned{.id = "residual_models", .caption = "What the residual models used"};
   learned.columns = {
       column("method", "method"), column("effective_x", "effective parameters, x"),
       column("effective_y", "effective parameters, y"), column("note", "chosen")};
-  for (const Json& method : document["methods"]) {
-    if (!method["residual_model"].is_string()) continue;
-    const Json& effective = method["effective_parameters"];
+  for (const studies::ComparedRow& method : result.methods) {
+    if (!method.residual) continue;
+    const Eigen::Vector2d& effective = method.residual->effective_parameters;
     learned.rows.push_back(
-        {method["name"].get<std::string>(), number(effective[0].get<double>(), 1),
-         number(effective[1].get<double>(), 1), method["note"].get<std::string>()});
+        {method.name, number(effective.x(), 1), number(effective.y(), 1),
+         method.residual->note});
   }
   if (!learned.rows.empty()) section.blocks.emplace_back(std::move(learned));
   return {std::move(section)};

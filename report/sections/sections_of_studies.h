@@ -8,6 +8,7 @@
 #include "report/documents/json.h"
 #include "session/session.h"
 #include "studies/calibration_result.h"
+#include "studies/compare.h"
 
 namespace sixdial::report {
 
@@ -18,7 +19,7 @@ namespace sixdial::report {
     const studies::GrossErrors& gross_errors);
 
 /// The report's section with Table 6 of all methods and what each identified.
-[[nodiscard]] std::vector<Section> comparison_sections(const Json& document);
+[[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);
 
 /// The report's section: size, effective parameters, sizes that were offered, membership
 /// functions.

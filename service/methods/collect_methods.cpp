@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "report/documents/plan_json.h"
+#include "service/methods/shared_params.h"
 #include "service/service.h"
 #include "session/plan.h"
-#include "studies/next_plan.h"
-#include "studies/separation_plan.h"
 
 namespace sixdial::service {
 namespace {
@@ -50,11 +50,7 @@ Json plan_next(const Call& call) {
   for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
     request.modes.push_back(*geometry::working_mode_from(mode));
   }
-  studies::NextPlan next = studies::next_plan(session, request);
-  Json answer = std::move(next.words);
-  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
-  answer["notes"] = session::operator_notes(session.rig, next.plan);
-  return answer;
+  return report::plan_answer(studies::next_plan(session, request), session.rig);
 }
 
 Json plan_separate(const Call& call) {
@@ -66,11 +62,7 @@ Json plan_separate(const Call& call) {
   for (const auto& mode : param_or<std::vector<std::string>>(call.params, "modes", {})) {
     request.modes.push_back(*geometry::working_mode_from(mode));
   }
-  studies::SeparationPlan next = studies::separation_plan(session, request);
-  Json answer = std::move(next.words);
-  answer["plan_csv"] = session::plan_csv(next.plan, session.rig);
-  answer["notes"] = session::operator_notes(session.rig, next.plan);
-  return answer;
+  return report::plan_answer(studies::separation_plan(session, request), session.rig);
 }
 
 Json status(const Call& call) { return call.service.collection().status(); }
@@ -112,7 +104,7 @@ Json moved(const Call& call) {
 constexpr std::array<std::string_view, 2> kOnFault{"store", "pause"};
 constexpr std::array<std::string_view, 2> kOnModeChange{"pause", "go"};
 constexpr std::array kStartParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "plan_csv",
         .doc =
@@ -147,9 +139,8 @@ constexpr std::array kStartParams{
         .min = 0,
         .max = 100}};
 constexpr std::array<std::string_view, 2> kCriteria{"I", "D"};
-constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr std::array kNextParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "points",
         .type = ParamType::kInteger,
@@ -164,9 +155,9 @@ constexpr std::array kNextParams{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes to measure in; default: those of the session",
-        .one_of = kModes}};
+        .one_of = params::kModeWords}};
 constexpr std::array kSeparateParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "points",
         .type = ParamType::kInteger,
@@ -177,7 +168,7 @@ constexpr std::array kSeparateParams{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes to measure in; default: all that can be measured",
-        .one_of = kModes}};
+        .one_of = params::kModeWords}};
 constexpr std::array kWaitParams{Param{
     .name = "timeout_s",
     .type = ParamType::kNumber,

@@ -1,52 +1,31 @@
 // The comparison of all methods as a job with a stored result.
 #include <array>
 
+#include "report/documents/comparison_json.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/service.h"
-#include "studies/compare.h"
+#include "service/study_params.h"
 
 namespace sixdial::service {
 namespace {
 
-studies::CompareRequest request_of(const Json& params) {
-  studies::CompareRequest request;
-  request.methods = param_or(params, "methods", request.methods);
-  request.space = param_or(params, "space", request.space);
-  request.fix = param_or(params, "fix", request.fix);
-  request.free = param_or(params, "free", request.free);
-  request.loss = param_or(params, "loss", request.loss);
-  request.profile = param_or(params, "profile", request.profile);
-  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
-  request.seed = param_or<std::uint64_t>(params, "seed", 1);
-  request.threads = param_or(params, "threads", 0);
-  request.particles = param_or(params, "particles", 0);
-  request.qpso1_iterations = param_or(params, "qpso1_iterations", 0);
-  request.qpso2_iterations = param_or(params, "qpso2_iterations", 0);
-  request.anfis_epochs = param_or(params, "anfis_epochs", 0);
-  request.bpnn_epochs = param_or(params, "bpnn_epochs", 0);
-  return request;
-}
-
 Json start_comparison(const Call& call) {
-  const studies::CompareRequest request = request_of(call.params);
+  const studies::CompareRequest request = comparison_request(call.params);
   studies::check_methods(request.methods);
   return start_document_job(
       call, "comparison", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
-        return studies::compare(session, request, progress, std::move(stop));
+        return report::to_json(studies::compare(session, request, progress, std::move(stop)));
       });
 }
 
 constexpr std::array<std::string_view, 2> kSpaces{"positions", "dials"};
 constexpr std::array<std::string_view, 3> kLosses{"square", "huber", "cauchy"};
-constexpr std::array<std::string_view, 2> kProfiles{"default", "paper"};
-constexpr Param count(std::string_view name, std::string_view doc, double least) {
-  return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = least, .max = 1e6};
-}
 constexpr std::array kParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "methods",
         .type = ParamType::kStringList,
@@ -57,32 +36,25 @@ constexpr std::array kParams{
         .name = "space",
         .doc = "what is fitted: positions, or raw readings of all dials in contact",
         .one_of = kSpaces},
-    Param{
-        .name = "fix",
-        .type = ParamType::kStringList,
-        .doc = "parameters that keep their nominal value"},
-    Param{
-        .name = "free",
-        .type = ParamType::kStringList,
-        .doc = "only these parameters are fitted; default: all"},
+    params::kFix,
+    params::kFree,
     Param{.name = "loss", .doc = "of lm", .one_of = kLosses},
     Param{
-        .name = "profile", .doc = "paper: its literal filter and search", .one_of = kProfiles},
-    Param{
-        .name = "keep_gross_errors",
-        .type = ParamType::kBoolean,
-        .doc = "list readings that stand out, but fit them too"},
+        .name = "profile",
+        .doc = "paper: its literal filter and search",
+        .one_of = params::kProfileWords},
+    params::kKeepGrossErrors,
     Param{
         .name = "seed",
         .type = ParamType::kInteger,
         .doc = "of searches and networks; the same gives the same result; default 1",
         .min = 0},
-    count("threads", "0: as many as the machine has; the result is the same", 0),
-    count("particles", "instead of 50", 4),
-    count("qpso1_iterations", "instead of 100", 1),
-    count("qpso2_iterations", "instead of 400", 1),
-    count("anfis_epochs", "instead of 500", 1),
-    count("bpnn_epochs", "instead of 40000", 1)};
+    params::kThreads,
+    params::kParticles,
+    params::kQpso1,
+    params::kQpso2,
+    params::kAnfisEpochs,
+    params::count("bpnn_epochs", "instead of 40000", 1)};
 
 constexpr std::array kMethods{Method{
     .name = "compare.start",

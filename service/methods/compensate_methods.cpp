@@ -6,13 +6,16 @@
 #include <filesystem>
 #include <set>
 
+#include "report/documents/calibration_json.h"
+#include "report/documents/validation_json.h"
+#include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "studies/extended_command.h"
-#include "studies/validate.h"
 
 namespace sixdial::service {
 namespace {
@@ -57,7 +60,9 @@ Json target(const Call& call) {
         command.solve(target_mm, *mode, moment), by, target_mm, *mode);
   } else {
     answer = studies::compensated_target(
-        studies::compensation_model(Json::parse(record.json), by), by, target_mm, *mode);
+        studies::compensation_model(
+            report::calibration_from_json(Json::parse(record.json)), by),
+        by, target_mm, *mode);
   }
   answer["result"] = record.id.value;
   return answer;
@@ -79,18 +84,15 @@ Json plan(const Call& call) {
       extended
           ? studies::extended_plan(
                 asked, studies::ExtendedCommand(document, rig), rig, "", temperature_c)
-          : studies::compensated_plan(asked, studies::compensation_model(document, by), rig);
+          : studies::compensated_plan(
+                asked, studies::compensation_model(report::calibration_from_json(document), by),
+                rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated);
     return answer;
   }
-  const std::filesystem::path path = call.params["path"].get<std::string>();
-  if (!path.is_absolute()) {
-    throw Error(
-        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
-        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
-  }
+  const std::filesystem::path path = params::absolute_path(call);
   session::write_plan(compensated, path.string());
   answer["path"] = path.string();
   return answer;
@@ -156,7 +158,8 @@ void follow(const JobControl& control, Collection& collection) {
 Json start_validation(const Call& call) {
   Service& service = call.service;
   const db::ResultRecord record = calibration_record(call);
-  const Json calibration = Json::parse(record.json);
+  const studies::CalibrationResult calibration =
+      report::calibration_from_json(Json::parse(record.json));
   const studies::ValidationRequest request = validation_request(call.params);
   const bool extended =
       std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();
@@ -192,7 +195,7 @@ Json start_validation(const Call& call) {
   const Job started = service.jobs().start(
       std::move(job),
       [&service, calibrated, calibration, request, diagnosis,
-       diagnosis_id = extending ? Json(extending->id.value) : Json(nullptr),
+       diagnosis_id = extending ? std::optional(extending->id.value) : std::nullopt,
        plan = std::move(plan), rig_text, name, calibration_id = record.id, caller = call.caller,
        id = record.session](const JobControl& control, const Job& self) {
         const db::SessionId measured = service.store().create_session(
@@ -213,21 +216,15 @@ Json start_validation(const Call& call) {
                   status["total"].get<std::int64_t>()),
               {{"session", name}}, "What was measured stays in that session; start again.");
         }
-        Json document = studies::validation_document(
+        studies::ValidationResult validated = studies::validation_result(
             calibrated, calibration, service.reader().load_session(measured), request,
             diagnosis);
-        document["inputs"]["calibration_result"] = calibration_id.value;
-        document["inputs"]["diagnosis_result"] = diagnosis_id;
-        document["troubles"] = status["troubles"];
-        db::NewResult result;
-        result.session = id;
-        result.kind = "validation";
-        result.json = document.dump();
-        result.settings = Json{{"set", request.set}, {"validation_session", name}}.dump();
-        constexpr std::size_t kPrefix = std::string_view("sha256:").size();
-        result.data_sha256 = document["inputs"]["data_hash"].get<std::string>().substr(kPrefix);
-        result.job = db::JobId{self.id};
-        return service.store().save_result(result).value;
+        validated.inputs.calibration_result = calibration_id.value;
+        validated.inputs.diagnosis_result = diagnosis_id;
+        validated.troubles = report::not_measured_from_json(status["troubles"]);
+        return save_document(
+            service, self, id, report::to_json(validated),
+            {{"set", request.set}, {"validation_session", name}}, validated.inputs.data_hash);
       });
   return to_json(started);
 }
@@ -257,7 +254,6 @@ constexpr Param kTemperature{
 constexpr Param side(std::string_view name, std::string_view doc) {
   return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = -1, .max = 1};
 }
-constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr Param coordinate(std::string_view name) {
   return {
       .name = name,
@@ -273,7 +269,10 @@ constexpr std::array kTargetParams{
     coordinate("x_mm"),
     coordinate("y_mm"),
     kBy,
-    Param{.name = "mode", .doc = "working mode; default: the rig's", .one_of = kModes},
+    Param{
+        .name = "mode",
+        .doc = "working mode; default: the rig's",
+        .one_of = params::kModeWords},
     kDiagnosis,
     kTemperature,
     side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),

@@ -6,8 +6,10 @@
 
 #include "report/sections/sections_of_studies.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
+#include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/diagnose.h"
 
@@ -15,26 +17,18 @@ namespace sixdial::service {
 namespace {
 
 Json start_diagnosis(const Call& call) {
-  studies::DiagnosisRequest request;
-  request.seed = param_or<std::uint64_t>(call.params, "seed", request.seed);
-  request.bootstrap = param_or(call.params, "bootstrap", request.bootstrap);
-  request.with_gain = param_or(call.params, "gain", request.with_gain);
+  const studies::DiagnosisRequest request = diagnosis_request(call.params);
   return start_document_job(
       call, "diagnosis", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
         return studies::diagnose(session, request, progress, std::move(stop));
       });
 }
 
 Json write_page(const Call& call) {
-  const std::filesystem::path path = call.params.at("path").get<std::string>();
-  if (!path.is_absolute()) {
-    throw Error(
-        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
-        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
-  }
+  const std::filesystem::path path = params::absolute_path(call);
   const db::ResultRecord record = diagnosis_record(call);
   db::Store& reader = call.service.reader();
   session::write_file(
@@ -53,7 +47,7 @@ constexpr std::array kPageParams{
     Param{.name = "session", .doc = "instead of `result`"},
     Param{.name = "path", .required = true, .doc = "absolute path of the page"}};
 constexpr std::array kParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
     Param{
         .name = "seed",
         .type = ParamType::kInteger,

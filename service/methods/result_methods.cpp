@@ -5,14 +5,19 @@
 #include <array>
 #include <filesystem>
 
+#include "report/documents/calibration_json.h"
+#include "report/documents/summary.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/store_json.h"
+#include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
+#include "studies/method_name.h"
 
 namespace sixdial::service {
 namespace {
@@ -20,45 +25,16 @@ namespace {
 constexpr std::size_t kMostPageBytes =
     std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
-studies::CalibrationRequest request_of(const Json& params) {
-  const auto optional_count = [&](const char* name) -> std::optional<int> {
-    const int count = param_or(params, name, 0);
-    return count > 0 ? std::optional(count) : std::nullopt;
-  };
-  studies::CalibrationRequest request;
-  request.profile =
-      *calibration::profile_from(param_or<std::string>(params, "profile", "default"));
-  request.seed = param_or<std::uint64_t>(params, "seed", 1);
-  request.threads = param_or(params, "threads", 0);
-  request.particles = optional_count("particles");
-  request.qpso1_iterations = optional_count("qpso1_iterations");
-  request.qpso2_iterations = optional_count("qpso2_iterations");
-  request.anfis_epochs = optional_count("anfis_epochs");
-  request.fix = param_or(params, "fix", request.fix);
-  request.free = param_or(params, "free", request.free);
-  request.keep_gross_errors = param_or(params, "keep_gross_errors", false);
-  return request;
-}
-
 Json start_calibration(const Call& call) {
-  const studies::CalibrationRequest request = request_of(call.params);
+  const studies::CalibrationRequest request = calibration_request(call.params);
+  static_cast<void>(studies::chosen_method(request.method, "method"));
   return start_document_job(
       call, "calibration", request.seed,
       [request](
-          const session::Session& session, const std::function<void(JobProgress)>& progress,
+          const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
-        return studies::calibrate(session, request, progress, std::move(stop));
+        return report::to_json(studies::calibrate(session, request, progress, std::move(stop)));
       });
-}
-
-std::filesystem::path absolute_path(const Call& call) {
-  std::filesystem::path path = call.params.at("path").get<std::string>();
-  if (!path.is_absolute()) {
-    throw Error(
-        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
-        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
-  }
-  return path;
 }
 
 /// Not in the middle of a UTF-8 letter.
@@ -72,13 +48,13 @@ Json get(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   Json answer = to_json(record, call.service.reader().session_info(record.session).name);
   if (call.params.contains("path")) {
-    const std::filesystem::path path = absolute_path(call);
+    const std::filesystem::path path = params::absolute_path(call);
     session::write_file(path.string(), record.json);
     answer["path"] = path.string();
     return answer;
   }
   if (!call.params.contains("offset")) {
-    answer["summary"] = studies::result_summary(Json::parse(record.json));
+    answer["summary"] = report::document_summary(Json::parse(record.json));
     return answer;
   }
   const auto begin = call.params["offset"].get<std::size_t>();
@@ -119,7 +95,7 @@ std::optional<db::ResultRecord> companion_of(
 }
 
 Json write(const Call& call) {
-  const std::filesystem::path path = absolute_path(call);
+  const std::filesystem::path path = params::absolute_path(call);
   const db::ResultRecord record = calibration_record(call);
   db::Store& reader = call.service.reader();
   const session::Session session = reader.load_session(record.session);
@@ -128,19 +104,21 @@ Json write(const Call& call) {
   const auto document_of = [](const std::optional<db::ResultRecord>& result) {
     return result ? Json::parse(result->json) : Json(nullptr);
   };
-  const Json document = Json::parse(record.json);
+  const studies::CalibrationResult result =
+      report::calibration_from_json(Json::parse(record.json));
   std::vector<report::Section> more;
   if (const auto other_name = param_or<std::string>(call.params, "against", "");
       !other_name.empty()) {
     const Json wanted{{"session", other_name}};
     const db::ResultRecord other =
         calibration_record(Call{call.service, wanted, call.caller, call.sink});
-    const Json other_document = Json::parse(other.json);
+    const studies::CalibrationResult other_result =
+        report::calibration_from_json(Json::parse(other.json));
     const session::Session other_session = reader.load_session(other.session);
-    more = report::against_sections({document, session}, {other_document, other_session});
+    more = report::against_sections({result, session}, {other_result, other_session});
   }
   const auto files = report::write_report(
-      document, session, reader.session_info(record.session).who.name, path,
+      result, session, reader.session_info(record.session).who.name, path,
       document_of(comparison), document_of(diagnosis), std::move(more));
   return {
       {"path", path.string()},
@@ -156,38 +134,29 @@ constexpr Param kResult{
     .doc = "number of the result; left out: the newest calibration of `session`",
     .min = 1};
 constexpr Param kSessionOr{.name = "session", .doc = "instead of `result`"};
-constexpr std::array<std::string_view, 2> kProfiles{"default", "paper"};
-constexpr Param count(std::string_view name, std::string_view doc, double least) {
-  return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = least, .max = 1e5};
-}
 constexpr std::array kCalibrateParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
+    params::kSession,
+    Param{
+        .name = "method",
+        .doc = "any identifier, alone or with any residual model after a '+', such as lm+gp; "
+               "default ekf_dqpso+anfis"},
     Param{
         .name = "profile",
         .doc = "paper: its literal choices; default: without its known faults",
-        .one_of = kProfiles},
+        .one_of = params::kProfileWords},
     Param{
         .name = "seed",
         .type = ParamType::kInteger,
         .doc = "of the searches; the same gives the same result; default 1",
         .min = 0},
-    count("threads", "0: as many as the machine has; the result is the same", 0),
-    count("particles", "instead of 50", 4),
-    count("qpso1_iterations", "instead of 100", 1),
-    count("qpso2_iterations", "instead of 400", 1),
-    count("anfis_epochs", "instead of 500", 1),
-    Param{
-        .name = "fix",
-        .type = ParamType::kStringList,
-        .doc = "parameters that keep their nominal value"},
-    Param{
-        .name = "free",
-        .type = ParamType::kStringList,
-        .doc = "only these parameters are fitted; default: all"},
-    Param{
-        .name = "keep_gross_errors",
-        .type = ParamType::kBoolean,
-        .doc = "list readings that stand out, but fit them too"}};
+    params::kThreads,
+    params::kParticles,
+    params::kQpso1,
+    params::kQpso2,
+    params::kAnfisEpochs,
+    params::kFix,
+    params::kFree,
+    params::kKeepGrossErrors};
 constexpr std::array kGetParams{
     kResult, kSessionOr,
     Param{
@@ -197,13 +166,12 @@ constexpr std::array kGetParams{
         .min = 0},
     Param{.name = "path", .doc = "absolute path of a file to write the document to"}};
 constexpr std::array kListParams{
-    Param{.name = "session", .required = true, .doc = "name of the session"},
-    Param{
-        .name = "limit",
-        .type = ParamType::kInteger,
-        .doc = "the newest so many; default 50",
-        .min = 1,
-        .max = 100}};
+    params::kSession, Param{
+                          .name = "limit",
+                          .type = ParamType::kInteger,
+                          .doc = "the newest so many; default 50",
+                          .min = 1,
+                          .max = 100}};
 constexpr std::array kWriteParams{
     kResult, kSessionOr,
     Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
@@ -215,7 +183,8 @@ constexpr std::array kMethods{
     Method{
         .name = "calibrate.start",
         .summary =
-            "Calibrates a session as a job: EKF, two QPSO searches, ANFIS. Answers at once.",
+            "Calibrates a session as a job: EKF, two QPSO searches, ANFIS, or by any other "
+            "method. Answers at once.",
         .params = kCalibrateParams,
         .result = "as job.status",
         .example =

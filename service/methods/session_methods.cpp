@@ -8,6 +8,7 @@
 #include <map>
 #include <tuple>
 
+#include "service/methods/shared_params.h"
 #include "service/sample_json.h"
 #include "service/service.h"
 #include "service/session_choices.h"
@@ -23,17 +24,6 @@ namespace {
 
 std::string session_name(const Call& call, std::string_view key = "session") {
   return call.params.at(key).get<std::string>();
-}
-
-/// Paths go to another process: relative ones would mean its directory, not the client's.
-std::filesystem::path absolute_path(const Call& call) {
-  std::filesystem::path path = call.params.at("path").get<std::string>();
-  if (!path.is_absolute()) {
-    throw Error(
-        ErrorCode::kInvalidParams, fmt::format("the path {} is relative", path.string()),
-        {{"param", "path"}}, "The service runs in another directory: give an absolute path.");
-  }
-  return path;
 }
 
 Json info_json(Service& service, db::SessionId id) {
@@ -110,7 +100,7 @@ Json show(const Call& call) {
 }
 
 Json import_bundle(const Call& call) {
-  const std::filesystem::path path = absolute_path(call);
+  const std::filesystem::path path = params::absolute_path(call);
   const auto name = param_or<std::string>(call.params, "name", "");
   if (!name.empty()) check_session_name(name);
   const session::Session read = session::read_bundle(
@@ -129,7 +119,7 @@ Json import_bundle(const Call& call) {
 }
 
 Json export_bundle(const Call& call) {
-  const std::filesystem::path path = absolute_path(call);
+  const std::filesystem::path path = params::absolute_path(call);
   const session::Session session = loaded(call);
   session::write_bundle(session, path);
   return {
@@ -245,7 +235,7 @@ Json plan_random(const Call& call) {
       session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
 }
 
-constexpr Param kSession{.name = "session", .required = true, .doc = "name of the session"};
+using params::kSession;
 constexpr Param kPage{
     .name = "limit", .type = ParamType::kInteger, .doc = "so many", .min = 0, .max = 50};
 constexpr Param kOffset{
@@ -280,7 +270,6 @@ constexpr std::array kExportParams{
 constexpr std::array kOnlySession{kSession};
 constexpr std::array kUndoParams{kSession, Param{.name = "reason", .doc = "kept with the row"}};
 constexpr std::array<std::string_view, 3> kApproaches{"as-it-comes", "alternate", "both-sides"};
-constexpr std::array<std::string_view, 4> kModes{"++", "+-", "-+", "--"};
 constexpr std::array kPlanCommon{
     kSession,
     Param{.name = "set", .doc = "G1, G2 or another name; default G1"},
@@ -310,7 +299,7 @@ constexpr std::array kPlanCommon{
         .name = "modes",
         .type = ParamType::kStringList,
         .doc = "working modes, each with all the points; default: the rig's",
-        .one_of = kModes},
+        .one_of = params::kModeWords},
     Param{
         .name = "approach",
         .doc = "from which side points are reached",

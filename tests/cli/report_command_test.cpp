@@ -43,7 +43,7 @@ Json calibrated(const session::Session& session) {
   request.qpso1_iterations = 5;
   request.qpso2_iterations = 20;
   request.anfis_epochs = 5;
-  return studies::calibrate(session, request, [](const service::JobProgress&) {});
+  return studies::calibrate(session, request, [](const studies::Progress&) {});
 }
 
 const report::Table& table_of(const report::Section& section, const std::string& id) {

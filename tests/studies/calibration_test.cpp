@@ -74,7 +74,7 @@ Json whole_result(LineClient& client, std::int64_t result) {
 TEST(Calibration, ABundleGivesItsNoiseAsErrorAndTheInputsOfTheResult) {
   const session::Session session = session::read_bundle(kBundle);
   std::vector<std::string> stages;
-  const Json document = calibrate(session, quick(), [&](const service::JobProgress& progress) {
+  const Json document = calibrate(session, quick(), [&](const Progress& progress) {
     if (stages.empty() || stages.back() != progress.stage) stages.push_back(progress.stage);
   });
   EXPECT_EQ(document["schema"], "sixdial.calibration");

@@ -4,15 +4,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "calibration/comparison.h"
 #include "calibration/random.h"
+#include "report/documents/comparison_json.h"
 #include "report/report_run.h"
+#include "report/words/comparison_words.h"
 #include "session/bundle.h"
 #include "studies/assessment.h"
 #include "studies/calibrate.h"
+#include "studies/error.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
@@ -47,88 +51,90 @@ std::vector<std::string> every_combination() {
   return methods;
 }
 
-void expect_figures(const Json& set, int points) {
-  for (const char* key : {"mean_mm", "std_mm", "max_mm", "rmse_mm"}) {
-    ASSERT_TRUE(set[key].is_number()) << key;
-    EXPECT_GT(set[key].get<double>(), 0.0) << key;
-  }
-  EXPECT_GE(set["max_mm"], set["mean_mm"]);
-  EXPECT_GE(set["rmse_mm"], set["mean_mm"]);
-  EXPECT_EQ(set["points"], points);
-  EXPECT_EQ(set["unreachable"], 0);
+void expect_figures(const std::optional<calibration::ErrorStats>& set, int points) {
+  ASSERT_TRUE(set);
+  EXPECT_GT(set->mean_mm, 0.0);
+  EXPECT_GT(set->std_mm, 0.0);
+  EXPECT_GE(set->max_mm, set->mean_mm);
+  EXPECT_GE(set->rmse_mm, set->mean_mm);
+  EXPECT_EQ(set->count, points);
+  EXPECT_EQ(set->unreachable, 0);
 }
 
-TEST(Compare, AnyCombinationInEitherSpaceIsADocumentOfTheSameShape) {
+void expect_row(const ComparedRow& method, const std::string& id, std::size_t parameters) {
+  SCOPED_TRACE(id);
+  EXPECT_EQ(method.id, id);
+  EXPECT_FALSE(method.name.empty());
+  EXPECT_FALSE(method.description.empty());
+  expect_figures(method.g1, 100);
+  expect_figures(method.g2, 50);
+  EXPECT_EQ(method.g1_errors_mm.size(), 100U);
+  EXPECT_EQ(method.g2_errors_mm.size(), 50U);
+  EXPECT_GE(method.seconds(), 0.0);
+  if (id == "before") {
+    EXPECT_FALSE(method.identifier);
+    EXPECT_FALSE(method.robot);
+    EXPECT_GT(method.g2->mean_mm, 1.0);
+    return;
+  }
+  const std::size_t plus = id.find('+');
+  EXPECT_EQ(method.identifier, id.substr(0, plus));
+  ASSERT_TRUE(method.robot);
+  EXPECT_EQ(method.robot->parameters.size(), parameters);
+  for (const auto& [name, parameter] : method.robot->parameters) {
+    EXPECT_TRUE(std::isfinite(parameter.value)) << name;
+    EXPECT_GT(parameter.sd, 0.0) << name;
+  }
+  EXPECT_LT(method.g2->mean_mm, 0.1);
+  if (plus == std::string::npos) {
+    EXPECT_FALSE(method.residual_model);
+    EXPECT_FALSE(method.residual);
+    return;
+  }
+  EXPECT_EQ(method.residual_model, id.substr(plus + 1));
+  ASSERT_TRUE(method.residual);
+  EXPECT_TRUE(method.residual->effective_parameters.allFinite());
+  EXPECT_FALSE(method.residual->note.empty());
+}
+
+TEST(Compare, AnyCombinationInEitherSpaceIsAResultOfTheSameShape) {
   const session::Session session = session::read_bundle(kBundle);
   for (const char* space : {"positions", "dials"}) {
     SCOPED_TRACE(space);
     CompareRequest request = quick();
     request.space = space;
     request.methods = every_combination();
-    const Json document = compare(session, request);
-    EXPECT_EQ(document["schema"], "sixdial.comparison");
-    EXPECT_EQ(document["schema_version"], kComparisonSchemaVersion);
-    EXPECT_EQ(document["inputs"]["settings"]["space"], space);
-    EXPECT_EQ(document["inputs"]["data_hash"], "sha256:" + session::data_sha256(session));
-    ASSERT_EQ(document["methods"].size(), request.methods.size());
+    const ComparisonResult result = compare(session, request);
+    EXPECT_EQ(result.choices.space, space);
+    EXPECT_EQ(result.inputs.data_hash, "sha256:" + session::data_sha256(session));
+    ASSERT_EQ(result.methods.size(), request.methods.size());
     for (std::size_t i = 0; i < request.methods.size(); ++i) {
-      const Json& method = document["methods"][i];
-      const std::string& id = request.methods[i];
-      SCOPED_TRACE(id);
-      EXPECT_EQ(method["id"], id);
-      EXPECT_FALSE(method["name"].get<std::string>().empty());
-      EXPECT_FALSE(method["description"].get<std::string>().empty());
-      expect_figures(method["g1"], 100);
-      expect_figures(method["g2"], 50);
-      EXPECT_EQ(method["g1_errors_mm"].size(), 100U);
-      EXPECT_EQ(method["g2_errors_mm"].size(), 50U);
-      EXPECT_GE(method["seconds"].get<double>(), 0.0);
-      if (id == "before") {
-        EXPECT_TRUE(method["identifier"].is_null());
-        EXPECT_GT(method["g2"]["mean_mm"], 1.0);
-        continue;
-      }
-      const std::size_t plus = id.find('+');
-      EXPECT_EQ(method["identifier"], id.substr(0, plus));
-      EXPECT_EQ(method["parameters"].size(), std::string_view(space) == "dials" ? 11U : 10U);
-      for (const auto& [name, value] : method["parameters"].items()) {
-        EXPECT_TRUE(value["value"].is_number()) << name;
-        EXPECT_GT(value["sd"].get<double>(), 0.0) << name;
-      }
-      EXPECT_LT(method["g2"]["mean_mm"], 0.1);
-      if (plus == std::string::npos) {
-        EXPECT_TRUE(method["residual_model"].is_null());
-      } else {
-        EXPECT_EQ(method["residual_model"], id.substr(plus + 1));
-        EXPECT_EQ(method["effective_parameters"].size(), 2U);
-        EXPECT_FALSE(method["note"].get<std::string>().empty());
-      }
+      expect_row(
+          result.methods[i], request.methods[i], std::string_view(space) == "dials" ? 11 : 10);
     }
     // the best one is the least mean on G2
-    double least = HUGE_VAL;
-    std::string best;
-    for (const Json& method : document["methods"]) {
-      if (method["g2"]["mean_mm"].get<double>() < least) {
-        least = method["g2"]["mean_mm"].get<double>();
-        best = method["id"].get<std::string>();
-      }
-    }
-    EXPECT_EQ(document["best"], best);
+    const auto least = std::ranges::min_element(
+        result.methods, {}, [](const ComparedRow& method) { return method.g2->mean_mm; });
+    EXPECT_EQ(result.best, least->id);
+    // what comes out of a file is what went in
+    const Json document = report::to_json(result);
+    EXPECT_EQ(document["schema"], "sixdial.comparison");
+    EXPECT_EQ(document["schema_version"], kComparisonSchemaVersion);
     for (const char* key : {"assessment", "precision", "gross_errors"}) {
       EXPECT_TRUE(document[key].is_object()) << key;
     }
     EXPECT_EQ(document["assessment"]["space"], space);
-    // what comes out of a file is what went in
     EXPECT_EQ(Json::parse(document.dump()), document);
-    const std::string text = comparison_text(document);
+    EXPECT_EQ(report::to_json(report::comparison_from_json(document)), document);
+    const std::string text = report::comparison_text(result);
     for (const std::string& id : request.methods) EXPECT_NE(text.find(id), std::string::npos);
   }
 }
 
 TEST(Compare, WithoutMethodsTakesTheTwelveOfTheIssueInTheirOrder) {
-  const Json document = compare(session::read_bundle(kBundle), quick());
+  const ComparisonResult result = compare(session::read_bundle(kBundle), quick());
   std::vector<std::string> ids;
-  for (const Json& method : document["methods"]) ids.push_back(method["id"]);
+  for (const ComparedRow& method : result.methods) ids.push_back(method.id);
   EXPECT_EQ(
       ids, std::vector<std::string>(
                calibration::kComparedMethods.begin(), calibration::kComparedMethods.end()));
@@ -166,7 +172,7 @@ TEST(Compare, TheServiceAndABundleGiveTheSameFigures) {
   CompareRequest request;
   request.methods = {"lm", "lm+gp"};
   request.space = "dials";
-  const Json alone = compare(session::read_bundle(kBundle), request);
+  const Json alone = report::to_json(compare(session::read_bundle(kBundle), request));
   for (std::size_t i = 0; i < 2; ++i) {
     for (const char* key : {"g1_errors_mm", "g2_errors_mm", "parameters"}) {
       EXPECT_EQ(stored["methods"][i][key], alone["methods"][i][key]) << key;
@@ -214,15 +220,15 @@ TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
     CompareRequest request = quick();
     request.methods = {"before", "lse", "lm", "tikhonov", "ekf", "ekf_dqpso", "lm+gp"};
     if (fixed) request.fix = {"d"};
-    const Json compared = compare(session, request);
-    expect_common_turn(compared["assessment"]["identifiability"]["held"]);
-    const std::string screen =
-        ::testing::PrintToString(assessment_lines(compared["assessment"]));
+    const ComparisonResult compared = compare(session, request);
+    expect_common_turn(compared.assessment["identifiability"]["held"]);
+    const std::string screen = ::testing::PrintToString(assessment_lines(compared.assessment));
     EXPECT_THAT(screen, ::testing::HasSubstr(kCommonTurn));
-    for (const Json& method : compared["methods"]) {
-      EXPECT_EQ(method["g2"]["unreachable"], 0) << method["id"];
-      if (method["id"] == "lm") {
-        EXPECT_LT(method["g2"]["mean_mm"], 0.006);
+    for (const ComparedRow& method : compared.methods) {
+      ASSERT_TRUE(method.g2) << method.id;
+      EXPECT_EQ(method.g2->unreachable, 0) << method.id;
+      if (method.id == "lm") {
+        EXPECT_LT(method.g2->mean_mm, 0.006);
       }
     }
     CalibrationRequest calibration;

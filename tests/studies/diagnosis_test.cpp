@@ -340,7 +340,7 @@ TEST(Diagnosis, IsCancelledBetweenItsStages) {
   try {
     static_cast<void>(diagnose(
         session_of("06"), {},
-        [&](const service::JobProgress& progress) {
+        [&](const Progress& progress) {
           stages.push_back(progress.stage);
           if (stages.size() == 2) stop.request_stop();
         },

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "report/words/plan_words.h"
+#include "studies/error.h"
 #include "studies/live_estimate.h"
 #include "tests/support/simulated.h"
 
@@ -66,12 +68,14 @@ TEST(NextPlan, IsReadyToBeCollectedAndKeepsItsPromise) {
     const session::Session after = measured(simple_world(7), whole);
     LiveEstimate reached(kRig, points_of(session));  // over the same workspace
     for (const session::Sample& sample : after.samples) reached.add(sample);
-    const auto promised = next.words["after"]["mean_mm"].get<double>();
-    EXPECT_LT(promised, 0.7 * next.words["now"]["mean_mm"].get<double>());
+    ASSERT_TRUE(next.figures.after);
+    const double promised = next.figures.after->mean_mm;
+    EXPECT_LT(promised, 0.7 * next.figures.now.mean_mm);
     // The candidates' covariance is the mean of those measured so far, not each its own.
     EXPECT_NEAR(reached.uncertainty().mean_mm / promised, 1.0, 0.35);
-    EXPECT_THAT(next_plan_text(next.words), HasSubstr("12 samples of G1"));
-    EXPECT_THAT(next_plan_text(next.words), HasSubstr("with these 8"));
+    const std::string words = report::next_plan_text(next.figures);
+    EXPECT_THAT(words, HasSubstr("12 samples of G1"));
+    EXPECT_THAT(words, HasSubstr("with these 8"));
   }
 }
 

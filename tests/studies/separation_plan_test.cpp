@@ -7,7 +7,9 @@
 
 #include <filesystem>
 
+#include "report/words/plan_words.h"
 #include "session/bundle.h"
+#include "studies/error.h"
 #include "tests/support/paths.h"
 
 namespace sixdial::studies {
@@ -26,10 +28,9 @@ TEST(SeparationPlan, IsReadyToBeCollectedAndPromisesMoreThanThereIs) {
   EXPECT_EQ(
       session::parse_plan(session::plan_csv(found.plan, session.rig), "p.csv", session.rig),
       found.plan);
-  EXPECT_TRUE(found.words["rival"].is_null()) << "nothing is tied in a clean session";
-  EXPECT_GT(
-      found.words["log_odds_after"].get<double>(), found.words["log_odds_now"].get<double>());
-  EXPECT_THAT(separation_text(found.words), ::testing::HasSubstr("blindest to"));
+  EXPECT_TRUE(!found.figures.rival) << "nothing is tied in a clean session";
+  EXPECT_GT(found.figures.log_odds_after, found.figures.log_odds_now);
+  EXPECT_THAT(report::separation_text(found.figures), ::testing::HasSubstr("blindest to"));
 }
 
 TEST(SeparationPlan, KeepsToTheWorkingModesAskedFor) {

@@ -5,6 +5,8 @@
 
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
+#include "report/documents/validation_json.h"
+#include "report/words/validation_words.h"
 #include "session/bundle.h"
 #include "session/rig_file.h"
 #include "studies/calibrate.h"
@@ -136,7 +138,9 @@ TEST(Validation, OnTheRobotEachStepOfTheMethodBringsTheToolNearerToItsTargets) {
       reader.find_session(document["inputs"]["validation_session"].get<std::string>());
   EXPECT_EQ(reader.load_session(id).samples.size(), 45U);
   EXPECT_THAT(reader.session_info(id).note, ::testing::HasSubstr("session demo"));
-  EXPECT_THAT(validation_text(document), ::testing::HasSubstr("after kinematics + ANFIS"));
+  EXPECT_THAT(
+      report::validation_text(report::validation_from_json(document)),
+      ::testing::HasSubstr("after kinematics + ANFIS"));
 }
 
 TEST(Validation, WaysAreTriedInTurnAtEachTarget) {

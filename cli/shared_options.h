@@ -1,0 +1,45 @@
+// Options that several commands have: one spelling, one range and one help text for each.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/pipeline.h"
+#include "geometry/five_bar.h"
+
+namespace sixdial::cli {
+
+void add_subject(CLI::App& command, std::string& subject);   // SESSION|BUNDLE
+void add_result_file(CLI::App& command, std::string& file);  // -o: the result as JSON
+void add_skip_bad_rows(CLI::App& command, bool& skip_bad_rows);
+void add_stored_result(CLI::App& command, std::int64_t& result);  // --result
+void add_point_count(CLI::App& command, int& points);             // --points of a plan
+
+/// "++", "+-", "-+" or "--".
+[[nodiscard]] CLI::IsMember working_mode_words();
+/// "before", "kinematics", "full" or "extended".
+[[nodiscard]] CLI::IsMember compensation_words();
+
+void add_profile(CLI::App& command, calibration::Profile& profile);
+void add_fixed_parameters(
+    CLI::App& command, std::vector<std::string>& fix, std::vector<std::string>& free);
+void add_keep_gross_errors(CLI::App& command, bool& keep);
+void add_threads(CLI::App& command, int& threads);
+/// How often something is repeated: "instead of 100".
+void add_count(
+    CLI::App& command, const char* name, std::optional<int>& value, const char* words);
+
+/// Sizes of the searches and of the network. `Request`: of a calibration or a comparison.
+template <class Request>
+void add_search_sizes(CLI::App& command, Request& request) {
+  command.add_option("--particles", request.particles, "instead of 50")
+      ->check(CLI::Range(4, 10000));
+  add_count(command, "--qpso1-iterations", request.qpso1_iterations, "instead of 100");
+  add_count(command, "--qpso2-iterations", request.qpso2_iterations, "instead of 400");
+  add_count(command, "--anfis-epochs", request.anfis_epochs, "instead of 500");
+}
+
+}  // namespace sixdial::cli

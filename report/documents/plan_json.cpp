@@ -1,0 +1,91 @@
+#include "report/documents/plan_json.h"
+
+#include "report/documents/fields.h"
+
+namespace sixdial::report {
+namespace {
+
+template <class Fields, class Mode>
+void mode_key(Fields& at, Mode& mode) {
+  at.named(
+      "mode", mode, [](geometry::WorkingMode each) { return geometry::to_string(each); },
+      geometry::working_mode_from);
+}
+
+Json with_plan(Json figures, const session::Plan& plan, const geometry::Rig& rig) {
+  figures["plan_csv"] = session::plan_csv(plan, rig);
+  figures["notes"] = session::operator_notes(rig, plan);
+  return figures;
+}
+
+}  // namespace
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::PositionSd>& sd) {
+  at("mean_mm", sd.mean_mm);
+  at("max_mm", sd.max_mm);
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::NextStep>& step) {
+  at("target_mm", step.target_mm);
+  mode_key(at, step.mode);
+  describe(at, step.after);
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::NextPlanFigures>& figures) {
+  at("samples", figures.samples);
+  at("points", figures.points);
+  at.named(
+      "criterion", figures.criterion,
+      [](calibration::Criterion each) { return calibration::to_string(each); },
+      calibration::criterion_from);
+  at("now", figures.now);
+  at("after", figures.after);
+  at("steps", figures.steps);
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::PlacedCause>& placed) {
+  at("cause", placed.cause);
+  at("where", placed.where);
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::SeparationPoint>& point) {
+  at("target_mm", point.target_mm);
+  mode_key(at, point.mode);
+  at("log_odds", point.log_odds);
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, studies::SeparationFigures>& figures) {
+  at("separates", figures.separates);
+  at("rival", figures.rival);
+  at("size_assumed", figures.size_assumed);
+  at("unit", figures.unit);
+  at("points", figures.points);
+  at("log_odds_now", figures.log_odds_now);
+  at("log_odds_after", figures.log_odds_after);
+  at("by_point", figures.by_point);
+}
+
+Json to_json(const studies::NextPlanFigures& figures) { return write(figures); }
+Json to_json(const studies::SeparationFigures& figures) { return write(figures); }
+
+Json plan_answer(const studies::NextPlan& made, const geometry::Rig& rig) {
+  return with_plan(to_json(made.figures), made.plan, rig);
+}
+Json plan_answer(const studies::SeparationPlan& made, const geometry::Rig& rig) {
+  return with_plan(to_json(made.figures), made.plan, rig);
+}
+
+studies::NextPlanFigures next_plan_from_json(const Json& json) {
+  return read<studies::NextPlanFigures>(json, "plan.next");
+}
+studies::SeparationFigures separation_from_json(const Json& json) {
+  return read<studies::SeparationFigures>(json, "plan.separate");
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,22 @@
+// What plan next and plan separate tell besides the plan itself: the answers of the service's
+// plan.next and plan.separate, and of `sixdial plan ... --json`.
+#pragma once
+
+#include "report/documents/json.h"
+#include "studies/next_plan.h"
+#include "studies/separation_plan.h"
+
+namespace sixdial::report {
+
+[[nodiscard]] Json to_json(const studies::NextPlanFigures& figures);
+[[nodiscard]] Json to_json(const studies::SeparationFigures& figures);
+
+/// The figures with the plan: plan_csv (text of a plan file) and notes (for the operator).
+[[nodiscard]] Json plan_answer(const studies::NextPlan& made, const geometry::Rig& rig);
+[[nodiscard]] Json plan_answer(const studies::SeparationPlan& made, const geometry::Rig& rig);
+
+/// Throw studies::Error bad_data that names the key which is missing or of the wrong kind.
+[[nodiscard]] studies::NextPlanFigures next_plan_from_json(const Json& json);
+[[nodiscard]] studies::SeparationFigures separation_from_json(const Json& json);
+
+}  // namespace sixdial::report

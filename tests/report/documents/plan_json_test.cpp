@@ -1,0 +1,74 @@
+// What plan next, plan separate and the live estimate told in an earlier version is read whole
+// and written as it was.
+#include "report/documents/plan_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/documents/estimate_json.h"
+#include "report/words/estimate_words.h"
+#include "report/words/plan_words.h"
+#include "studies/error.h"
+#include "tests/report/documents/stored_document.h"
+
+namespace sixdial::report {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Without the plan itself, which stands beside the figures.
+Json figures_of(const char* name) {
+  Json answer = stored_document(name);
+  answer.erase("plan_csv");
+  answer.erase("notes");
+  return answer;
+}
+
+TEST(PlanDocument, OfPlanNextIsReadAndWrittenAsItWas) {
+  const studies::NextPlanFigures figures =
+      next_plan_from_json(stored_document("plan_next.json"));
+  EXPECT_EQ(figures.points, 4);
+  EXPECT_EQ(figures.steps.size(), 4U);
+  ASSERT_TRUE(figures.after);
+  EXPECT_LT(figures.after->max_mm, figures.now.max_mm);
+  expect_same_document(to_json(figures), figures_of("plan_next.json"));
+  EXPECT_THAT(next_plan_text(figures), HasSubstr("with these 4 (I-optimal)"));
+}
+
+TEST(PlanDocument, OfPlanSeparateIsReadAndWrittenAsItWas) {
+  const studies::SeparationFigures figures =
+      separation_from_json(stored_document("plan_separate.json"));
+  EXPECT_FALSE(figures.rival);
+  EXPECT_TRUE(figures.size_assumed);
+  EXPECT_EQ(figures.by_point.size(), 4U);
+  expect_same_document(to_json(figures), figures_of("plan_separate.json"));
+  EXPECT_THAT(separation_text(figures), HasSubstr("blindest to"));
+}
+
+TEST(EstimateDocument, IsReadAndWrittenAsItWas) {
+  const Json stored = stored_document("estimate.json");
+  const studies::EstimateSummary estimate = estimate_from_json(stored);
+  EXPECT_EQ(estimate.samples, 40);
+  EXPECT_EQ(estimate.parameters.size(), stored["parameters"].size());
+  expect_same_document(to_json(estimate), stored);
+  EXPECT_THAT(estimate_summary(estimate), HasSubstr("after 40 samples: position sd 0.0052 mm"));
+  EXPECT_THAT(estimate_parameters(estimate).back(), HasSubstr("dtheta2 -1.3249 +- 0.0741 deg"));
+}
+
+TEST(EstimateDocument, WithoutAConditionOrAWorstPlaceKeepsThatEmpty) {
+  studies::EstimateSummary estimate = estimate_from_json(stored_document("estimate.json"));
+  estimate.condition.reset();
+  estimate.worst_mm.reset();
+  estimate.undetermined = {"d", "x0"};
+  const studies::EstimateSummary again = estimate_from_json(to_json(estimate));
+  EXPECT_FALSE(again.condition);
+  EXPECT_FALSE(again.worst_mm);
+  EXPECT_THAT(
+      estimate_summary(again), HasSubstr("condition infinite; not determined yet: d, x0"));
+  Json broken = to_json(estimate);
+  broken.erase("samples");
+  EXPECT_THROW(static_cast<void>(estimate_from_json(broken)), studies::Error);
+}
+
+}  // namespace
+}  // namespace sixdial::report
