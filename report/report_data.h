@@ -96,7 +96,7 @@ struct PointRow {
   std::string dials{};                           // those that gave the position: "CDB"
   std::optional<double> temperature_c{};
   std::optional<double> time_s{};     // since the first sample
-  std::vector<int> approach;  // sign of each joint's last move, 0 unknown
+  std::vector<int> approach{0, 0};  // sign of each joint's last move, 0 unknown
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
 };
 

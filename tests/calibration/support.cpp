@@ -178,8 +178,7 @@ MeasuredSession measured_session_00() {
     trial.point = std::stoi(cells[1]);
     trial.q = Vector2d(std::stod(cells[4]), std::stod(cells[5]));
     trial.target_mm = Vector2d(std::stod(cells[6]), std::stod(cells[7]));
-    trial.assembly =
-        geometry::assembly_at(session.nominal, trial.q, *trial.target_mm).value();
+    trial.assembly = geometry::assembly_at(session.nominal, trial.q, *trial.target_mm).value();
     std::vector<geometry::DialReading> readings;
     for (int dial = 0; dial < 6; ++dial) {
       const std::string& cell = cells[static_cast<std::size_t>(11 + dial)];

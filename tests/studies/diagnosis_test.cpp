@@ -274,7 +274,8 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
   session::Session session = session_of("01");
   const auto trials = session::trials_of(session, "");
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
-    session.samples[i].position_mm = trials[i].position_mm;
+    session.samples[i].position_mm.reset();
+    if (trials[i].position_mm) session.samples[i].position_mm = *trials[i].position_mm;
     for (session::DialValue& dial : session.samples[i].dials) dial.value_mm.reset();
   }
   const Json document = quick(session);
