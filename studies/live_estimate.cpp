@@ -13,8 +13,6 @@ constexpr int kGrid = 7;  // poses along each side of the workspace
 // The filter judges the noise by residuals from ten degrees of freedom on: ten positions.
 constexpr int kLeastSamples = 10;
 
-bool is_angle(int parameter) { return parameter >= geometry::kAlpha; }
-
 void add_once(std::vector<geometry::WorkingMode>& modes, geometry::WorkingMode mode) {
   if (std::ranges::find(modes, mode) == modes.end()) modes.push_back(mode);
 }
@@ -97,19 +95,20 @@ EstimateSummary LiveEstimate::summary() const {
       .position_sd_max_mm = uncertainty_.max_mm,
       .last_times_usual = last_times_usual_,
       .last_unusual = last_unusual()};
-  for (int i = 0; i < geometry::kParameterCount; ++i) {
+  for (std::size_t i = 0; i < geometry::kParameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
     summary.parameters.push_back(
-        {.name = std::string(geometry::kParameters[static_cast<std::size_t>(i)].name),
-         .unit = is_angle(i) ? "rad" : "mm",
-         .value = filter_.v()[i],
-         .sd = std::sqrt(filter_.P()(i, i))});
+        {.name = geometry::kParameters[i].name,
+         .unit = geometry::kParameters[i].unit,
+         .value = filter_.v()[k],
+         .sd = std::sqrt(filter_.P()(k, k))});
   }
   if (uncertainty_.poses > 0) summary.worst_mm = workspace_[uncertainty_.worst].target_mm;
   if (const double condition = filter_.condition(); std::isfinite(condition)) {
     summary.condition = condition;
   }
   for (const int i : filter_.undetermined()) {
-    summary.undetermined.emplace_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
+    summary.undetermined.push_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
   }
   return summary;
 }

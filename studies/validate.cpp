@@ -134,7 +134,7 @@ ValidationResult validation_result(
         ++way.without_position;
         continue;
       }
-      const Eigen::Vector2d missed = *trial.position_mm - *trial.target_mm;  // (41)
+      const Eigen::VectorXd missed = *trial.position_mm - *trial.target_mm;  // (41)
       errors_mm.push_back(missed.norm());
       result.points.push_back(
           {.by = by,

@@ -52,9 +52,9 @@ struct ValidatedWay {
 struct ValidatedPoint {
   CompensateBy by = CompensateBy::kBefore;
   int point = 0;
-  Eigen::Vector2d target_mm{0, 0};
-  std::vector<double> theta_rad{};  // commanded
-  Eigen::Vector2d error_mm{0, 0};   // measured minus target, equation (41)
+  Eigen::VectorXd target_mm{};
+  std::vector<double> theta_rad{};  // commanded, joint by joint
+  Eigen::VectorXd error_mm{};       // measured minus target, equation (41)
 };
 
 /// A point of the plan without a sample.
