@@ -6,6 +6,7 @@
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
+#include "report/documents/compensation_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/words/validation_words.h"
@@ -35,16 +36,20 @@ struct ValidateOptions {
   std::int64_t result = 0, diagnosis = 0;
 };
 
+/// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
-  const auto at = [&](const char* key, std::size_t i) { return answer[key][i].get<double>(); };
+  const studies::CommandedTarget at = report::commanded_target_from_json(answer);
+  std::string angles, nominal;
+  for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
+    angles += fmt::format("{}theta{} {:.9f}", i == 0 ? "" : "  ", i + 1, at.theta_rad[i]);
+  }
+  for (const double angle : at.nominal_theta_rad) nominal += fmt::format(" {:.9f}", angle);
   cli.console.print(
       "compensation", answer,
       fmt::format(
-          "theta1 {:.9f}  theta2 {:.9f} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal {:.9f} "
-          "{:.9f}; closes to {:.1e} mm\n",
-          at("theta_rad", 0), at("theta_rad", 1), at("target_mm", 0), at("target_mm", 1),
-          answer["mode"].get<std::string>(), at("nominal_theta_rad", 0),
-          at("nominal_theta_rad", 1), answer["closure_mm"].get<double>()));
+          "{} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal{}; closes to {:.1e} mm\n", angles,
+          at.target_mm.x(), at.target_mm.y(), geometry::to_string(at.mode), nominal,
+          at.closure_mm));
 }
 
 void print_plan(
@@ -93,9 +98,9 @@ service::ExitCode extend_bundle(
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
   print_target(
-      cli, studies::compensation_answer(
+      cli, report::to_json(studies::commanded_target(
                command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
-               target_mm, mode));
+               target_mm, mode)));
   return service::ExitCode::kOk;
 }
 
@@ -130,8 +135,8 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   print_target(
-      cli, studies::compensated_target(
-               model, by, {options.target_mm[0], options.target_mm[1]}, mode));
+      cli, report::to_json(studies::compensated_target(
+               model, by, {options.target_mm[0], options.target_mm[1]}, mode)));
   return service::ExitCode::kOk;
 }
 

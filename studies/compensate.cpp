@@ -77,14 +77,13 @@ calibration::CompensationModel compensation_model(
   return model;
 }
 
-Json compensated_target(
+CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
-  return compensation_answer(
-      calibration::compensate(model, target_mm, mode), by, target_mm, mode);
+  return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
 }
 
-Json compensation_answer(
+CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
     CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
   if (!found) {
@@ -94,13 +93,13 @@ Json compensation_answer(
         "Choose a target inside the workspace, or another working mode.");
   }
   return {
-      {"target_mm", {target_mm.x(), target_mm.y()}},
-      {"mode", geometry::to_string(mode)},
-      {"by", to_string(by)},
-      {"theta_rad", {found->q_rad[0], found->q_rad[1]}},
-      {"nominal_theta_rad", {found->nominal_q_rad[0], found->nominal_q_rad[1]}},
-      {"closure_mm", found->closure_mm},
-      {"iterations", found->iterations}};
+      .target_mm = target_mm,
+      .mode = mode,
+      .by = by,
+      .theta_rad = {found->q_rad.begin(), found->q_rad.end()},
+      .nominal_theta_rad = {found->nominal_q_rad.begin(), found->nominal_q_rad.end()},
+      .closure_mm = found->closure_mm,
+      .iterations = found->iterations};
 }
 
 geometry::WorkingMode mode_of(

@@ -4,27 +4,13 @@
 #include "report/documents/inputs_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
+#include "report/words/comparison_words.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
 namespace {
 
 constexpr const char* kSchema = "sixdial.calibration";
-
-/// A truth that is written as one of two words.
-template <class Fields, class Value>
-void one_of_two(
-    Fields& at, const char* key, Value& value, std::decay_t<Value> first, const char* word,
-    std::decay_t<Value> second, const char* other) {
-  using Plain = std::decay_t<Value>;
-  at.named(
-      key, value, [&](const Plain& each) { return each == first ? word : other; },
-      [&](std::string_view text) -> std::optional<Plain> {
-        if (text == word) return first;
-        if (text == other) return second;
-        return std::nullopt;
-      });
-}
 
 /// "fixed" is a list of true and false, whatever holds them in memory.
 template <class Fields, class Flags>
@@ -186,8 +172,8 @@ void describe(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at("methods", result.methods);
   at("result_method", result.result_method);
   one_of_two(
-      at, "before_is", result.before_uses_targets, true, "measured minus target", false,
-      "measured minus nominal model");
+      at, "before_is", result.before_uses_targets, true, before_in_words(true), false,
+      before_in_words(false));
   at("rmse_mm", result.rmse_mm);
   at("least_squares_rmse_mm", result.least_squares_rmse_mm);
   at("above_minimum_mm", result.above_minimum_mm);

@@ -315,6 +315,21 @@ void Reader::operator()(const char* key, T& value) {
   read_into(value, entry(key, there), document_, there);
 }
 
+/// A value that has two states, by a word for each.
+template <class Fields, class Value>
+void one_of_two(
+    Fields& at, const char* key, Value& value, std::remove_cv_t<Value> first, const char* word,
+    std::remove_cv_t<Value> second, const char* other) {
+  using Plain = std::remove_cv_t<Value>;
+  at.named(
+      key, value, [=](const Plain& each) { return each == first ? word : other; },
+      [=](std::string_view text) -> std::optional<Plain> {
+        if (text == word) return first;
+        if (text == other) return second;
+        return std::nullopt;
+      });
+}
+
 /// Refuses a document of another schema or a version that is not `least` to `most`.
 inline void expect_schema(
     const Json& json, std::string_view schema, int least, int most,

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "report/documents/calibration_json.h"
+#include "report/documents/compensation_json.h"
 #include "report/documents/validation_json.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
@@ -56,13 +57,12 @@ Json target(const Call& call) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(Json::parse(record.json), rig);
-    answer = studies::compensation_answer(
-        command.solve(target_mm, *mode, moment), by, target_mm, *mode);
+    answer = report::to_json(studies::commanded_target(
+        command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
-    answer = studies::compensated_target(
-        studies::compensation_model(
-            report::calibration_from_json(Json::parse(record.json)), by),
-        by, target_mm, *mode);
+    const auto calibrated = report::calibration_from_json(Json::parse(record.json));
+    answer = report::to_json(studies::compensated_target(
+        studies::compensation_model(calibrated, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
   return answer;
