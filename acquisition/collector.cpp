@@ -13,77 +13,14 @@ namespace {
 using session::Quality;
 
 // A joint that was asked to move less than this was not moved; encoders jitter by less.
-constexpr double kMoved_rad = 2e-6;
-constexpr double kLeastSpread_mm = 0.005;
-// Readings at rest: 99.9 % of the spreads of some ten readings are below six sigma.
-constexpr double kSpreadPerSigma = 6.0;
-constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
+constexpr double kMoved = 2e-6;  // rad, mm
+constexpr int kHalvings = 3;     // of the way to a pre-position that cannot be reached
 
 bool is_fault(const Reading& reading) {
   return reading.quality == Quality::kBad && !reading.value_mm;
 }
 
-struct Moment {
-  DeviceTime requested{0};
-  std::optional<double> value_mm;
-};
-
-// The newest readings of one dial, just as many as judging needs.
-class History {
- public:
-  void forget() { moments_.clear(); }
-  void add(const Reading& reading, int least, DeviceTime window) {
-    moments_.push_back({reading.requested, reading.value_mm});
-    while (moments_.size() > static_cast<std::size_t>(least) &&
-           moments_.back().requested - moments_[1].requested >= window) {
-      moments_.pop_front();
-    }
-  }
-  [[nodiscard]] DialSettling judged(int least, DeviceTime window, double limit_mm) const {
-    DialSettling judged{.spread_mm = {}, .limit_mm = limit_mm};
-    if (moments_.size() < 2) return judged;
-    const bool touching = moments_.front().value_mm.has_value();
-    double low = moments_.front().value_mm.value_or(0.0);
-    double high = low;
-    for (const Moment& each : moments_) {
-      if (each.value_mm.has_value() != touching) return judged;
-      low = std::min(low, each.value_mm.value_or(low));
-      high = std::max(high, each.value_mm.value_or(high));
-    }
-    if (touching) judged.spread_mm = high - low;
-    judged.settled = moments_.size() >= static_cast<std::size_t>(least) &&
-                     moments_.back().requested - moments_.front().requested >= window &&
-                     high - low <= limit_mm;
-    return judged;
-  }
-
- private:
-  std::deque<Moment> moments_;
-};
-
 }  // namespace
-
-std::string_view to_string(CollectorStage stage) {
-  switch (stage) {
-    case CollectorStage::kMoving:
-      return "moving";
-    case CollectorStage::kSettling:
-      return "settling";
-    case CollectorStage::kStored:
-      return "stored";
-    case CollectorStage::kSkipped:
-      return "skipped";
-    case CollectorStage::kFailed:
-      return "failed";
-    case CollectorStage::kPaused:
-      return "paused";
-    case CollectorStage::kFinished:
-      return "finished";
-    case CollectorStage::kStopped:
-      return "stopped";
-  }
-  return "unknown";
-}
 
 Collector::Collector(
     geometry::Rig rig, session::Plan plan, RobotPort& robot, DialSource& dials, Clock& clock,
@@ -97,7 +34,8 @@ Collector::Collector(
       settings_(settings),
       plausibility_(rig_, settings.implausible_mm),
       attempts_(plan_.points.size(), 0),
-      counted_(plan_.points.size(), false) {
+      counted_(plan_.points.size(), false),
+      last_move_(session::layout_of(rig_).joints.size(), 0) {
   if (!callbacks_.store)
     throw std::invalid_argument("collector: nothing to store samples with");
   if (dials_.size() != rig_.dials.size()) {
@@ -126,7 +64,7 @@ CollectorResult Collector::run(const std::stop_token& stop) {
     if (pause) {
       const std::optional<std::size_t> next =
           pending_.empty() ? std::nullopt : std::optional(pending_.front());
-      const Wish wish = wait_paused(next, "", stop);
+      const Wish wish = wait_paused(next, PauseReason::kAsked, "", "", stop);
       if (wish == Wish::kSkip && next) {
         pending_.pop_front();
         (void)skipped(*next, "skipped by the operator");
@@ -191,31 +129,7 @@ Collector::Outcome Collector::measure(
   if (const auto there = go(index, here, stop); !there) return there.error();
   auto measured = settle(index, here, stop);
   if (!measured) return measured.error();
-  if (!measured->faulty.empty()) {
-    std::vector<std::string> faults;
-    for (const std::size_t i : measured->faulty) {
-      const Reading& reading = measured->readings[i];
-      faults.push_back(
-          fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
-    }
-    const bool none = measured->faulty.size() == rig_.dials.size();
-    if (none || settings_.on_dial_fault == OnDialFault::kPause) {
-      const std::string why = fmt::format(
-          "{}{}; resume measures again, accept stores the point as it is, skip leaves it out",
-          none ? "no dial answers: " : "", fmt::join(faults, "; "));
-      switch (wait_paused(index, why, stop)) {
-        case Wish::kAccept:
-          break;
-        case Wish::kSkip:
-          return skipped(
-              index, fmt::format("skipped by the operator: {}", fmt::join(faults, "; ")));
-        case Wish::kNone:
-        case Wish::kRetake:
-          return stop.stop_requested() ? Outcome::kStopped : Outcome::kAgain;
-      }
-    }
-    remarks_.insert(remarks_.end(), faults.begin(), faults.end());
-  }
+  if (const auto outcome = judge_faults(index, *measured, stop)) return *outcome;
   // Angles of now: an arm that is let go after the move must not be taken for where it was.
   const auto state = robot_.state(here);
   if (!state) {
@@ -225,15 +139,48 @@ Collector::Outcome Collector::measure(
   return store(index, *state, std::move(measured->readings), stop);
 }
 
+std::optional<Collector::Outcome> Collector::judge_faults(
+    std::size_t index, const Measured& measured, const std::stop_token& stop) {
+  if (measured.faulty.empty()) return std::nullopt;
+  std::vector<std::string> faults;
+  for (const std::size_t i : measured.faulty) {
+    const Reading& reading = measured.readings[i];
+    faults.push_back(
+        fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
+  }
+  const bool none = measured.faulty.size() == rig_.dials.size();
+  if (none || settings_.on_dial_fault == OnDialFault::kPause) {
+    const std::string trouble =
+        fmt::format("{}{}", none ? "no dial answers: " : "", fmt::join(faults, "; "));
+    constexpr const char* kAdvice =
+        "resume measures again, accept stores the point as it is, skip leaves it out";
+    switch (wait_paused(index, PauseReason::kDialFault, trouble, kAdvice, stop)) {
+      case Wish::kAccept:
+        break;
+      case Wish::kSkip:
+        return skipped(
+            index, fmt::format("skipped by the operator: {}", fmt::join(faults, "; ")));
+      case Wish::kNone:
+      case Wish::kRetake:
+        return stop.stop_requested() ? Outcome::kStopped : Outcome::kAgain;
+    }
+  }
+  remarks_.insert(remarks_.end(), faults.begin(), faults.end());
+  return std::nullopt;
+}
+
 // Where to come from, so that each joint arrives from its asked side; nearer if that is out of
 // reach, empty if no side is asked for or none can be had.
-std::optional<Eigen::Vector2d> Collector::pre_position(const session::PlanPoint& point) const {
-  if (point.approach[0] == 0 && point.approach[1] == 0) return std::nullopt;
+std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint& point) const {
+  Eigen::VectorXd sides(point.q.size());
+  for (Eigen::Index joint = 0; joint < sides.size(); ++joint) {
+    sides[joint] = session::approach_of(point, static_cast<std::size_t>(joint));
+  }
+  if (sides.isZero()) return std::nullopt;
   const geometry::Assembly assembly = session::branch_of(rig_, point).assembly;
   double away_rad = settings_.approach_rad;
   for (int halving = 0; halving <= kHalvings; ++halving, away_rad /= 2) {
-    const Eigen::Vector2d q =
-        point.q_rad - away_rad * Eigen::Vector2d(point.approach[0], point.approach[1]);
+    const Eigen::VectorXd q = point.q - away_rad * sides;
     if (geometry::forward(rig_.robot.nominal, q, assembly)) return q;
   }
   return std::nullopt;
@@ -247,7 +194,7 @@ session::Branch Collector::branch_now(const std::stop_token& here) {
   const auto now = robot_.state(here);
   if (!now || now->motion == Motion::kIdle) return by_rig;
   session::PlanPoint place;
-  place.q_rad = now->q_rad;
+  place.q = now->q;
   place.target_mm = rig_.cuboid.reference_pose_mm;
   return session::branch_of(rig_, place);
 }
@@ -264,15 +211,13 @@ std::optional<Collector::Outcome> Collector::change_branch(
       static_cast<int>(branch_->assembly));
   if (settings_.on_branch_change == OnBranchChange::kPause) {
     const Wish wish = wait_paused(
-        index,
-        change +
-            ", across singular poses: clear the dials and bring the legs over; resume goes on, "
-            "skip leaves the point out",
-        stop);
+        index, PauseReason::kBranchChange,
+        change + ", across singular poses: clear the dials and bring the legs over",
+        "resume goes on, skip leaves the point out", stop);
     if (stop.stop_requested()) return Outcome::kStopped;
     if (wish == Wish::kSkip) return skipped(index, "skipped by the operator: " + change);
-    last_q_rad_.reset();  // moved by hand
-    last_move_ = {0, 0};
+    last_q_.reset();  // moved by hand
+    std::ranges::fill(last_move_, 0);
   }
   branch_ = wanted;
   remarks_.push_back(change);
@@ -286,44 +231,51 @@ Collector::OrOutcome<RobotState> Collector::go(
     return tl::unexpected(
         here.stop_requested() ? interrupted(index, stop) : robot_trouble(index, fault, stop));
   };
-  const std::optional<Eigen::Vector2d> pre = pre_position(point);
+  const std::optional<Eigen::VectorXd> pre = pre_position(point);
   if (pre) {
     const auto arrived = move(*pre, here);
     if (!arrived && arrived.error().kind != RobotFaultKind::kUnreachable) {
       return failed(arrived.error());
     }
     if (!arrived) remarks_.push_back("the asked approach cannot be reached");
-  } else if (point.approach[0] != 0 || point.approach[1] != 0) {
+  } else if (std::ranges::any_of(point.approach, [](int side) { return side != 0; })) {
     remarks_.push_back("the asked approach cannot be reached");
   }
-  const auto arrived = move(point.q_rad, here);
+  const auto arrived = move(point.q, here);
   if (!arrived) return failed(arrived.error());
   return *arrived;
 }
 
 tl::expected<RobotState, RobotFault> Collector::move(
-    const Eigen::Vector2d& q_rad, const std::stop_token& here) {
+    const Eigen::VectorXd& q, const std::stop_token& here) {
   for (int attempt = 0;; ++attempt) {
-    if (!last_q_rad_) {
+    if (!last_q_) {
       const auto now = robot_.state(here);
       if (!now) return now;
-      if (now->motion != Motion::kIdle) last_q_rad_ = now->q_rad;
+      if (now->motion != Motion::kIdle && now->q.size() == q.size()) last_q_ = now->q;
     }
-    if (last_q_rad_) {
-      for (std::size_t joint = 0; joint < 2; ++joint) {
+    if (last_q_) {
+      for (std::size_t joint = 0; joint < last_move_.size(); ++joint) {
         const auto j = static_cast<Eigen::Index>(joint);
-        const double way_rad = q_rad[j] - (*last_q_rad_)[j];
-        if (std::abs(way_rad) > kMoved_rad) last_move_[joint] = way_rad > 0 ? 1 : -1;
+        const double way = q[j] - (*last_q_)[j];
+        if (std::abs(way) > kMoved) last_move_[joint] = way > 0 ? 1 : -1;
       }
     }
-    const auto arrived = robot_.move_to(q_rad, settings_.move_timeout, here);
+    const auto arrived = robot_.move_to(q, settings_.move_timeout, here);
+    if (arrived && arrived->q.size() != q.size()) {
+      return tl::unexpected(RobotFault{
+          RobotFaultKind::kController,
+          fmt::format(
+              "the controller tells of {} joints, the robot has {}", arrived->q.size(),
+              q.size())});
+    }
     if (arrived) {
-      last_q_rad_ = arrived->q_rad;
+      last_q_ = arrived->q;
       return arrived;
     }
     // Stopped anywhere on the way: the next move starts from where it then is.
-    last_q_rad_.reset();
-    last_move_ = {0, 0};
+    last_q_.reset();
+    std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
     const bool again = kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere;
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
@@ -334,7 +286,7 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
     std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
   const std::size_t count = rig_.dials.size();
   const DeviceTime deadline = clock_.monotonic() + settings_.settle_timeout;
-  std::vector<History> histories(count);
+  std::vector<SettlingHistory> histories(count);
   std::vector<int> faults(count, 0);
   settling_.assign(count, {});
   for (;;) {
@@ -344,10 +296,9 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
     bool late = clock_.monotonic() >= deadline;
     for (std::size_t i = 0; i < count; ++i) {
       Reading& reading = measured.readings[i];
-      const double spread_mm =
-          settings_.settle_spread_mm > 0
-              ? settings_.settle_spread_mm
-              : std::max(kLeastSpread_mm, kSpreadPerSigma * rig_.dials[i].repeatability_mm);
+      const double spread_mm = settings_.settle_spread_mm > 0
+                                   ? settings_.settle_spread_mm
+                                   : rest_spread_mm(rig_.dials[i].repeatability_mm);
       settling_[i] = {.spread_mm = {}, .limit_mm = spread_mm};
       if (is_fault(reading)) {
         measured.faulty.push_back(i);
@@ -379,7 +330,7 @@ Collector::Outcome Collector::store(
     const std::stop_token& stop) {
   const session::PlanPoint& point = plan_.points[index];
   std::vector<ExpectedDial> expected =
-      plausibility_.expected_at(state.q_rad, session::branch_of(rig_, point).assembly);
+      plausibility_.expected_at(state.q, session::branch_of(rig_, point).assembly);
   plausibility_.judge(readings, expected);
   Plausibility::judge_frozen(readings, expected, last_readings_, last_expected_);
 
@@ -391,13 +342,13 @@ Collector::Outcome Collector::store(
   sample.point = point.point;
   sample.repeat = point.repeat;
   sample.time_utc = clock_.now_utc();
-  sample.q_rad = state.q_rad;
+  sample.q = state.q;
   sample.target_mm = point.target_mm;
-  sample.approach = {last_move_[0], last_move_[1]};
+  sample.approach.assign(last_move_.begin(), last_move_.end());
   sample.temperature_c = state.temperature_c;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const Reading& reading = readings[i];
-    sample.dials.push_back(
+    sample.channels.push_back(
         {reading.value_mm, reading.quality, reading.reason, reading.time_utc});
     if (reading.quality != Quality::kGood && !is_fault(reading) &&
         reading.reason != "unsettled") {
@@ -433,7 +384,7 @@ std::optional<Collector::Outcome> Collector::keep(
     } catch (const StoreLater& later) {
       why = later.what();
     }
-    const Wish wish = wait_paused(collected.plan_index, why, stop);
+    const Wish wish = wait_paused(collected.plan_index, PauseReason::kStore, why, "", stop);
     if (stop.stop_requested()) return Outcome::kStopped;
     if (wish == Wish::kSkip) return skipped(collected.plan_index, why);
     if (wish == Wish::kRetake) return Outcome::kAgain;
@@ -453,7 +404,7 @@ Collector::Outcome Collector::robot_trouble(
     return Outcome::kFailed;
   }
   const Wish wish = wait_paused(
-      index, fmt::format("{}; resume tries again, skip leaves the point out", why), stop);
+      index, PauseReason::kRobot, why, "resume tries again, skip leaves the point out", stop);
   if (stop.stop_requested()) return Outcome::kStopped;
   return wish == Wish::kSkip ? skipped(index, fmt::format("skipped by the operator: {}", why))
                              : Outcome::kAgain;
@@ -474,107 +425,6 @@ Collector::Outcome Collector::interrupted(std::size_t index, const std::stop_tok
   if (stop.stop_requested()) return Outcome::kStopped;
   return take_wish() == Wish::kSkip ? skipped(index, "skipped by the operator")
                                     : Outcome::kAgain;
-}
-
-Collector::Wish Collector::wait_paused(
-    std::optional<std::size_t> index, const std::string& why, const std::stop_token& stop) {
-  {
-    const std::lock_guard lock(mutex_);
-    pause_wanted_ = true;
-    paused_ = true;
-    wish_ = Wish::kNone;
-  }
-  const DeviceTime start = clock_.monotonic();
-  settling_.clear();
-  report(CollectorStage::kPaused, index, why);
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, stop, [&] { return !pause_wanted_; });
-  pause_wanted_ = false;
-  paused_ = false;
-  paused_for_ += clock_.monotonic() - start;
-  return std::exchange(wish_, Wish::kNone);
-}
-
-Collector::Wish Collector::take_wish() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(wish_, Wish::kNone);
-}
-
-void Collector::wish(Wish wish) {
-  std::optional<std::stop_source> here;
-  {
-    const std::lock_guard lock(mutex_);
-    wish_ = wish;
-    if (paused_) {
-      pause_wanted_ = false;
-    } else {
-      here = here_;
-    }
-  }
-  changed_.notify_all();
-  if (here) here->request_stop();
-}
-
-void Collector::pause() {
-  const std::lock_guard lock(mutex_);
-  pause_wanted_ = true;
-}
-
-void Collector::resume() {
-  {
-    const std::lock_guard lock(mutex_);
-    pause_wanted_ = false;
-  }
-  changed_.notify_all();
-}
-
-void Collector::skip() { wish(Wish::kSkip); }
-void Collector::retake() { wish(Wish::kRetake); }
-
-void Collector::retake(std::size_t plan_index) {
-  if (plan_index >= plan_.points.size()) {
-    throw std::invalid_argument(
-        fmt::format("retake: point {} of a plan of {}", plan_index, plan_.points.size()));
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    retakes_.push_back(plan_index);
-    if (paused_) pause_wanted_ = false;
-  }
-  changed_.notify_all();
-}
-
-void Collector::accept() {
-  const std::lock_guard lock(mutex_);
-  if (!paused_) return;
-  wish_ = Wish::kAccept;
-  pause_wanted_ = false;
-  changed_.notify_all();
-}
-
-void Collector::report(
-    CollectorStage stage, std::optional<std::size_t> index, std::string message,
-    std::vector<Reading> readings) {
-  if (!callbacks_.progress) return;
-  CollectorProgress progress;
-  progress.stage = stage;
-  progress.done = done_;
-  progress.total = plan_.points.size();
-  progress.left_out = result_.left_out;
-  progress.plan_index = index;
-  progress.eta_s = eta_s();
-  progress.message = std::move(message);
-  progress.readings = std::move(readings);
-  progress.settling = settling_;
-  callbacks_.progress(progress);
-}
-
-std::optional<double> Collector::eta_s() const {
-  if (result_.stored == 0) return std::nullopt;
-  const DeviceTime worked = clock_.monotonic() - started_ - paused_for_;
-  const double each = static_cast<double>(clock_.wall(worked).count()) * 1e-9 /
-                      static_cast<double>(result_.stored);
-  return each * static_cast<double>(plan_.points.size() - done_);
 }
 
 }  // namespace sixdial::acquisition

@@ -6,7 +6,6 @@
 // pauses the run with a message.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -24,6 +23,7 @@
 #include "acquisition/plausibility.h"
 #include "acquisition/reading.h"
 #include "acquisition/robot.h"
+#include "acquisition/settling.h"
 #include "geometry/rig.h"
 #include "session/plan.h"
 #include "session/session.h"
@@ -72,12 +72,15 @@ enum class CollectorStage {
 };
 [[nodiscard]] std::string_view to_string(CollectorStage stage);
 
-/// How near a dial is to rest, as the collector judges it.
-struct DialSettling {
-  std::optional<double> spread_mm;  // of its newest readings; empty: too few, or not touching
-  double limit_mm = 0.0;            // settled within this
-  bool settled = false;
+/// Why a run is paused.
+enum class PauseReason {
+  kAsked,         // by pause()
+  kDialFault,     // a dial gave no good reading: resume(), accept() or skip()
+  kBranchChange,  // a person has to bring the legs over
+  kRobot,         // the robot's controller does not answer well
+  kStore,         // the sample cannot be stored now
 };
+[[nodiscard]] std::string_view to_string(PauseReason reason);
 
 struct CollectorProgress {
   CollectorStage stage = CollectorStage::kMoving;
@@ -87,6 +90,9 @@ struct CollectorProgress {
   std::optional<std::size_t> plan_index;
   std::optional<double> eta_s;  // on the wall
   std::string message;          // what is wrong, or worth knowing
+  /// While the stage is kPaused: why, and what is wrong without the advice in `message`.
+  std::optional<PauseReason> pause;
+  std::string trouble;
   std::vector<Reading> readings;
   std::vector<DialSettling> settling;  // by dial; empty where nobody waits for them to rest
 };
@@ -166,12 +172,15 @@ class Collector {
   OrOutcome<RobotState> go(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   tl::expected<RobotState, RobotFault> move(
-      const Eigen::Vector2d& q_rad, const std::stop_token& here);
-  [[nodiscard]] std::optional<Eigen::Vector2d> pre_position(
+      const Eigen::VectorXd& q, const std::stop_token& here);
+  [[nodiscard]] std::optional<Eigen::VectorXd> pre_position(
       const session::PlanPoint& point) const;
   std::optional<Outcome> change_branch(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   [[nodiscard]] session::Branch branch_now(const std::stop_token& here);
+  /// Nothing: store what was measured, with the faults among the remarks.
+  std::optional<Outcome> judge_faults(
+      std::size_t index, const Measured& measured, const std::stop_token& stop);
   OrOutcome<Measured> settle(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   Outcome store(
@@ -184,9 +193,12 @@ class Collector {
   Outcome skipped(std::size_t index, const std::string& why);
   Outcome interrupted(std::size_t index, const std::stop_token& stop);
   Wish wait_paused(
-      std::optional<std::size_t> index, const std::string& why, const std::stop_token& stop);
+      std::optional<std::size_t> index, PauseReason reason, const std::string& trouble,
+      const std::string& advice, const std::stop_token& stop);
   Wish take_wish();
   void wish(Wish wish);
+  [[nodiscard]] CollectorProgress progress_at(
+      CollectorStage stage, std::optional<std::size_t> index) const;
   void report(
       CollectorStage stage, std::optional<std::size_t> index, std::string message = {},
       std::vector<Reading> readings = {});
@@ -210,8 +222,8 @@ class Collector {
   std::vector<Reading> last_readings_;
   std::vector<DialSettling> settling_;  // at the point in hand
   std::vector<ExpectedDial> last_expected_;
-  std::array<int, 2> last_move_{0, 0};  // sign of each joint's
-  std::optional<Eigen::Vector2d> last_q_rad_;
+  std::vector<int> last_move_;  // sign of each joint's; 0: not known
+  std::optional<Eigen::VectorXd> last_q_;
   std::optional<session::Branch> branch_;  // the legs stand in; empty: nobody knows yet
   std::vector<std::string> remarks_;       // of the point in hand
   DeviceTime started_{0};

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <mutex>
+#include <stdexcept>
 
 namespace sixdial::acquisition {
 
@@ -13,6 +15,15 @@ extern const DialProtocol mw;
 namespace {
 
 constexpr std::array kProtocols{&sylvac, &mahr, &mux10, &mw};
+
+struct Added {
+  std::mutex mutex;
+  std::vector<const DialProtocol*> rows;
+};
+Added& added() {
+  static Added all;
+  return all;
+}
 // A zero set a little off, or the end stop's rubber: still a reading.
 constexpr double kBeyondTravel_mm = 0.5;
 
@@ -26,13 +37,33 @@ int decimals_of(double resolution_mm) {
 
 }  // namespace
 
-std::span<const DialProtocol* const> dial_protocols() { return kProtocols; }
+std::vector<const DialProtocol*> dial_protocols() {
+  std::vector<const DialProtocol*> all(kProtocols.begin(), kProtocols.end());
+  const std::lock_guard lock(added().mutex);
+  all.insert(all.end(), added().rows.begin(), added().rows.end());
+  return all;
+}
 
 const DialProtocol* find_dial_protocol(std::string_view name) {
-  for (const DialProtocol* protocol : kProtocols) {
+  for (const DialProtocol* protocol : dial_protocols()) {
     if (protocol->name == name) return protocol;
   }
   return nullptr;
+}
+
+void add_dial_protocol(const DialProtocol& protocol) {
+  const std::string name(protocol.name);
+  if (name.empty()) throw std::invalid_argument("a dial protocol has no name");
+  if (find_dial_protocol(name) != nullptr) {
+    throw std::invalid_argument("there is a dial protocol '" + name + "' already");
+  }
+  if (protocol.request == nullptr || protocol.parse == nullptr || protocol.unasked == nullptr ||
+      protocol.frame_end.empty()) {
+    throw std::invalid_argument(
+        "the dial protocol '" + name + "' lacks its request, its parser or its end of a frame");
+  }
+  const std::lock_guard lock(added().mutex);
+  added().rows.push_back(&protocol);
 }
 
 bool within_travel(double value_mm, double travel_mm) noexcept {

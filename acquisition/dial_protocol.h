@@ -1,13 +1,16 @@
 // The dialect a dial speaks on a serial line: what to ask, how the line is set, and a pure
 // parser from the bytes of one answer to a value with its unit. One file a dialect in dials/; a
-// new one is such a file and a row in dial_protocol.cpp.
+// new one is such a file and a row in dial_protocol.cpp, or a row that is made at run time:
+//
+//   static const DialProtocol mine{.name = "mine", .frame_end = "\r", .request = ask, ...};
+//   add_dial_protocol(mine);  // connection = "serial:/dev/...?dialect=mine" works from now on
 #pragma once
 
 #include <chrono>
-#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "acquisition/fault.h"
 
@@ -51,10 +54,21 @@ struct DialProtocol {
       nullptr;
   /// A line that a dial sends by itself (power-on) and that answers no question.
   bool (*unasked)(std::string_view frame) noexcept = nullptr;
+
+  // For people: the example rig file and the table of doc/devices.md (dial_examples.h).
+  std::string_view maker{};   // "Mahr"
+  std::string_view wiring{};  // six of what: "dials with a MarConnect RS232 cable each"
+  std::string_view advice{};  // what to set at the dial or to know of it; lines
+  /// The cable's name by udev and the first one's serial number.
+  std::string_view example_port{};
+  int example_serial = 1;
 };
 
-/// All dialects, by name.
-[[nodiscard]] std::span<const DialProtocol* const> dial_protocols();
+/// All dialects: those of dials/, then those that were added.
+[[nodiscard]] std::vector<const DialProtocol*> dial_protocols();
+/// Adds a row that stays where it is as long as the program runs. Throws std::invalid_argument
+/// if its name is taken or empty, or it cannot ask, read or end a line. Any thread.
+void add_dial_protocol(const DialProtocol& protocol);
 /// nullptr if there is none of that name.
 [[nodiscard]] const DialProtocol* find_dial_protocol(std::string_view name);
 

@@ -7,8 +7,8 @@ tl::expected<RobotState, RobotFault> ManualRobot::state(const std::stop_token&) 
 }
 
 tl::expected<RobotState, RobotFault> ManualRobot::move_to(
-    const Eigen::Vector2d& q_rad, std::chrono::milliseconds, const std::stop_token& stop) {
-  const auto answer = ask_(q_rad, stop);
+    const Eigen::VectorXd& q, std::chrono::milliseconds, const std::stop_token& stop) {
+  const auto answer = ask_(q, stop);
   if (!answer) {
     return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, "nobody confirmed the move"});
   }
@@ -18,7 +18,7 @@ tl::expected<RobotState, RobotFault> ManualRobot::move_to(
   }
   ++state_.moves;
   state_.motion = Motion::kInPosition;
-  state_.q_rad = answer->q_rad.value_or(q_rad);
+  state_.q = answer->q.value_or(q);
   state_.temperature_c = answer->temperature_c;
   return state_;
 }

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@ constexpr int kTarget = 0;   // holding 0..3
 constexpr int kCommand = 4;  // holding
 constexpr int kSpeed = 5;    // holding
 constexpr int kStateWords = 9;
+constexpr int kJoints = 2;  // whose registers the map has
 constexpr std::uint16_t kStart = 1;
 constexpr std::uint16_t kStop = 2;
 constexpr double kDegCPerCount = 0.01;
@@ -47,8 +49,11 @@ RobotFault controller_fault(int code) {
 
 RobotState state_of(const Words& words) {
   RobotState state;
-  state.q_rad = {
-      int32_of(words[0], words[1]) * kRadPerCount, int32_of(words[2], words[3]) * kRadPerCount};
+  state.q.resize(kJoints);
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto at = static_cast<std::size_t>(2 * joint);
+    state.q[joint] = int32_of(words[at], words[at + 1]) * kRadPerCount;
+  }
   state.motion = words[4] <= 3 ? static_cast<Motion>(words[4]) : Motion::kFault;
   state.moves = words[5];
   state.temperature_c = static_cast<std::int16_t>(words[6]) * kDegCPerCount;
@@ -144,10 +149,11 @@ tl::expected<void, RobotFault> ModbusRobot::halt(const std::stop_token& stop) {
 // Target and command in one write. A lost answer leaves open whether the move began: the count
 // of moves says so before it is sent again.
 tl::expected<void, RobotFault> ModbusRobot::start(
-    const Eigen::Vector2d& q_rad, std::uint16_t moves_before, const std::stop_token& stop) {
+    const Eigen::VectorXd& q, std::uint16_t moves_before, const std::stop_token& stop) {
   Words words;
-  append_int32(words, static_cast<std::int32_t>(std::lround(q_rad[0] / kRadPerCount)));
-  append_int32(words, static_cast<std::int32_t>(std::lround(q_rad[1] / kRadPerCount)));
+  for (const double q_rad : q) {
+    append_int32(words, static_cast<std::int32_t>(std::lround(q_rad / kRadPerCount)));
+  }
   words.push_back(kStart);
   for (int attempt = 1;; ++attempt) {
     const auto written = write(kTarget, words, stop);
@@ -185,22 +191,22 @@ tl::expected<RobotState, RobotFault> ModbusRobot::wait_in_position(
     if (clock_.monotonic() > deadline) {
       return tl::unexpected(RobotFault{
           RobotFaultKind::kNotThere,
-          fmt::format("still at {:.6f}, {:.6f} rad", now->q_rad[0], now->q_rad[1])});
+          fmt::format("still at {:.6f} rad", fmt::join(now->q, ", "))});
     }
     clock_.sleep_for(at_least_on_wall(clock_, kPoll, kLeastPollOnWall), stop);
   }
 }
 
 tl::expected<RobotState, RobotFault> ModbusRobot::move_to(
-    const Eigen::Vector2d& q_rad, milliseconds timeout, const std::stop_token& stop) {
-  if (!fits(q_rad[0]) || !fits(q_rad[1])) {
+    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
+  if (q.size() != kJoints || !std::all_of(q.begin(), q.end(), fits)) {
     return tl::unexpected(RobotFault{
         RobotFaultKind::kUnreachable,
-        fmt::format("{}, {} rad does not fit the controller's registers", q_rad[0], q_rad[1])});
+        fmt::format("{} rad does not fit the controller's registers", fmt::join(q, ", "))});
   }
   const auto before = state(stop);
   if (!before) return before;
-  if (const auto started = start(q_rad, before->moves, stop); !started) {
+  if (const auto started = start(q, before->moves, stop); !started) {
     return tl::unexpected(started.error());
   }
   const DeviceTime deadline =

@@ -25,11 +25,11 @@ Plausibility::Plausibility(const geometry::Rig& rig, double limit_mm)
 }
 
 std::vector<ExpectedDial> Plausibility::expected_at(
-    const Eigen::Vector2d& q_rad, std::optional<geometry::Assembly> assembly) const {
+    const Eigen::VectorXd& q, std::optional<geometry::Assembly> assembly) const {
   std::vector<ExpectedDial> expected(rig_.dials.size());
   if (!reference_angle_rad_) return expected;
   const auto pose =
-      geometry::forward(rig_.robot.nominal, q_rad, assembly.value_or(rig_.robot.assembly));
+      geometry::forward(rig_.robot.nominal, q, assembly.value_or(rig_.robot.assembly));
   if (!pose) return expected;
   const geometry::CuboidPose cuboid{
       pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, *pose, 0.0)};

@@ -28,7 +28,7 @@ class Plausibility {
   /// By nominal parameters, clamp angle 0; `assembly` empty: the rig's. Without expectations
   /// where the pose cannot be computed.
   [[nodiscard]] std::vector<ExpectedDial> expected_at(
-      const Eigen::Vector2d& q_rad,
+      const Eigen::VectorXd& q,
       std::optional<geometry::Assembly> assembly = std::nullopt) const;
 
   /// Lowers the quality of readings that contradict `expected` ("implausible", "no contact"

@@ -291,7 +291,7 @@ CheckedRig check_rig(
   }
   if (checked.robot) {
     const Plausibility plausibility(rig, kImplausible_mm);
-    plausibility.judge(readings, plausibility.expected_at(checked.robot->q_rad));
+    plausibility.judge(readings, plausibility.expected_at(checked.robot->q));
   }
   for (std::size_t i = 0; i < readings.size(); ++i) {
     CheckedDial dial{

@@ -1,4 +1,4 @@
-// The five-bar's controller as the collector sees it: go there, tell when there, tell where.
+// A robot's controller as the collector sees it: go there, tell when there, tell where.
 // ModbusRobot speaks to a controller (doc/devices.md), ManualRobot asks a person.
 #pragma once
 
@@ -34,7 +34,7 @@ struct RobotFault {
 enum class Motion { kIdle = 0, kMoving = 1, kInPosition = 2, kFault = 3 };
 
 struct RobotState {
-  Eigen::Vector2d q_rad{0, 0};  // encoder angles
+  Eigen::VectorXd q;  // encoder value of each joint [rad, mm]; empty: not known
   Motion motion = Motion::kIdle;
   int fault_code = 0;
   std::optional<double> temperature_c;
@@ -49,14 +49,14 @@ class RobotPort {
       const std::stop_token& stop) = 0;
   /// Starts the move and waits for it to end [device time]. When stopped, the robot is halted.
   [[nodiscard]] virtual tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) = 0;
 };
 
 /// Angles on the wire are int32 of 1e-8 rad; what does not fit is refused as unreachable.
 inline constexpr double kRadPerCount = 1e-8;
 
-/// Any thread: one exchange at a time.
+/// The controller of two joints of doc/devices.md. Any thread: one exchange at a time.
 class ModbusRobot final : public RobotPort {
  public:
   /// `clock` must outlive the robot.
@@ -64,7 +64,7 @@ class ModbusRobot final : public RobotPort {
   [[nodiscard]] tl::expected<RobotState, RobotFault> state(
       const std::stop_token& stop) override;
   [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) override;
   /// Percent of full speed, 1..100.
   [[nodiscard]] tl::expected<void, RobotFault> set_speed(
@@ -77,7 +77,7 @@ class ModbusRobot final : public RobotPort {
       int function, int address, int count, const std::stop_token& stop);
   tl::expected<void, Fault> write(int address, const Words& words, const std::stop_token& stop);
   tl::expected<void, RobotFault> start(
-      const Eigen::Vector2d& q_rad, std::uint16_t moves_before, const std::stop_token& stop);
+      const Eigen::VectorXd& q, std::uint16_t moves_before, const std::stop_token& stop);
   tl::expected<RobotState, RobotFault> wait_in_position(
       std::uint16_t moves_before, DeviceTime deadline, const std::stop_token& stop);
 
@@ -89,23 +89,23 @@ class ModbusRobot final : public RobotPort {
 
 /// What a person says after moving the robot.
 struct ManualAnswer {
-  bool done = true;                      // false: this point cannot be reached
-  std::optional<Eigen::Vector2d> q_rad;  // as shown by the encoders; else as asked for
+  bool done = true;                  // false: this point cannot be reached
+  std::optional<Eigen::VectorXd> q;  // as shown by the encoders; else as asked for
   std::optional<double> temperature_c;
 };
 
 class ManualRobot final : public RobotPort {
  public:
-  /// Asks a person to bring the joints to q [rad] and comes back with the answer; empty if
+  /// Asks a person to bring the joints to q and comes back with the answer; empty if
   /// stopped or timed out. Called from the collector's thread.
   using Ask = std::function<std::optional<ManualAnswer>(
-      const Eigen::Vector2d& q_rad, const std::stop_token& stop)>;
+      const Eigen::VectorXd& q, const std::stop_token& stop)>;
   explicit ManualRobot(Ask ask) : ask_(std::move(ask)) {}
   [[nodiscard]] tl::expected<RobotState, RobotFault> state(
       const std::stop_token& stop) override;
   /// No time limit: people take the time they need.
   [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::Vector2d& q_rad, std::chrono::milliseconds timeout,
+      const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) override;
 
  private:

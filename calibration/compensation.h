@@ -14,7 +14,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

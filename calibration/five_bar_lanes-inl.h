@@ -1,7 +1,7 @@
 // The five-bar for as many cases at a time as the vector unit is wide, equations (1)-(7), (13):
 // eight robots at one sample (swarm_kernels.cpp) or one robot at eight samples
 // (position_kernel.cpp). Compiled once for each vector unit; include it after highway.h.
-// geometry/five_bar.h is the reference that tests hold it against.
+// geometry/robots/five_bar.h is the reference that tests hold it against.
 #if defined(SIXDIAL_FIVE_BAR_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIXDIAL_FIVE_BAR_LANES_INL_H_
 #undef SIXDIAL_FIVE_BAR_LANES_INL_H_
@@ -13,7 +13,7 @@
 #include <hwy/highway.h>
 
 #include "calibration/lanes.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sixdial::calibration::HWY_NAMESPACE {

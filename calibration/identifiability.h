@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "simulation/trial.h"
 
 namespace sixdial::calibration {

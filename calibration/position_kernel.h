@@ -7,7 +7,7 @@
 
 #include "calibration/lanes.h"
 #include "calibration/observations.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

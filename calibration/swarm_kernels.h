@@ -1,7 +1,7 @@
 // The inner loops of QPSO-1 and QPSO-2 for eight particles at a time, one in each lane of the
 // vector unit. What a lane computes does not depend on its place or on its neighbours, so
-// results are the same for any split of the swarm over threads. geometry/five_bar.h is the
-// reference that tests hold these against.
+// results are the same for any split of the swarm over threads. geometry/robots/five_bar.h is
+// the reference that tests hold these against.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 #include "calibration/lanes.h"
 #include "calibration/observations.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

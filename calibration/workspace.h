@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 

@@ -75,6 +75,21 @@ std::string pose_line(const Json& live) {
   return text;
 }
 
+/// "theta1 1.500000, theta2 3.000000 rad": the unit where it changes, and at the end.
+std::string joints_text(const Json& joints) {
+  std::string text;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const Json& each = joints[i];
+    text += fmt::format(
+        "{}{} {:.6f}", i > 0 ? ", " : "", each["joint"].get<std::string>(),
+        each["value"].get<double>());
+    if (i + 1 == joints.size() || joints[i + 1]["unit"] != each["unit"]) {
+      text += ' ' + each["unit"].get<std::string>();
+    }
+  }
+  return text;
+}
+
 std::string point_text(const Json& state) {
   const Json& point = state["point"];
   if (!point.is_object()) return "";
@@ -172,12 +187,10 @@ void Screen::show_state(const Json& state) {
   }
   if (type == "clock_step") note("warning: " + message);
   if (type == "skipped" && state["point"].is_object()) map_.mark(state["point"], "left");
-  if (type == "move" && state["move_to_rad"].is_array()) {
+  if (type == "move" && state["move_to"].is_array()) {
     note(fmt::format(
-        "{}move the robot to theta1 {:.6f}, theta2 {:.6f} rad, then: m, or sixdial collection "
-        "moved",
-        point_text(state), state["move_to_rad"][0].get<double>(),
-        state["move_to_rad"][1].get<double>()));
+        "{}move the robot to {}, then: m, or sixdial collection moved", point_text(state),
+        joints_text(state["move_to"])));
   }
   if (type == "estimate" && state["estimate"].is_object()) {
     show_estimate(report::estimate_from_json(state["estimate"]));

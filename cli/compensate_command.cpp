@@ -88,7 +88,9 @@ service::ExitCode extend_bundle(
     const session::Plan plan = studies::extended_plan(
         session::read_plan(options.plan_file, session.rig), command, session.rig, "",
         options.temperature_c);
-    print_plan(cli, options, plan.points.size(), session::plan_csv(plan));
+    print_plan(
+        cli, options, plan.points.size(),
+        session::plan_csv(plan, session::layout_of(session.rig)));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -129,7 +131,9 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);
-    print_plan(cli, options, plan.points.size(), session::plan_csv(plan));
+    print_plan(
+        cli, options, plan.points.size(),
+        session::plan_csv(plan, session::layout_of(session.rig)));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =

@@ -142,7 +142,7 @@ RigOutcome checked_rig(
   }
   if (checked.robot) {
     outcome.json["robot"] = {
-        {"theta_rad", {checked.robot->q_rad[0], checked.robot->q_rad[1]}},
+        {"theta_rad", std::vector(checked.robot->q.begin(), checked.robot->q.end())},
         {"temperature_c",
          checked.robot->temperature_c ? Json(*checked.robot->temperature_c) : Json(nullptr)}};
   }
@@ -152,11 +152,7 @@ RigOutcome checked_rig(
     outcome.text += line("failed", "robot: " + checked.robot_trouble, checked.robot_fix);
   } else if (checked.robot) {
     outcome.text += line(
-        "ok",
-        fmt::format(
-            "robot: theta {:.6f}, {:.6f} rad", checked.robot->q_rad[0],
-            checked.robot->q_rad[1]),
-        "");
+        "ok", fmt::format("robot: theta {:.6f} rad", fmt::join(checked.robot->q, ", ")), "");
   } else {
     outcome.text += line("ok", "robot: moved by hand", "");
   }

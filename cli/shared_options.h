@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::cli {
 

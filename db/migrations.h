@@ -16,8 +16,9 @@ struct Migration {
 [[nodiscard]] const std::vector<Migration>& migrations();
 [[nodiscard]] int newest_schema();
 
-/// Brings the schema from its version up to `target`, each step in a transaction of its own.
-/// Returns the version before. Throws StoreError for a newer schema than this program's.
+/// Brings the schema from its version up to `target` in one transaction: where a step fails,
+/// the file stays as it was. Returns the version before. Throws StoreError for a newer schema
+/// than this program's.
 int migrate(Database& database, int target = newest_schema());
 
 /// "SXDL" in the file's header says that it is Sixdial's.

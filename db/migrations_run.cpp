@@ -24,16 +24,17 @@ int migrate(Database& database, int target) {
             "the database has schema {}, this program knows up to {}", before, newest_schema()),
         "use the newer program that made it");
   }
-  for (const Migration& step : migrations()) {
-    if (step.number <= before || step.number > target) continue;
-    Transaction transaction(database);
-    if (step.number == 1) {
-      database.execute(fmt::format("PRAGMA application_id = {}", kApplicationId));
-    }
-    database.execute(step.sql);
-    database.execute(fmt::format("PRAGMA user_version = {}", step.number));
-    transaction.commit();
+  if (before >= target) return before;
+  // All steps or none: a file is never left between two versions.
+  Transaction transaction(database);
+  if (before == 0) {
+    database.execute(fmt::format("PRAGMA application_id = {}", kApplicationId));
   }
+  for (const Migration& step : migrations()) {
+    if (step.number > before && step.number <= target) database.execute(step.sql);
+  }
+  database.execute(fmt::format("PRAGMA user_version = {}", target));
+  transaction.commit();
   return before;
 }
 

@@ -16,6 +16,7 @@
 #include "db/store_error.h"
 #include "db/types.h"
 #include "session/plan.h"
+#include "session/sample_layout.h"
 #include "session/session.h"
 
 namespace sixdial::db {
@@ -112,8 +113,15 @@ class Store {
   template <typename Step>
   auto reading(Step step);
 
+  struct KnownRig {
+    geometry::Rig rig;
+    session::SampleLayout layout;
+  };
+
   // Within a step
+  const KnownRig& known_rig(SessionId id);
   const geometry::Rig& rig_of(SessionId id);
+  const session::SampleLayout& layout_of(SessionId id);
   session::Session session_of(SessionId id);
   SessionInfo info_of(SessionId id);
   SessionId insert_session(
@@ -131,7 +139,7 @@ class Store {
   std::unique_ptr<std::mutex> mutex_;
   bool read_only_ = false;
   std::string failed_;  // the disk failure after which nothing more is written
-  std::unordered_map<std::int64_t, geometry::Rig> rigs_;  // by session: a session keeps its rig
+  std::unordered_map<std::int64_t, KnownRig> rigs_;  // by session: a session keeps its rig
 };
 
 }  // namespace sixdial::db

@@ -15,54 +15,62 @@ std::optional<std::string> text_of(const std::optional<session::TimePoint>& time
   return time ? std::optional(session::to_iso8601(*time)) : std::nullopt;
 }
 
-std::optional<double> coordinate(const std::optional<Eigen::Vector2d>& point, int axis) {
-  return point ? std::optional((*point)[axis]) : std::nullopt;
-}
-
 }  // namespace
+
+std::optional<double> coordinate(const std::optional<session::Point>& point, int axis) {
+  return point && axis < point->size() ? std::optional((*point)[axis]) : std::nullopt;
+}
 
 SampleWriter::SampleWriter(Database& database)
     : database_(database),
       sample_(
           database,
-          "INSERT INTO samples (session_id, set_name, point, repeat, time_utc, theta1_rad, "
-          "theta2_rad, target_x_mm, target_y_mm, approach1, approach2, temperature_c, x_mm, "
-          "y_mm, line, source_row, supersedes, stored_utc) "
-          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
-      reading_(
+          "INSERT INTO samples (session_id, set_name, point, repeat, time_utc, target_x_mm, "
+          "target_y_mm, target_z_mm, temperature_c, line, source_row, supersedes, stored_utc) "
+          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      joint_(
           database,
-          "INSERT INTO readings (sample_id, dial_index, dial, value_mm, quality, reason, "
-          "time_utc) VALUES (?, ?, ?, ?, ?, ?, ?)") {}
+          "INSERT INTO sample_joints (sample_id, joint_index, joint, unit, value, approach) "
+          "VALUES (?, ?, ?, ?, ?, ?)"),
+      channel_(
+          database,
+          "INSERT INTO sample_channels (sample_id, channel_index, channel, unit, value, "
+          "quality, reason, time_utc) VALUES (?, ?, ?, ?, ?, ?, ?, ?)") {}
 
 SampleId SampleWriter::write(
     SessionId session, const session::Sample& sample, std::optional<SampleId> supersedes,
-    const geometry::Rig& rig) {
+    const session::SampleLayout& layout) {
   std::optional<std::int64_t> replaced;
   if (supersedes) replaced = supersedes->value;
   sample_
       .bind(
           session.value, session::as_utf8(sample.set), sample.point, sample.repeat,
-          text_of(sample.time_utc), sample.q_rad[0], sample.q_rad[1],
-          coordinate(sample.target_mm, 0), coordinate(sample.target_mm, 1), sample.approach[0],
-          sample.approach[1], sample.temperature_c, coordinate(sample.position_mm, 0),
-          coordinate(sample.position_mm, 1), sample.line, sample.source_row, replaced,
-          now_utc())
+          text_of(sample.time_utc), coordinate(sample.target_mm, 0),
+          coordinate(sample.target_mm, 1), coordinate(sample.target_mm, 2),
+          sample.temperature_c, sample.line, sample.source_row, replaced, now_utc())
       .run();
   const SampleId id{database_.last_row_id()};
-  for (std::size_t i = 0; i < sample.dials.size(); ++i) {
-    const session::DialValue& dial = sample.dials[i];
-    reading_
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    joint_
         .bind(
-            id.value, static_cast<int>(i), rig.dials[i].id, dial.value_mm,
-            session::to_string(dial.quality), session::as_utf8(dial.reason),
-            text_of(dial.time_utc))
+            id.value, static_cast<int>(i), layout.joints[i].name, layout.joints[i].unit,
+            sample.q[static_cast<Eigen::Index>(i)], session::approach_of(sample, i))
+        .run();
+  }
+  for (std::size_t i = 0; i < sample.channels.size(); ++i) {
+    const session::ChannelValue& reading = sample.channels[i];
+    channel_
+        .bind(
+            id.value, static_cast<int>(i), layout.channels[i].name, layout.channels[i].unit,
+            reading.value, session::to_string(reading.quality),
+            session::as_utf8(reading.reason), text_of(reading.time_utc))
         .run();
   }
   return id;
 }
 
 void Store::refuse_bad_sample(SessionId id, const session::Sample& sample) {
-  const std::string problem = session::sample_problem(rig_of(id), sample);
+  const std::string problem = session::sample_problem(layout_of(id), sample);
   if (problem.empty()) return;
   throw StoreError(
       StoreTrouble::kRefused, path_,
@@ -93,7 +101,7 @@ SampleId Store::append_sample(SessionId id, const session::Sample& sample) {
               sample.repeat),
           "retake it, or give it the next repeat number");
     }
-    return SampleWriter(*database_).write(id, sample, std::nullopt, rig_of(id));
+    return SampleWriter(*database_).write(id, sample, std::nullopt, layout_of(id));
   });
 }
 
@@ -108,7 +116,7 @@ SampleId Store::retake_sample(SessionId id, const session::Sample& sample) {
               sample.repeat),
           "append it instead");
     }
-    return SampleWriter(*database_).write(id, sample, replaced, rig_of(id));
+    return SampleWriter(*database_).write(id, sample, replaced, layout_of(id));
   });
 }
 

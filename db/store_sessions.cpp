@@ -22,14 +22,9 @@ std::optional<session::TimePoint> time_of(const std::optional<std::string>& text
   return text ? session::from_iso8601(*text) : std::nullopt;
 }
 
-std::optional<Eigen::Vector2d> point_of(const Statement& row, int x_column) {
-  if (row.is_null(x_column)) return std::nullopt;
-  return Eigen::Vector2d(row.real(x_column), row.real(x_column + 1));
-}
-
 constexpr const char* kSampleColumns =
-    "id, supersedes, set_name, point, repeat, time_utc, theta1_rad, theta2_rad, target_x_mm, "
-    "target_y_mm, approach1, approach2, temperature_c, x_mm, y_mm, line, source_row";
+    "id, supersedes, set_name, point, repeat, time_utc, target_x_mm, target_y_mm, target_z_mm, "
+    "temperature_c, line, source_row";
 
 StoredSample sample_of(const Statement& row) {
   StoredSample stored;
@@ -40,17 +35,25 @@ StoredSample sample_of(const Statement& row) {
   sample.point = row.integer(3);
   sample.repeat = row.integer(4);
   sample.time_utc = time_of(row.text_or_none(5));
-  sample.q_rad = {row.real(6), row.real(7)};
-  sample.target_mm = point_of(row, 8);
-  sample.approach = {row.integer_or_none(10), row.integer_or_none(11)};
-  sample.temperature_c = row.real_or_none(12);
-  sample.position_mm = point_of(row, 13);
-  sample.line = row.integer(15);
-  sample.source_row = row.text(16);
+  sample.target_mm = point_from(row, 6);
+  sample.temperature_c = row.real_or_none(9);
+  sample.line = row.integer(10);
+  sample.source_row = row.text(11);
   return stored;
 }
 
-/// Samples of a table or view in order, with their readings.
+/// Gives each row of a child table to its sample. `rows` has the sample's id in column 0 and is
+/// ordered by it, as `samples` are.
+template <typename Take>
+void hand_out(Statement& rows, std::vector<StoredSample>& samples, Take take) {
+  std::size_t at = 0;
+  while (rows.step()) {
+    while (at < samples.size() && samples[at].id.value < rows.number(0)) ++at;
+    take(samples.at(at).sample);
+  }
+}
+
+/// Samples of a table or view in order, with their joint values and readings.
 std::vector<StoredSample> samples_from(
     Database& database, const std::string& table, SessionId id) {
   std::vector<StoredSample> samples;
@@ -60,24 +63,34 @@ std::vector<StoredSample> samples_from(
   rows.bind(id.value);
   while (rows.step()) samples.push_back(sample_of(rows));
 
+  Statement joints(
+      database,
+      fmt::format(
+          "SELECT j.sample_id, j.value, j.approach FROM {} AS s JOIN sample_joints AS j ON "
+          "j.sample_id = s.id WHERE s.session_id = ? ORDER BY j.sample_id, j.joint_index",
+          table));
+  joints.bind(id.value);
+  hand_out(joints, samples, [&](Sample& sample) {
+    sample.q.conservativeResize(sample.q.size() + 1);
+    sample.q[sample.q.size() - 1] = joints.real(1);
+    sample.approach.push_back(joints.integer_or_none(2));
+  });
+
   Statement readings(
       database,
       fmt::format(
-          "SELECT r.sample_id, r.value_mm, r.quality, r.reason, r.time_utc FROM {} AS "
-          "s JOIN readings AS r ON r.sample_id = s.id WHERE s.session_id = ? "
-          "ORDER BY r.sample_id, r.dial_index",
+          "SELECT c.sample_id, c.value, c.quality, c.reason, c.time_utc FROM {} AS s JOIN "
+          "sample_channels AS c ON c.sample_id = s.id WHERE s.session_id = ? ORDER BY "
+          "c.sample_id, c.channel_index",
           table));
   readings.bind(id.value);
-  std::size_t at = 0;
-  while (readings.step()) {
-    while (at < samples.size() && samples[at].id.value < readings.number(0)) ++at;
-    session::DialValue value;
-    value.value_mm = readings.real_or_none(1);
-    value.quality = session::quality_from(readings.text(2)).value_or(session::Quality::kBad);
-    value.reason = readings.text(3);
-    value.time_utc = time_of(readings.text_or_none(4));
-    samples.at(at).sample.dials.push_back(std::move(value));
-  }
+  hand_out(readings, samples, [&](Sample& sample) {
+    sample.channels.push_back(
+        {.value = readings.real_or_none(1),
+         .quality = session::quality_from(readings.text(2)).value_or(session::Quality::kBad),
+         .reason = readings.text(3),
+         .time_utc = time_of(readings.text_or_none(4))});
+  });
   return samples;
 }
 
@@ -94,6 +107,16 @@ void check_name(const std::string& path, const std::string& name) {
 }
 
 }  // namespace
+
+std::optional<session::Point> point_from(const Statement& row, int x_column) {
+  constexpr int kMost = 3;
+  int size = 0;
+  while (size < kMost && !row.is_null(x_column + size)) ++size;
+  if (size == 0) return std::nullopt;
+  session::Point point(size);
+  for (int axis = 0; axis < size; ++axis) point[axis] = row.real(x_column + axis);
+  return point;
+}
 
 SessionId Store::insert_session(
     const Session& session, const char* origin, const Operator& who, const std::string& note) {
@@ -140,12 +163,13 @@ SessionId Store::create_session(
 SessionId Store::import_session(
     const Session& session, const Operator& who, const std::string& note) {
   // What stands in the store must be readable from it, whoever filled the struct in memory.
-  const geometry::Rig rig = session::parse_rig(session::rig_toml(session), "rig.toml");
+  const session::SampleLayout layout =
+      session::layout_of(session::parse_rig(session::rig_toml(session), "rig.toml"));
   return writing([&] {
     const SessionId id = insert_session(session, "imported", who, note);
     SampleWriter writer(*database_);
     for (const Sample& sample : session.samples) {
-      const std::string problem = session::sample_problem(rig, sample);
+      const std::string problem = session::sample_problem(layout, sample);
       if (!problem.empty()) {
         throw StoreError(
             StoreTrouble::kRefused, path_,
@@ -154,7 +178,7 @@ SessionId Store::import_session(
                 sample.repeat, problem),
             "nothing of this session was imported");
       }
-      writer.write(id, sample, std::nullopt, rig);
+      writer.write(id, sample, std::nullopt, layout);
     }
     Statement rejected(
         *database_,
@@ -166,7 +190,7 @@ SessionId Store::import_session(
   });
 }
 
-const geometry::Rig& Store::rig_of(SessionId id) {
+const Store::KnownRig& Store::known_rig(SessionId id) {
   const auto found = rigs_.find(id.value);
   if (found != rigs_.end()) return found->second;
   Statement query(
@@ -174,8 +198,13 @@ const geometry::Rig& Store::rig_of(SessionId id) {
       "SELECT r.text FROM sessions AS s JOIN rigs AS r ON r.id = s.rig_id WHERE s.id = ?");
   query.bind(id.value);
   if (!query.step()) not_found(fmt::format("there is no session number {}", id.value));
-  return rigs_.emplace(id.value, session::parse_rig(query.text(0), "rig.toml")).first->second;
+  KnownRig known{session::parse_rig(query.text(0), "rig.toml"), {}};
+  known.layout = session::layout_of(known.rig);
+  return rigs_.emplace(id.value, std::move(known)).first->second;
 }
+
+const geometry::Rig& Store::rig_of(SessionId id) { return known_rig(id).rig; }
+const session::SampleLayout& Store::layout_of(SessionId id) { return known_rig(id).layout; }
 
 geometry::Rig Store::load_rig(SessionId id) {
   return reading([&] { return rig_of(id); });

@@ -53,6 +53,13 @@ auto Store::reading(Step step) {
   return step();
 }
 
+/// One coordinate of a point; empty: there is no point, or it has fewer.
+[[nodiscard]] std::optional<double> coordinate(
+    const std::optional<session::Point>& point, int axis);
+/// A point from a row's columns x, y and z that stand at `x_column` and after it, as far as
+/// they are filled; empty: x is not.
+[[nodiscard]] std::optional<session::Point> point_from(const Statement& row, int x_column);
+
 /// The clock as ISO 8601 UTC with milliseconds.
 [[nodiscard]] std::string now_utc();
 

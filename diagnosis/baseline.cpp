@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::diagnosis {
 
 bool looks_wrong(const Readings& readings, const JointFit& fit) {
-  constexpr double kMuchGross = 0.04;
-  constexpr double kFarOff = 8.0;
   const double gross =
       1.0 - fit.weight.sum() / static_cast<double>(std::max<Eigen::Index>(1, readings.count()));
   return gross >= kMuchGross || fit.s_mm >= kFarOff * readings.rig_noise_mm();

@@ -106,12 +106,13 @@ std::vector<Estimate> estimates_of(const JointFit& fit, std::size_t cause) {
     const auto parameter =
         simulation::parameter_at(*active.effect, active.place, static_cast<int>(i));
     const bool fitted = static_cast<int>(i) < fitted_count(*active.effect);
-    if (fitted && fit.J.col(column).squaredNorm() <= 0) {
-      ++column;  // this place does not have it: a step in a joint has no y
+    // Either the place lacks it (a step in a joint has no y) or no reading moves with it.
+    if (!parameter || (fitted && fit.J.col(column).squaredNorm() <= 0)) {
+      if (fitted) ++column;
       continue;
     }
     result.push_back(
-        {std::string(parameter.name), std::string(parameter.unit), active.x[i],
+        {std::string(parameter->name), std::string(parameter->unit), active.x[i],
          fitted ? std::sqrt(std::max(0.0, fit.covariance(column, column))) : kNan});
     if (fitted) ++column;
   }
@@ -314,8 +315,8 @@ Diagnosis diagnose(
   }
   std::stable_sort(
       result.causes.begin(), result.causes.end(), [](const Cause& a, const Cause& b) {
-        const bool swap_a = a.finding.hypothesis.effect->parameters.empty();
-        const bool swap_b = b.finding.hypothesis.effect->parameters.empty();
+        const bool swap_a = a.finding.hypothesis.effect->exchanges_dials;
+        const bool swap_b = b.finding.hypothesis.effect->exchanges_dials;
         if (swap_a != swap_b) return swap_a;
         return a.finding.evidence > b.finding.evidence;
       });

@@ -9,11 +9,11 @@
 
 #include "calibration/random.h"
 #include "calibration/residual_model.h"
+#include "diagnosis/stages.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
-using simulation::ActiveEffect;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint32_t kDrawStream = 72;
 
@@ -26,13 +26,10 @@ struct ToolColumns {
 ToolColumns tool_columns(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
-  const simulation::Effect& step = *simulation::find_effect("step");
-  const auto stage = [&](const simulation::Place& place) {
-    const ActiveEffect active{&step, place, {0.0, 0.0, -1.0}};
-    return effect_columns(readings, fit.model, extended, active, simulated);
-  };
-  ToolColumns result{stage({.name = "base"}), {}};
-  if (readings.has_dials()) result.turn = stage({.name = "cuboid"}).col(0);
+  ToolColumns result{stage_columns(readings, fit, simulated, Stage::kTool), {}};
+  if (readings.has_dials()) {
+    result.turn = stage_columns(readings, fit, simulated, Stage::kCuboidAngle).col(0);
+  }
   return result;
 }
 

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
+
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -13,9 +16,6 @@ using simulation::ActiveEffect;
 using simulation::ExtendedModel;
 using simulation::ModelVector;
 
-constexpr double kGrossRange_mm = 1.0;
-constexpr double kLeastGrossShare = 0.002;
-constexpr double kMostGrossShare = 0.25;
 // A pose that does not exist is as far off as can be.
 constexpr double kOutOfReach_mm = 100.0;
 
@@ -150,150 +150,209 @@ Projector::Projector(const JointFit& fit) : root_(fit.root()) {
 
 namespace {
 
-/// `plain_steps`: least squares with every reading counted, before the weights come in.
-JointFit fit_from(
-    const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
-    const JointFit* near, const Eigen::MatrixXd& random, int plain_steps) {
-  JointFit fit;
-  fit.random = random.cols() > 0 ? random : readings.nuisance();
-  const Eigen::Index m = fit.random.cols();
-  fit.u = Eigen::VectorXd::Zero(m);
-  fit.noise = readings.relative_noise();
-  fit.model = start;
-  fit.effects = std::move(effects);
-  fit.gross_share = near ? near->gross_share : kLeastGrossShare;
-  constexpr double kFinest_mm = 1e-6;
-  const double smallest_s_mm = std::max(kFinest_mm, 0.05 * readings.rig_noise_mm());
-  int linear = 0;
-  for (const ActiveEffect& active : fit.effects) linear += fitted_count(*active.effect);
-  const Eigen::Index parameters = start.size();
-  const Eigen::Index count = parameters + linear;
+// Standard deviations are not fitted below this, nor below a share of the rig's noise: exact
+// data would make the weights of gross readings meaningless.
+constexpr double kFinest_mm = 1e-6;
+constexpr double kFinestShare = 0.05;
+// Of the largest eigenvalue of the scaled normal matrix: what is smaller is rounding.
+constexpr double kUnseen = 1e-13;
+// Damping of the normal matrix, in its largest eigenvalue. Some effects bend the readings the
+// same way as lengths do, to a millionth.
+constexpr double kLeastDamping = 1e-10;
+constexpr double kMostDamping = 10.0;
+constexpr int kMostSteps = 60;
 
-  const auto simulated_with = [&](const ModelVector& model,
-                                  const std::vector<ActiveEffect>& with) -> Eigen::VectorXd {
-    return readings.simulate(model, ExtendedModel(readings.model(), with));
+/// One fit from one start, step by step.
+class Fitter {
+ public:
+  Fitter(
+      const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,
+      const JointFit* near, const Eigen::MatrixXd& random)
+      : readings_(readings),
+        parameters_(start.size()),
+        smallest_s_mm_(std::max(kFinest_mm, kFinestShare * readings.rig_noise_mm())) {
+    fit_.random = random.cols() > 0 ? random : readings.nuisance();
+    fit_.u = Eigen::VectorXd::Zero(fit_.random.cols());
+    fit_.noise = readings.relative_noise();
+    fit_.model = start;
+    fit_.effects = std::move(effects);
+    fit_.gross_share = near ? near->gross_share : kLeastGrossShare;
+    for (const ActiveEffect& active : fit_.effects) fitted_ += fitted_count(*active.effect);
+    fit_.residual_mm = residual_of(fit_.model, fit_.effects, fit_.u);
+    fit_.s_mm = std::max({smallest_s_mm_, near ? near->s_mm : 0.0, scale_of_residual()});
+  }
+
+  /// `plain_steps`: so many steps of least squares with every reading counted, before the
+  /// weights come in; fewer if these settle.
+  [[nodiscard]] JointFit run(int plain_steps) {
+    for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
+      weigh(fit_, smallest_s_mm_);
+      if (step < plain_steps) fit_.weight.setOnes();
+      linearise();
+      const Equations equations = equations_here();
+      const std::optional<Moved> next = downhill(equations);
+      if (!next) {
+        fit_.converged = true;
+        break;
+      }
+      const double moved =
+          equations.root.cwiseProduct(next->residual - fit_.residual_mm).norm();
+      const double fall = equations.squares - next->squares;
+      const double last = fit_.log_likelihood;
+      fit_.model = next->model;
+      fit_.effects = next->effects;
+      fit_.residual_mm = next->residual;
+      fit_.u = next->u;
+      weigh(fit_, smallest_s_mm_);
+      if (step < plain_steps) {
+        constexpr double kSettled =
+            0.01;  // of the squares: a smaller fall ends the plain steps
+        fit_.s_mm = std::max(smallest_s_mm_, scale_of_residual());
+        fit_.gross_share = kLeastGrossShare;
+        if (fall < kSettled * equations.squares) plain_steps = step;
+        continue;
+      }
+      fit_.converged = is_settled(equations, fall, moved, fit_.log_likelihood - last);
+    }
+    finish(fit_);
+    return std::move(fit_);
+  }
+
+ private:
+  /// Least squares of one step, columns scaled to length one, in the eigenvectors' directions.
+  struct Equations {
+    Eigen::VectorXd root;  // weights
+    Eigen::VectorXd scale;
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
+    Eigen::VectorXd along;
+    double largest;  // eigenvalue
+    double squares;  // to be made less
   };
-  const auto residual_with = [&](const ModelVector& model,
-                                 const std::vector<ActiveEffect>& with,
-                                 const Eigen::VectorXd& u) -> Eigen::VectorXd {
-    Eigen::VectorXd e = tamed(readings.measured_mm() - simulated_with(model, with));
-    if (m > 0) e -= fit.random * u;
+  struct Moved {
+    ModelVector model;
+    std::vector<ActiveEffect> effects;
+    Eigen::VectorXd residual, u;
+    double squares;
+  };
+
+  [[nodiscard]] Eigen::VectorXd simulated(
+      const ModelVector& model, const std::vector<ActiveEffect>& effects) const {
+    return readings_.simulate(model, ExtendedModel(readings_.model(), effects));
+  }
+  [[nodiscard]] Eigen::VectorXd residual_of(
+      const ModelVector& model, const std::vector<ActiveEffect>& effects,
+      const Eigen::VectorXd& u) const {
+    Eigen::VectorXd e = tamed(readings_.measured_mm() - simulated(model, effects));
+    if (u.size() > 0) e -= fit_.random * u;
     return e;
-  };
-  fit.residual_mm = residual_with(fit.model, fit.effects, fit.u);
-  fit.s_mm = std::max(
-      {smallest_s_mm, near ? near->s_mm : 0.0,
-       robust_scale(fit.residual_mm.cwiseQuotient(fit.noise))});
+  }
+  [[nodiscard]] double scale_of_residual() const {
+    return robust_scale(fit_.residual_mm.cwiseQuotient(fit_.noise));
+  }
 
-  constexpr int kMostSteps = 60;
-  // Of the largest eigenvalue of the scaled normal matrix: below is rounding.
-  constexpr double kUnseen = 1e-13;
-  constexpr double kMostDamping = 10.0;
-  double damping = 0.0;
-  for (int step = 0; step < kMostSteps; ++step) {
-    weigh(fit, smallest_s_mm);
-    if (step < plain_steps) fit.weight.setOnes();
-    fit.J.resize(readings.count(), count);
-    fit.J.leftCols(parameters) = readings.jacobian(fit.model);
-    const Eigen::VectorXd simulated = simulated_with(fit.model, fit.effects);
-    Eigen::Index column = parameters;
-    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
-      const auto& effect = *fit.effects[k].effect;
+  /// fit_.J where the fit stands.
+  void linearise() {
+    fit_.J.resize(readings_.count(), parameters_ + fitted_);
+    fit_.J.leftCols(parameters_) = readings_.jacobian(fit_.model);
+    const Eigen::VectorXd here = simulated(fit_.model, fit_.effects);
+    Eigen::Index column = parameters_;
+    for (std::size_t k = 0; k < fit_.effects.size(); ++k) {
+      const auto& effect = *fit_.effects[k].effect;
       for (int i = 0; i < fitted_count(effect); ++i) {
         const auto index = static_cast<std::size_t>(i);
-        std::vector<ActiveEffect> moved = fit.effects;
+        std::vector<ActiveEffect> moved = fit_.effects;
         const double size = i < linear_count(effect)
                                 ? 1e-3 * effect.parameters[index].sigma
                                 : effect.searched_change(moved[k].x[index]);
         moved[k].x[index] += size;
-        fit.J.col(column++) = (simulated_with(fit.model, moved) - simulated) / size;
+        fit_.J.col(column++) = (simulated(fit_.model, moved) - here) / size;
       }
     }
-    fit.J = fit.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
+    fit_.J = fit_.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
+  }
 
-    const Eigen::VectorXd root = fit.root();
-    const Eigen::Index n = readings.count();
+  /// Also says how many parameters the data determine.
+  [[nodiscard]] Equations equations_here() {
+    Equations result;
+    result.root = fit_.root();
+    const Eigen::VectorXd& root = result.root;
+    const Eigen::Index n = readings_.count();
+    const Eigen::Index m = fit_.random.cols();
+    const Eigen::Index count = fit_.J.cols();
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, count + m);
-    A.topLeftCorner(n, count) = root.asDiagonal() * fit.J;
+    A.topLeftCorner(n, count) = root.asDiagonal() * fit_.J;
     Eigen::VectorXd target = Eigen::VectorXd::Zero(n + m);
-    target.head(n) = root.cwiseProduct(fit.residual_mm);
+    target.head(n) = root.cwiseProduct(fit_.residual_mm);
     if (m > 0) {
-      A.topRightCorner(n, m) = root.asDiagonal() * fit.random;
+      A.topRightCorner(n, m) = root.asDiagonal() * fit_.random;
       A.bottomRightCorner(m, m).setIdentity();
-      target.tail(m) = -fit.u;
+      target.tail(m) = -fit_.u;
     }
-    Eigen::VectorXd scale(count + m);
+    result.scale.resize(count + m);
     for (Eigen::Index i = 0; i < count + m; ++i) {
       const double norm = A.col(i).norm();
-      scale[i] = norm > 0 ? 1.0 / norm : 0.0;
-      A.col(i) *= scale[i];
+      result.scale[i] = norm > 0 ? 1.0 / norm : 0.0;
+      A.col(i) *= result.scale[i];
     }
-    // Damped steps: some effects bend the same way as lengths do, to a millionth.
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A.transpose() * A);
-    const Eigen::VectorXd along = eigen.eigenvectors().transpose() * (A.transpose() * target);
-    const double largest = eigen.eigenvalues().maxCoeff();
-    const Eigen::Index seen = (eigen.eigenvalues().array() > kUnseen * largest).count();
-    fit.fitted = static_cast<int>(seen - m);
+    result.eigen.compute(A.transpose() * A);
+    result.along = result.eigen.eigenvectors().transpose() * (A.transpose() * target);
+    result.largest = result.eigen.eigenvalues().maxCoeff();
+    const Eigen::Index seen =
+        (result.eigen.eigenvalues().array() > kUnseen * result.largest).count();
+    fit_.fitted = static_cast<int>(seen - m);
+    result.squares = root.cwiseProduct(fit_.residual_mm).squaredNorm() + fit_.u.squaredNorm();
+    return result;
+  }
 
-    const double before =
-        root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
-    ModelVector model;
-    std::vector<ActiveEffect> next;
-    Eigen::VectorXd residual;
-    Eigen::VectorXd u;
-    double after = 0.0;
-    bool accepted = false;
-    for (damping /= 100; damping < kMostDamping; damping = std::max(10 * damping, 1e-10)) {
-      if (damping < 1e-10) damping = 0.0;
-      const Eigen::VectorXd change = scale.cwiseProduct(
-          eigen.eigenvectors() *
-          (along.array() * eigen.eigenvalues().array().unaryExpr([&](double value) {
-            return value > kUnseen * largest ? 1.0 / (value + damping * largest) : 0.0;
+  /// The least damped step that does not go uphill; empty if there is none.
+  [[nodiscard]] std::optional<Moved> downhill(const Equations& equations) {
+    const auto& values = equations.eigen.eigenvalues();
+    const double largest = equations.largest;
+    for (damping_ /= 100; damping_ < kMostDamping;
+         damping_ = std::max(10 * damping_, kLeastDamping)) {
+      if (damping_ < kLeastDamping) damping_ = 0.0;
+      const Eigen::VectorXd change = equations.scale.cwiseProduct(
+          equations.eigen.eigenvectors() *
+          (equations.along.array() * values.array().unaryExpr([&](double value) {
+            return value > kUnseen * largest ? 1.0 / (value + damping_ * largest) : 0.0;
           })).matrix());
-      if (!change.allFinite()) break;
-      model = fit.model + change.head(parameters);
-      next = fit.effects;
-      Eigen::Index at = parameters;
-      for (ActiveEffect& active : next) {
+      if (!change.allFinite()) return std::nullopt;
+      Moved next{fit_.model + change.head(parameters_), fit_.effects, {}, {}, 0.0};
+      Eigen::Index at = parameters_;
+      for (ActiveEffect& active : next.effects) {
         for (int i = 0; i < fitted_count(*active.effect); ++i) {
           active.x[static_cast<std::size_t>(i)] += change[at++];
         }
       }
-      u = fit.u + change.tail(m);
-      residual = residual_with(model, next, u);
-      after = root.cwiseProduct(residual).squaredNorm() + u.squaredNorm();
-      accepted = after <= before * (1 + 1e-12);
-      if (accepted) break;
+      next.u = fit_.u + change.tail(fit_.random.cols());
+      next.residual = residual_of(next.model, next.effects, next.u);
+      next.squares =
+          equations.root.cwiseProduct(next.residual).squaredNorm() + next.u.squaredNorm();
+      if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
-    if (!accepted) {
-      fit.converged = true;  // no direction is downhill
-      break;
-    }
-    const double moved = root.cwiseProduct(residual - fit.residual_mm).norm();
-    const double last = fit.log_likelihood;
-    fit.model = model;
-    fit.effects = std::move(next);
-    fit.residual_mm = std::move(residual);
-    fit.u = std::move(u);
-    weigh(fit, smallest_s_mm);
-    if (step < plain_steps) {
-      fit.s_mm =
-          std::max(smallest_s_mm, robust_scale(fit.residual_mm.cwiseQuotient(fit.noise)));
-      fit.gross_share = kLeastGrossShare;
-      constexpr double kSettled = 0.01;  // of the squares, less and the weights may come in
-      if (before - after < kSettled * before) plain_steps = step;
-      continue;
-    }
-    const bool free = damping < 1e-9 || before - after < 1e-6 * before;
-    if (free && moved < 1e-3 * fit.s_mm * std::sqrt(static_cast<double>(readings.count())) &&
-        std::abs(fit.log_likelihood - last) < 1e-2) {
-      fit.converged = true;
-      break;
-    }
+    return std::nullopt;
   }
-  finish(fit);
-  return fit;
-}
+
+  /// A step that damping did not hold back moved the readings by next to nothing.
+  [[nodiscard]] bool is_settled(
+      const Equations& equations, double fall, double moved, double rise_of_likelihood) const {
+    constexpr double kUndamped = 1e-9;
+    constexpr double kNoFall = 1e-6;  // of the squares
+    constexpr double kNoMove = 1e-3;  // of s, in each reading
+    constexpr double kNoRise = 1e-2;  // of the log likelihood
+    const bool free = damping_ < kUndamped || fall < kNoFall * equations.squares;
+    const double root_count = std::sqrt(static_cast<double>(readings_.count()));
+    return free && moved < kNoMove * fit_.s_mm * root_count &&
+           std::abs(rise_of_likelihood) < kNoRise;
+  }
+
+  const Readings& readings_;
+  Eigen::Index parameters_;  // of the model, before those of the effects
+  Eigen::Index fitted_ = 0;  // of the effects
+  double smallest_s_mm_;
+  double damping_ = 0.0;
+  JointFit fit_;
+};
 
 }  // namespace
 
@@ -302,11 +361,10 @@ JointFit fit_jointly(
     const JointFit* near, const Eigen::MatrixXd& random) {
   // From far away every reading counts until the steps are small.
   constexpr int kFromFar = 12;
-  JointFit fit = fit_from(readings, start, effects, near, random, near ? 0 : kFromFar);
-  // So many gross readings are more often a fit that settled on a part of the session.
-  constexpr double kSuspicious = 0.08;
-  if (near && (fit.gross_share > kSuspicious || !fit.converged)) {
-    JointFit again = fit_from(readings, start, std::move(effects), near, random, kFromFar);
+  JointFit fit = Fitter(readings, start, effects, near, random).run(near ? 0 : kFromFar);
+  // A fit that settled on a part of the session calls the rest gross.
+  if (near && (fit.gross_share > kSuspiciousGrossShare || !fit.converged)) {
+    JointFit again = Fitter(readings, start, std::move(effects), near, random).run(kFromFar);
     if (again.log_likelihood > fit.log_likelihood) fit = std::move(again);
   }
   return fit;

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "diagnosis/evidence.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -98,7 +98,7 @@ std::vector<Limit> limits_of(
 
   std::vector<Seen> all;
   for (const Hypothesis& each : hypotheses) {
-    if (each.effect->parameters.empty()) continue;
+    if (each.effect->exchanges_dials) continue;  // no size to be told
     Seen seen{each, {}, 1.0, 0.0, {}};
     std::vector<double> values{0.0};
     if (each.effect->searched) {
@@ -143,8 +143,8 @@ std::vector<Limit> limits_of(
     limit.hypothesis = own.hypothesis;
     const auto parameter =
         simulation::parameter_at(*own.hypothesis.effect, own.hypothesis.place, 0);
-    limit.unit = std::string(parameter.unit);
-    limit.plausible = parameter.sigma;
+    limit.unit = std::string(parameter->unit);
+    limit.plausible = parameter->sigma;
     limit.surviving = own.surviving;
     // The typical searched value; a step in the middle, a period in the middle.
     const Eigen::MatrixXd& columns = own.columns[own.columns.size() / 2];

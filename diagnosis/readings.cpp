@@ -19,6 +19,7 @@ Readings::Readings(
                                    trial.reading.begin(), trial.reading.end(),
                                    [](const auto& reading) { return reading.has_value(); });
   }
+  if (has_dials_) channels_ = model.rig().dials.size();
   std::vector<double> values;
   double variance = 0.0;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
@@ -34,7 +35,8 @@ Readings::Readings(
       }
     } else if (trial.position_mm) {
       const Eigen::MatrixXd covariance = trial.covariance_or_zero();
-      for (int axis = 0; axis < 2; ++axis) {
+      channels_ = static_cast<std::size_t>(trial.position_mm->size());
+      for (int axis = 0; axis < static_cast<int>(channels_); ++axis) {
         rows_.push_back({static_cast<int>(t), axis});
         values.push_back((*trial.position_mm)[axis]);
         variance += covariance(axis, axis);
@@ -144,17 +146,18 @@ Eigen::VectorXd Readings::simulate(
 Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
+  simulation::Prediction seen;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
-    const auto seen = model_->predict(
+    const auto reached = model_->predict(
         at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
-        false);
-    if (!seen) continue;
+        false, seen);
+    if (!reached) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
       if (has_dials_) {
-        J.row(row) = seen->reading_J.row(dial);
+        J.row(row) = seen.reading_J.row(dial);
       } else {
-        J.row(row) = seen->position_J.row(dial);
+        J.row(row) = seen.position_J.row(dial);
       }
     }
   }

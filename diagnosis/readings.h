@@ -38,6 +38,8 @@ class Readings {
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
 
   [[nodiscard]] bool has_dials() const { return has_dials_; }
+  /// Of the instrument, or of a position: Row::dial is below it.
+  [[nodiscard]] std::size_t channel_count() const { return channels_; }
   [[nodiscard]] Eigen::Index count() const { return measured_mm_.size(); }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] const Eigen::VectorXd& measured_mm() const { return measured_mm_; }
@@ -98,6 +100,7 @@ class Readings {
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;
   bool has_dials_ = false;
+  std::size_t channels_ = 0;
   double rig_noise_mm_ = 0.0;
 };
 

@@ -11,15 +11,13 @@
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 using simulation::ActiveEffect;
 using simulation::Effect;
-
-/// Columns that less than this share survives of are absorbed: below it, rounding.
-constexpr double kLeastSurviving = 1e-5;
 
 /// P(chi-squared with k degrees > x), k = 1, 2, 3.
 double chi2_tail(double x, int k) {
@@ -75,7 +73,7 @@ class Scorer {
   };
   [[nodiscard]] Prepared prepare(const Hypothesis& hypothesis) const {
     const Effect& effect = *hypothesis.effect;
-    Prepared result{hypothesis, effect.cause == "step", {0.0}, {}, {}};
+    Prepared result{hypothesis, effect.is_step, {0.0}, {}, {}};
     if (effect.searched) {
       result.values =
           effect.searched(readings_.model().rig(), readings_.circumstances(), hypothesis.place);
@@ -277,7 +275,7 @@ double simulated_false_alarm(
   const Scorer scorer(readings, baseline);
   std::vector<Scorer::Prepared> prepared;
   for (const Hypothesis& each : hypotheses) {
-    if (!each.effect->parameters.empty()) prepared.push_back(scorer.prepare(each));
+    if (!each.effect->exchanges_dials) prepared.push_back(scorer.prepare(each));
   }
   constexpr std::uint32_t kStream = 71;
   const Projector& projector = scorer.projector();
@@ -304,7 +302,7 @@ std::vector<Candidate> score_all(
   const Scorer scorer(readings, fit);
   std::vector<Candidate> result;
   for (const Hypothesis& each : hypotheses) {
-    if (each.effect->parameters.empty()) continue;  // swaps are tried on the data itself
+    if (each.effect->exchanges_dials) continue;  // tried on the readings themselves
     Candidate candidate = scorer.score(
         scorer.prepare(each), scorer.projector().residual(), scorer.projector().squares());
     if (candidate.hypothesis.effect) result.push_back(std::move(candidate));

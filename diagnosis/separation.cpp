@@ -107,6 +107,7 @@ Separation separating_poses(
       trial.temperature_c = last->temperature_c;
     }
     simulation::Circumstance sample;
+    sample.approach.setZero(trial.q.size());
     if (!readings.circumstances().empty()) sample = readings.circumstances().back();
     sample.previous_mm.assign(rig.dials.size(), std::nan(""));
     sample.plunger_direction.assign(rig.dials.size(), 0.0);

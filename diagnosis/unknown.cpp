@@ -8,13 +8,10 @@
 #include <optional>
 
 #include "diagnosis/evidence.h"
-#include "diagnosis/search.h"
-#include "simulation/effect.h"
+#include "diagnosis/stages.h"
 
 namespace sixdial::diagnosis {
 namespace {
-
-using simulation::ActiveEffect;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -70,8 +67,8 @@ Eigen::MatrixXd prominent(const Eigen::MatrixXd& columns, const Eigen::VectorXd&
 
 /// What each trial has that something could depend on.
 struct Covariates {
-  Eigen::VectorXd theta1, theta2, x, y, gamma, time, temperature;
-  Eigen::MatrixXd approach;  // trials x 2
+  Eigen::MatrixXd q, approach;  // trials x joints
+  Eigen::VectorXd x, y, gamma, time, temperature;
 };
 
 Covariates covariates_of(
@@ -79,17 +76,17 @@ Covariates covariates_of(
   const auto& trials = readings.trials();
   const auto count = static_cast<Eigen::Index>(trials.size());
   Covariates at;
-  for (Eigen::VectorXd* each :
-       {&at.theta1, &at.theta2, &at.x, &at.y, &at.gamma, &at.time, &at.temperature}) {
+  for (Eigen::VectorXd* each : {&at.x, &at.y, &at.gamma, &at.time, &at.temperature}) {
     each->resize(count);
   }
-  at.approach.resize(count, 2);
+  const Eigen::Index joints = trials.empty() ? 0 : trials.front().q.size();
+  at.q.resize(count, joints);
+  at.approach.resize(count, joints);
   simulation::Scene scene;
   for (Eigen::Index t = 0; t < count; ++t) {
     const auto i = static_cast<std::size_t>(t);
     const simulation::Circumstance& sample = readings.circumstances()[i];
-    at.theta1[t] = trials[i].q[0];
-    at.theta2[t] = trials[i].q[1];
+    at.q.row(t) = trials[i].q.transpose();
     at.time[t] = sample.time_h;
     at.temperature[t] = sample.temperature_degC;
     at.approach.row(t) = sample.approach.transpose();
@@ -251,78 +248,88 @@ class UnknownSearch {
   std::vector<UnknownCandidate> found_;
 };
 
+// Numbers of basis functions: a random walk in time is rough, a creep is not.
+constexpr int kFunctions = 16;
+constexpr int kOfTime = 40;
+constexpr int kFew = 10;
+
+/// Anything of the robot may creep with time or temperature. Parameters that only shift the
+/// tool (the base's position) have been tried as that already.
+void along_robot(
+    UnknownSearch& search, const Readings& readings, const JointFit& fit, const Covariates& at,
+    const Eigen::MatrixXd& tool) {
+  const simulation::ForwardModel& model = readings.model();
+  const Eigen::MatrixXd J = readings.jacobian(fit.model);
+  for (Eigen::Index k = 0; k < model.robot_parameter_count(); ++k) {
+    constexpr double kAlike = 1e-4;  // tool columns are differences, J is not
+    const auto is_column = [&](Eigen::Index axis) {
+      return (J.col(k) - tool.col(axis)).norm() <= kAlike * tool.col(axis).norm();
+    };
+    if (is_column(0) || is_column(1)) continue;
+    const std::string name(model.parameters()[static_cast<std::size_t>(k)].name);
+    search.along("time", name, at.time, J.col(k), kFew);
+    search.along("temperature", name, at.temperature, J.col(k), kFew);
+  }
+}
+
+/// Anything of one dial that depends on its own reading, on time or on temperature.
+void along_dial(
+    UnknownSearch& search, const Readings& readings, const Covariates& at, std::size_t dial) {
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(at.time.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(readings.count(), 1);
+  double sum = 0.0;
+  int present = 0;
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+    if (each.dial != static_cast<int>(dial)) continue;
+    rows(row, 0) = 1.0;
+    own[each.trial] = readings.measured_mm()[row];
+    sum += readings.measured_mm()[row];
+    ++present;
+  }
+  constexpr int kFewestReadings = 12;
+  if (present < kFewestReadings) return;
+  for (double& value : own) {
+    if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
+  }
+  const std::string name = "dial " + readings.model().rig().dials[dial].id;
+  search.along(name + " reading", name, own, rows, kFunctions);
+  search.along("time", name, at.time, rows, kFew);
+  search.along("temperature", name, at.temperature, rows, kFew);
+}
+
 }  // namespace
 
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
-
-  // How a shift at each stage shows in every reading: what a step from the first sample does.
-  const simulation::Effect& step = *simulation::find_effect("step");
-  const auto stage = [&](const simulation::Place& place) {
-    const ActiveEffect active{&step, place, {0.0, 0.0, -1.0}};
-    return effect_columns(readings, fit.model, extended, active, simulated);
+  const auto stage = [&](Stage where, int joint = -1) {
+    return stage_columns(readings, fit, simulated, where, joint);
   };
-  const Eigen::MatrixXd tool = stage({.name = "base"});
   const Covariates at = covariates_of(readings, fit, extended);
 
   UnknownSearch search(readings, fit);
-  constexpr int kFunctions = 16;
-  constexpr int kOfTime = 40;  // a random walk is rough
-  constexpr int kFew = 10;
-  search.along(
-      "theta1", "joint1", at.theta1, stage({.name = "joint1", .joint = 0}).leftCols(1),
-      kFunctions);
-  search.along(
-      "theta2", "joint2", at.theta2, stage({.name = "joint2", .joint = 1}).leftCols(1),
-      kFunctions);
+  for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
+    const std::string number = std::to_string(joint + 1);
+    search.along(
+        "theta" + number, "joint" + number, at.q.col(joint), stage(Stage::kJointAngle, joint),
+        kFunctions);
+  }
+  const Eigen::MatrixXd tool = stage(Stage::kTool);
   search.along("time", "tool", at.time, tool, kOfTime);
   search.along("temperature", "tool", at.temperature, tool, kFew);
   search.over(at.x, at.y, "tool", tool);
   search.by_approach(at.approach, "tool", tool);
-  // Anything of the robot may creep: x0 and y0 are the tool's.
-  const Eigen::MatrixXd J = readings.jacobian(fit.model);
-  for (int k = 0; k < geometry::kParameterCount; ++k) {
-    if (k == geometry::kX0 || k == geometry::kY0) continue;
-    const std::string name(geometry::kParameters[static_cast<std::size_t>(k)].name);
-    search.along("time", name, at.time, J.col(k), kFew);
-    search.along("temperature", name, at.temperature, J.col(k), kFew);
-  }
+  along_robot(search, readings, fit, at, tool);
   if (readings.has_dials()) {
-    simulation::Place cuboid;
-    cuboid.name = "cuboid";
-    const ActiveEffect growth = at_rest({simulation::find_effect("cuboid_size"), cuboid});
-    const Eigen::MatrixXd side =
-        effect_columns(readings, fit.model, extended, growth, simulated).leftCols(1);
+    const Eigen::MatrixXd side = stage(Stage::kCuboidSide);
     search.along("time", "cuboid", at.time, side, kFew);
     search.along("temperature", "cuboid", at.temperature, side, kFew);
-    const Eigen::MatrixXd clamp = stage({.name = "cuboid"}).leftCols(1);
+    const Eigen::MatrixXd clamp = stage(Stage::kCuboidAngle);
     search.along("time", "clamp", at.time, clamp, kFew);
     search.along("gamma", "clamp", at.gamma, clamp, kFew);
-    const auto& dials = readings.model().rig().dials;
-    for (std::size_t d = 0; d < dials.size(); ++d) {
-      Eigen::VectorXd own = Eigen::VectorXd::Zero(at.time.size());
-      Eigen::MatrixXd rows_of_dial = Eigen::MatrixXd::Zero(readings.count(), 1);
-      double sum = 0.0;
-      int present = 0;
-      for (Eigen::Index row = 0; row < readings.count(); ++row) {
-        const Row& each = readings.rows()[static_cast<std::size_t>(row)];
-        if (each.dial != static_cast<int>(d)) continue;
-        rows_of_dial(row, 0) = 1.0;
-        own[each.trial] = readings.measured_mm()[row];
-        sum += readings.measured_mm()[row];
-        ++present;
-      }
-      constexpr int kFewestReadings = 12;
-      if (present < kFewestReadings) continue;
-      for (double& value : own) {
-        if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
-      }
-      search.along(
-          "dial " + dials[d].id + " reading", "dial " + dials[d].id, own, rows_of_dial,
-          kFunctions);
-      search.along("time", "dial " + dials[d].id, at.time, rows_of_dial, kFew);
-      search.along("temperature", "dial " + dials[d].id, at.temperature, rows_of_dial, kFew);
+    for (std::size_t d = 0; d < readings.model().rig().dials.size(); ++d) {
+      along_dial(search, readings, at, d);
     }
   }
   return search.ranked();

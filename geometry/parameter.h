@@ -7,6 +7,9 @@
 
 namespace sixdial::geometry {
 
+/// What a rig file may give for it.
+enum class FileRange { kAny, kNotNegative, kPositive };
+
 struct ParameterInfo {
   std::string name;             // "l11", as printed
   std::string rig_key;          // "l11_mm", its key in rig.toml; empty: not in that file
@@ -15,6 +18,8 @@ struct ParameterInfo {
   std::string unit = "mm";      // as stored: "mm" or "rad"
   /// A plausible change [unit]; those of different units move the tool about as far.
   double change = 1.0;
+  FileRange range = FileRange::kAny;
+  bool optional = false;  // a rig file may leave it out: the robot's usual value holds
 };
 
 }  // namespace sixdial::geometry

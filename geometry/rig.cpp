@@ -49,7 +49,7 @@ ParameterVector table_2_robot() {
 }
 
 tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig) {
-  if (rig.cuboid.mount == Mount::kFree) return 0.0;
+  if (rig.cuboid.mount == Mount::kFree || rig.robot.model->kind != &five_bar) return 0.0;
   const Robot& robot = rig.robot;
   const auto q = inverse(robot.nominal, rig.cuboid.reference_pose_mm, robot.working_mode);
   if (!q) return tl::unexpected(q.error());

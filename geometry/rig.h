@@ -3,13 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "geometry/contact.h"
-#include "geometry/five_bar.h"
+#include "geometry/instruments/contact.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::geometry {
 
@@ -21,7 +22,9 @@ enum class Mount {
 };
 
 struct Robot {
-  /// In the order of its parameters (kParameters for the five-bar).
+  /// What it is; never null.
+  std::shared_ptr<const RobotModel> model = five_bar_model();
+  /// In the order of model->parameters.
   Eigen::VectorXd nominal = Eigen::VectorXd::Zero(kParameterCount);
   WorkingMode working_mode{};
   Assembly assembly = Assembly::kLeft;
@@ -45,9 +48,17 @@ struct Dial {
   std::string connection;
 };
 
+/// What measures, by the name of its kind in the registry.
+struct Instrument {
+  std::string kind = "dials_on_cuboid";
+  double sd_mm = 0.0;  // of a measured position; 0: nobody knows
+  int dimensions = 2;  // of a measured position
+};
+
 struct Rig {
   std::string name;
   Robot robot;
+  Instrument instrument;
   Cuboid cuboid;
   std::vector<Dial> dials;
   /// Index of a dial by id.
@@ -61,7 +72,8 @@ struct Rig {
 [[nodiscard]] ParameterVector table_2_robot();
 
 /// Angle in W [rad] of the cuboid's distal link at the reference pose by nominal parameters;
-/// 0 for a free mount. Fails if the reference pose cannot be reached.
+/// 0 for a free mount or another robot than the five-bar, which has no such link. Fails if the
+/// reference pose cannot be reached.
 [[nodiscard]] tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig);
 
 /// gamma [rad] at a pose: link angle now minus at the reference, plus the clamp angle;

@@ -1,5 +1,5 @@
 // What a kind of robot is. A kind is one file in geometry/robots/ and one row in
-// geometry/robot_kinds.cpp (or a row added at run time): names of joints, parameters and
+// geometry/robot_kind.cpp (or a row added at run time): names of joints, parameters and
 // branches, and one function from joint values and parameters to where the tool and the frames
 // on the way are. Calibration, simulation and diagnosis know no more of a robot than this.
 //
@@ -7,7 +7,7 @@
 //
 //   const RobotModel& robot = *find_robot_kind("five_bar")->example();
 //   Frames at(robot);
-//   if (robot.forward(robot.nominal, q, robot.assemblies[0].number, at.X)) use(at.X[0].p);
+//   if (robot.forward(robot.nominal, q, Assembly::kLeft, at.X)) use(at.X[0].p);
 //
 // Frame W (the table), mm and rad. A revolute joint's value is in rad, a prismatic one's in mm.
 #pragma once
@@ -45,6 +45,21 @@ enum class KinematicTrouble {
 /// of equation (3): E to the left or to the right of O3 -> O4).
 enum class Assembly : int { kLeft = +1, kRight = -1 };
 
+/// Which of the joint values that put the tool at the same pose: a number of the robot's
+/// `modes`. A kind with two legs numbers them by elbow sides: +1 turns the proximal link
+/// counter-clockwise from the line O -> E; {+1, +1} is 0, {-1, -1} is 3.
+struct WorkingMode {
+  constexpr WorkingMode() = default;
+  constexpr explicit WorkingMode(int a_number) : number(a_number) {}
+  constexpr WorkingMode(int leg1, int leg2) : number((leg1 < 0 ? 2 : 0) + (leg2 < 0 ? 1 : 0)) {}
+  int number = 0;
+  /// Elbow side of leg 0 or 1.
+  [[nodiscard]] constexpr int leg(int i) const {
+    return (number & (i == 0 ? 2 : 1)) != 0 ? -1 : +1;
+  }
+  friend bool operator==(const WorkingMode&, const WorkingMode&) = default;
+};
+
 enum class JointKind { kRevolute, kPrismatic };
 
 struct JointInfo {
@@ -77,27 +92,8 @@ struct Frames {
 };
 
 using Reached = tl::expected<void, KinematicTrouble>;
-
-/// Many samples of one robot, for kernels that take all of them in one call.
-struct PositionSamples {
-  Eigen::MatrixXd q;               // joints x samples
-  Eigen::MatrixXd p_WE;            // measured tool positions, 2 or 3 x samples [mm]
-  std::vector<Assembly> assembly;  // by sample
-};
-
-/// The arithmetic of a fit for all samples and many parameter vectors in one call, for kinds
-/// that have it in vector instructions. It must agree with `forward` (a law tests it).
-class RobotKernel {
- public:
-  RobotKernel() = default;
-  RobotKernel(const RobotKernel&) = delete;
-  RobotKernel& operator=(const RobotKernel&) = delete;
-  virtual ~RobotKernel() = default;
-  /// rmse_mm[k]: root of the mean squared distance between measured and computed positions for
-  /// the parameters in column k of `v`; +inf where a pose cannot be reached.
-  virtual void rmse(
-      const Eigen::Ref<const Eigen::MatrixXd>& v, Eigen::Ref<Eigen::VectorXd> rmse_mm) const = 0;
-};
+/// A vector, or a part of one, without a copy.
+using Values = Eigen::Ref<const Eigen::VectorXd>;
 
 /// The robot at hand: what its kind and its rig file fix and calibration leaves alone, and what
 /// its parameters are. Immutable; shared by all that use the rig.
@@ -109,19 +105,20 @@ struct RobotModel {
   std::vector<std::string> frames;      // names; the first is the tool, "E"
   std::vector<BranchInfo> assemblies;   // poses that the same joint values allow, at least one
   std::vector<BranchInfo> modes;        // joint values that the same pose allows, at least one
+  std::string mode_in_words;            // what a mode's name tells; empty: there is one mode
   std::shared_ptr<const void> details;  // what else the kind keeps, such as a URDF's chain
 
   [[nodiscard]] std::optional<int> find_frame(std::string_view name) const;
   [[nodiscard]] std::optional<int> find_parameter(std::string_view name) const;
+  [[nodiscard]] int joint_count() const { return static_cast<int>(joints.size()); }
+  [[nodiscard]] int parameter_count() const { return static_cast<int>(parameters.size()); }
 
   /// Poses of all frames. `X` has one element for each of `frames`.
   [[nodiscard]] Reached forward(
-      std::span<const double> v, std::span<const double> q, Assembly assembly,
-      std::span<Pose<double>> X) const;
+      const Values& v, const Values& q, Assembly assembly, std::span<Pose<double>> X) const;
   /// The same with derivatives by joints and by parameters. `at` was made for this robot.
   [[nodiscard]] Reached forward_derivative(
-      std::span<const double> v, std::span<const double> q, Assembly assembly,
-      Frames& at) const;
+      const Values& v, const Values& q, Assembly assembly, Frames& at) const;
 };
 
 /// [robot] of a rig file as a kind reads it.
@@ -153,7 +150,9 @@ struct RobotKind {
   tl::expected<std::shared_ptr<const RobotModel>, RobotFileFault> (*from_file)(
       const RobotFile& file) = nullptr;
   /// Keys of [robot] that from_file reads.
-  std::vector<std::string_view> file_keys{};
+  std::span<const std::string_view> file_keys{};
+  /// TOML lines that from_file makes the same robot of; null: there is nothing to write.
+  std::string (*to_file)(const RobotModel& robot) = nullptr;
 
   Reached (*forward)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
@@ -161,21 +160,19 @@ struct RobotKind {
   Reached (*forward_derivative)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
       Assembly assembly, Frames& at) = nullptr;
-  /// Optional. Joint values that put the tool at X_WE in a mode (a number of robot.modes), each
-  /// the one nearest to `near` where it can be told apart by whole turns.
+  /// Optional. Joint values that put the tool at X_WE (a planar pin: at its position) in a
+  /// mode. `near` is empty, or each joint takes the whole turns nearest to it.
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
-      const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE, int mode,
-      std::span<const double> near) = nullptr;
-  /// Optional: the fast way for whole sessions.
-  std::unique_ptr<RobotKernel> (*kernel)(
-      const RobotModel& robot, const PositionSamples& samples) = nullptr;
+      const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
+      WorkingMode mode, std::span<const double> near) = nullptr;
 };
 
 /// Every kind, by name. Rows added at run time come last and stay for the rest of the program.
 [[nodiscard]] std::span<const RobotKind* const> robot_kinds();
 [[nodiscard]] const RobotKind* find_robot_kind(std::string_view name);
-/// Throws std::invalid_argument if the name is taken or a needed member is missing. Not while
-/// another thread uses the registry.
-void add_robot_kind(RobotKind kind);
+/// Throws std::invalid_argument if the name is taken or a needed member is missing. The row
+/// that comes back stays for the rest of the program. Not while another thread uses the
+/// registry.
+const RobotKind& add_robot_kind(RobotKind kind);
 
 }  // namespace sixdial::geometry

@@ -1,6 +1,5 @@
-// What can secretly be wrong with the true rig: the causes of spec 4 and several outside that
-// catalogue, each as an id, a place and numbers. world.h applies them; nothing here knows how a
-// diagnosis looks for them.
+// What is secretly wrong with one true rig: causes of hidden/, each as an id, a place and
+// numbers. world.h applies them; nothing here knows how a diagnosis looks for them.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "geometry/rig.h"
+#include "mock_devices/hidden/cause.h"
 
 namespace sixdial::mock_devices {
 
@@ -21,72 +21,9 @@ struct HiddenEffect {
   friend bool operator==(const HiddenEffect&, const HiddenEffect&) = default;
 };
 
-enum class Cause {
-  kJointEccentricity,
-  kJointSecondHarmonic,
-  kJointGain,
-  kJointBacklash,
-  kJointCompliance,
-  kLinkThermalGrowth,
-  kPassiveClearance,
-  kBaseDrift,
-  kFrameSkew,
-  kCuboidSize,
-  kCuboidSquareness,
-  kCuboidOffset,
-  kTipRadius,
-  kDialGain,
-  kDialLean,
-  kDialMount,
-  kDialHysteresis,
-  kDialCyclic,
-  kDialSwap,
-  kStep,
-  kOutliers,
-  kStaleReading,
-  // outside the catalogue
-  kXyField,
-  kRandomWalk,
-  kTimeSinusoid,
-  kJointFifthHarmonic,
-  kCreep,     // of an angle or a length, levelling off
-  kDialBend,  // of a dial's scale
-};
-
-/// What the places of a cause are.
-enum class PlaceKind {
-  kJoint,
-  kJoints,
-  kLinks,
-  kElbows,
-  kBase,
-  kFrame,
-  kCuboid,
-  kDials,
-  kDial,
-  kDialPair,
-  kStep,
-  kSamples,
-  kTool,
-  kArm,
-};
-
-struct CauseInfo {
-  Cause cause;
-  std::string_view id;
-  PlaceKind places;
-  bool in_catalogue;
-  bool both_signs;
-  /// Range of the amplitude for drawing, log-uniform, in the unit of the first parameter.
-  double least, most;
-  std::string_view amplitude;  // what the amplitude is, with unit
-};
-[[nodiscard]] std::span<const CauseInfo> causes();
+[[nodiscard]] std::span<const CauseRow* const> causes();
 /// Throws std::invalid_argument that lists the known causes.
-[[nodiscard]] const CauseInfo& cause_info(std::string_view id);
-/// All places of a cause on this rig, e.g. "joint1", "joint2".
-[[nodiscard]] std::vector<std::string> places_of(
-    const CauseInfo& info, const geometry::Rig& rig);
+[[nodiscard]] const CauseRow& cause_row(std::string_view id);
 
 /// An effect of a given amplitude; what else it needs (phase, direction, period, the sample of
 /// a step) is drawn from the seed. `samples`: expected length of the session. Throws
@@ -107,5 +44,13 @@ enum class Pool { kCatalogue, kOutside, kAll };
 /// One of a given cause, place and amplitude drawn.
 [[nodiscard]] HiddenEffect draw_effect_of(
     const geometry::Rig& rig, std::string_view cause, std::uint64_t seed, int samples = 150);
+
+/// The same effect so many times as large: what is a period, a phase or a sample stays.
+[[nodiscard]] HiddenEffect enlarged(HiddenEffect effect, double times);
+
+/// Its place as an index and its numbers in order. `q_reference`: joint angles at the cuboid's
+/// reference pose. Throws std::invalid_argument if it makes no sense on this rig.
+[[nodiscard]] ReadyEffect made_ready(
+    const HiddenEffect& effect, const geometry::Rig& rig, const Eigen::Vector2d& q_reference);
 
 }  // namespace sixdial::mock_devices

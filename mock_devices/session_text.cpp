@@ -124,7 +124,7 @@ std::string answer_json(const World& world) {
   answer["effects"] = nlohmann::ordered_json::array();
   bool unknown = false;
   for (const HiddenEffect& effect : world.effects) {
-    const bool in_catalogue = cause_info(effect.cause).in_catalogue;
+    const bool in_catalogue = cause_row(effect.cause).in_catalogue;
     if (in_catalogue) answer["causes"].push_back({effect.cause, effect.where});
     unknown = unknown || !in_catalogue;
     answer["effects"].push_back(

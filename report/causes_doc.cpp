@@ -11,6 +11,7 @@
 
 #include "diagnosis/readings.h"
 #include "geometry/rig.h"
+#include "geometry/units.h"
 #include "simulation/effect.h"
 
 namespace sixdial::report {
@@ -21,7 +22,6 @@ using simulation::ActiveEffect;
 using simulation::Effect;
 using simulation::Place;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr double kShownTimes = 3.0;  // of the plausible size: what the pictures' sessions have
 constexpr double kVisible_mm =
     0.002;                      // and at least so much left after the fit: a dial's noise
@@ -77,12 +77,12 @@ std::vector<simulation::Trial> plain_session(const simulation::ForwardModel& mod
 /// An effect of one size of its first parameter; a searched value from the middle.
 ActiveEffect sized(const Readings& readings, const Effect& effect, const Place& place) {
   ActiveEffect active{&effect, place, std::vector<double>(effect.parameters.size(), 0.0)};
-  if (effect.searched != nullptr) {
+  if (effect.searched) {
     const auto values =
         effect.searched(readings.model().rig(), readings.circumstances(), place);
     if (!values.empty()) active.x.back() = values[values.size() / 2];
   }
-  if (!active.x.empty()) active.x[0] = parameter_at(effect, place, 0).sigma;
+  if (!active.x.empty()) active.x[0] = parameter_at(effect, place, 0)->sigma;
   return active;
 }
 
@@ -196,13 +196,14 @@ class Book {
   /// A column for each linear parameter at its plausible size; one for those without any.
   [[nodiscard]] Eigen::MatrixXd signature(const Effect& effect, const Place& place) const {
     ActiveEffect active = sized(readings_, effect, place);
-    const auto linear = static_cast<Eigen::Index>(effect.parameters.size()) -
-                        (effect.searched != nullptr ? 1 : 0);
+    const auto linear =
+        static_cast<Eigen::Index>(effect.parameters.size()) - (effect.searched ? 1 : 0);
     Eigen::MatrixXd columns(plain_mm_.size(), std::max<Eigen::Index>(1, linear));
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
       if (!active.x.empty()) {
         for (Eigen::Index j = 0; j < linear; ++j) {
-          const double size = parameter_at(effect, place, static_cast<int>(j)).sigma;
+          const auto parameter = parameter_at(effect, place, static_cast<int>(j));
+          const double size = parameter ? parameter->sigma : 0.0;
           active.x[static_cast<std::size_t>(j)] = j == k ? size : 0.0;
         }
       }
@@ -222,12 +223,15 @@ class Book {
 std::string size_words(const Effect& effect, const Place& place) {
   std::string sizes;
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
-    const simulation::EffectParameter each = parameter_at(effect, place, k);
-    if (each.name == "sample") continue;  // any: it is searched
+    const auto each = parameter_at(effect, place, k);
+    const bool is_sample =
+        effect.is_step && k + 1 == static_cast<int>(effect.parameters.size());
+    if (!each || is_sample) continue;  // a step may come at any sample
     sizes += fmt::format(
-        "{}{} {:g}{}{}", sizes.empty() ? "" : ", ", each.name, each.sigma,
-        each.unit == "1" ? "" : " ", each.unit == "1" ? "" : each.unit);
-    if (each.unit == "rad") sizes += fmt::format(" ({:.2g}\u00B0)", kDeg * each.sigma);
+        "{}{} {:g}{}{}", sizes.empty() ? "" : ", ", each->name, each->sigma,
+        each->unit == "1" ? "" : " ", each->unit == "1" ? "" : each->unit);
+    if (each->unit == "rad")
+      sizes += fmt::format(" ({:.2g}\u00B0)", geometry::kDegPerRad * each->sigma);
   }
   return sizes.empty() ? "no number: it is so or not" : sizes;
 }
@@ -261,7 +265,8 @@ std::string neighbour_words(const Book& book, const Effect& effect) {
 }
 
 const Place& shown_place(const Effect& effect, const std::vector<Place>& places) {
-  return effect.cause == "step" ? places.front() : places[places.size() / 2];
+  // Where the places differ in kind, the first.
+  return effect.plot_of_place ? places.front() : places[places.size() / 2];
 }
 
 /// The session of the picture, as `sixdial-mock-rig --hide` takes it.
@@ -270,7 +275,7 @@ std::string hidden(const Book& book, const Effect& effect, const Place& place) {
   if (!effect.parameters.empty()) {
     const double times =
         std::max(kShownTimes, std::ceil(kVisible_mm / book.left_mm(book.shown(effect, place))));
-    text += fmt::format(":{:g}", times * parameter_at(effect, place, 0).sigma);
+    text += fmt::format(":{:g}", times * parameter_at(effect, place, 0)->sigma);
   }
   return text;
 }

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "report/document.h"
 #include "studies/dial_residuals.h"
 
@@ -95,7 +95,7 @@ struct PointRow {
   std::optional<Eigen::Vector2d> measured_mm{};  // in W; empty: contacts allow no position
   std::string dials{};                           // those that gave the position: "CDB"
   std::optional<double> temperature_c{};
-  std::optional<double> time_s{};     // since the first sample
+  std::optional<double> time_s{};   // since the first sample
   std::vector<int> approach{0, 0};  // sign of each joint's last move, 0 unknown
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
 };

@@ -136,8 +136,8 @@ std::vector<report::PointRow> points_of(
     row.set = sample.set;
     row.point = sample.point;
     row.repeat = sample.repeat;
-    row.q_rad = sample.q_rad;
-    row.target_mm = sample.target_mm;
+    row.q_rad = sample.q;
+    if (sample.target_mm) row.target_mm = *sample.target_mm;
     if (trial.position_mm) row.measured_mm = *trial.position_mm;
     row.temperature_c = sample.temperature_c;
     row.time_s = trial.time_s;
@@ -162,8 +162,8 @@ void add_data_quality(report::ReportData& data, const session::Session& session)
     data.rejected.push_back({.line = row.line, .reason = row.reason});
   }
   for (const session::Sample& sample : session.samples) {
-    for (std::size_t i = 0; i < sample.dials.size(); ++i) {
-      const session::DialValue& value = sample.dials[i];
+    for (std::size_t i = 0; i < session.rig.dials.size() && i < sample.channels.size(); ++i) {
+      const session::ChannelValue& value = sample.channels[i];
       if (value.quality == session::Quality::kGood) continue;
       data.bad_readings.push_back(
           {.set = sample.set,
@@ -171,7 +171,7 @@ void add_data_quality(report::ReportData& data, const session::Session& session)
            .repeat = sample.repeat,
            .dial = session.rig.dials[i].id,
            .reason = value.reason,
-           .value_mm = value.value_mm});
+           .value_mm = value.value});
     }
   }
 }

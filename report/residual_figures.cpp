@@ -7,8 +7,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 
+#include "geometry/units.h"
 #include "report/figures.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -16,7 +16,6 @@
 namespace sixdial::report {
 namespace {
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr std::size_t kClasses = 6;  // equal counts: enough to see a wave, not the noise
 constexpr std::size_t kFewest = 3;   // points in a class, below which its mean says little
 constexpr double kClear = 5.0;   // standard deviations above chance from which order is said
@@ -37,7 +36,7 @@ std::vector<Covariate> covariates() {
         {fmt::format("theta{}_deg", joint + 1), fmt::format("encoder angle {}", joint + 1),
          "deg", false, [joint](const PointRow& p) -> std::optional<double> {
            if (!p.q_rad) return std::nullopt;
-           return kDeg * (*p.q_rad)[joint];
+           return geometry::kDegPerRad * (*p.q_rad)[joint];
          }});
   }
   out.push_back({"time_min", "time", "min", false, [](const PointRow& p) {

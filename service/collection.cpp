@@ -1,16 +1,12 @@
-#include "service/collection.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
-#include "acquisition/clock_watch.h"
 #include "acquisition/connection.h"
-#include "report/documents/estimate_json.h"
+#include "service/collection_run.h"
 #include "service/live_dials.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
@@ -23,11 +19,6 @@ using acquisition::CollectorStage;
 constexpr auto kLiveEvery = std::chrono::milliseconds(200);  // on the wall
 constexpr std::size_t kMostTroubles = 50;
 constexpr std::size_t kMostClockSteps = 20;
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 /// The plan must not name another place for a point that is measured already: it would be
 /// passed over as done.
@@ -54,51 +45,6 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
 
 }  // namespace
 
-struct Collection::Run {
-  explicit Run(const acquisition::Clock& clock) : clock_watch(clock) {}
-
-  db::SessionId id;
-  geometry::Rig rig;
-  session::Plan plan;
-  std::set<db::PointKey> done;
-  acquisition::CollectorSettings settings;
-  std::optional<double> stop_below_mm;
-  Caller caller;
-  std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
-  acquisition::ClockWatch clock_watch;
-  std::unique_ptr<acquisition::RobotPort> robot;
-  std::unique_ptr<acquisition::DialBank> dials;
-  std::unique_ptr<acquisition::Collector> collector;
-  std::jthread live;  // last: it looks at the dials
-};
-
-std::string_view to_string(CollectState state) {
-  switch (state) {
-    case CollectState::kIdle:
-      return "idle";
-    case CollectState::kStarting:
-      return "starting";
-    case CollectState::kRunning:
-      return "running";
-    case CollectState::kPaused:
-      return "paused";
-    case CollectState::kStopping:
-      return "stopping";
-    case CollectState::kDone:
-      return "done";
-    case CollectState::kStopped:
-      return "stopped";
-    case CollectState::kFailed:
-      return "failed";
-  }
-  return "";
-}
-
-bool is_active(CollectState state) {
-  return state == CollectState::kStarting || state == CollectState::kRunning ||
-         state == CollectState::kPaused || state == CollectState::kStopping;
-}
-
 Collection::Collection(
     EventHub& events, db::Store& store, acquisition::Clock& clock,
     std::function<void()> changed)
@@ -114,7 +60,27 @@ Json Collection::start(CollectRequest request) {
         {{"session", session_}}, "Stop it first: collect.stop.");
   }
   if (thread_.joinable()) thread_.join();  // it has ended
-  auto run = std::make_unique<Run>(clock_);
+  std::shared_ptr<Run> run = made_run(request);
+  connect_devices(*run);
+  store_.record_action(
+      to_operator(request.caller), "collect.start", run->id,
+      fmt::format("{} points", run->plan.points.size()));
+
+  forget_last_run();
+  state_ = CollectState::kStarting;
+  session_ = request.session;
+  operator_name_ = request.caller.operator_name;
+  progress_.total = run->plan.points.size();
+  run_ = std::move(run);
+  make_collector(*run_);
+  thread_ = std::jthread(
+      [this, r = run_.get()](const std::stop_token& stop) { this->run(*r, stop); });
+  return status_locked();
+}
+
+/// A run's session, rig, plan and what of it is done.
+std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
+  auto run = std::make_shared<Run>(clock_);
   run->id = store_.find_session(request.session);
   run->rig = store_.load_rig(run->id);
   run->settings = request.settings;
@@ -134,37 +100,53 @@ Json Collection::start(CollectRequest request) {
         "Give one: plan_csv, made by plan.grid or plan.random.");
   }
   for (const db::PointKey& key : store_.done_points(run->id)) run->done.insert(key);
+  return run;
+}
 
-  const auto robot = acquisition::parse_robot_connection(run->rig.robot.connection);
+void Collection::connect_devices(Run& run) {
+  const auto robot = acquisition::parse_robot_connection(run.rig.robot.connection);
   if (!robot) {
     throw Error(
         ErrorCode::kBadData, "the robot's connection: " + robot.error(), {{"field", "robot"}},
         R"(In rig.toml: connection = "modbus-tcp://host:port" or "manual" under [robot].)");
   }
   if (const auto* modbus = std::get_if<acquisition::ModbusConnection>(&*robot)) {
-    run->robot = std::make_unique<acquisition::ModbusRobot>(*modbus, clock_);
+    run.robot = std::make_unique<acquisition::ModbusRobot>(*modbus, clock_);
   } else {
-    run->robot = std::make_unique<acquisition::ManualRobot>(
-        [this](const Eigen::Vector2d& q_rad, const std::stop_token& stop) {
-          return ask_person(q_rad, stop);
+    run.robot = std::make_unique<acquisition::ManualRobot>(
+        [this](const Eigen::VectorXd& q, const std::stop_token& stop) {
+          return ask_person(q, stop);
         });
   }
-  auto dials = acquisition::DialBank::open(run->rig, clock_);
+  auto dials = acquisition::DialBank::open(run.rig, clock_);
   if (!dials) {
     throw Error(
         ErrorCode::kBadData, dials.error(), {{"field", "dial"}},
         "Each [[dial]] in rig.toml needs a connection.");
   }
-  run->dials = *std::move(dials);
-  store_.record_action(
-      to_operator(request.caller), "collect.start", run->id,
-      fmt::format("{} points", run->plan.points.size()));
+  run.dials = *std::move(dials);
+}
 
-  state_ = CollectState::kStarting;
-  session_ = request.session;
-  operator_name_ = request.caller.operator_name;
+void Collection::make_collector(Run& run) {
+  run.collector = std::make_unique<acquisition::Collector>(
+      run.rig, run.plan, *run.robot, *run.dials, clock_,
+      acquisition::Collector::Callbacks{
+          .store = [this, &run](const auto& sample) { on_sample(run, sample); },
+          .progress = [this](const auto& progress) { on_progress(progress); },
+          .done =
+              [&run](const session::PlanPoint& point) {
+                return run.done.contains({point.set, point.point, point.repeat});
+              },
+          .wanted =
+              [&run](const session::PlanPoint& point) {
+                return point.set != "G1" || !run.stop_below_mm ||
+                       !run.estimate->below(*run.stop_below_mm);
+              }},
+      run.settings);
+}
+
+void Collection::forget_last_run() {
   progress_ = {};
-  progress_.total = run->plan.points.size();
   stored_ = skipped_ = failed_ = left_out_ = 0;
   estimate_.reset();
   unusual_.clear();
@@ -173,27 +155,8 @@ Json Collection::start(CollectRequest request) {
   clock_steps_ = Json::array();
   clock_remarks_.clear();
   error_ = nullptr;
-  asked_q_rad_.reset();
+  asked_q_.reset();
   answer_.reset();
-  run_ = std::move(run);
-  run_->collector = std::make_unique<acquisition::Collector>(
-      run_->rig, run_->plan, *run_->robot, *run_->dials, clock_,
-      acquisition::Collector::Callbacks{
-          .store = [this, r = run_.get()](const auto& sample) { on_sample(*r, sample); },
-          .progress = [this](const auto& progress) { on_progress(progress); },
-          .done =
-              [r = run_.get()](const session::PlanPoint& point) {
-                return r->done.contains({point.set, point.point, point.repeat});
-              },
-          .wanted =
-              [r = run_.get()](const session::PlanPoint& point) {
-                return point.set != "G1" || !r->stop_below_mm ||
-                       !r->estimate->below(*r->stop_below_mm);
-              }},
-      run_->settings);
-  thread_ = std::jthread(
-      [this, r = run_.get()](const std::stop_token& stop) { this->run(*r, stop); });
-  return status_locked();
 }
 
 void Collection::run(Run& run, const std::stop_token& stop) {
@@ -259,18 +222,28 @@ std::string Collection::unusual(const std::string& session, const db::PointKey& 
 }
 
 void Collection::samples_changed(const std::string& session) {
+  std::shared_ptr<const Run> run;
   {
     const std::lock_guard lock(mutex_);
     if (session != session_ || is_active(state_) || !run_) return;
-    unusual_.clear();
-    estimate_.reset();
+    run = run_;
   }
-  run_->estimate.emplace(run_->rig, run_->plan.points);
+  studies::LiveEstimate estimate(run->rig, run->plan.points);
+  std::map<db::PointKey, double> unusual;
   bool told = false;
-  for (const session::Sample& sample : store_.load_session(run_->id).samples) {
-    told = take_in(*run_, sample) || told;
+  for (const session::Sample& sample : store_.load_session(run->id).samples) {
+    if (!estimate.add(sample)) continue;
+    told = true;
+    if (!estimate.last_unusual()) continue;
+    unusual[{sample.set, sample.point, sample.repeat}] = *estimate.last_times_usual();
   }
-  if (told) show_estimate(*run_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (run_ != run || is_active(state_)) return;  // another collection has begun meanwhile
+    unusual_ = std::move(unusual);
+    estimate_.reset();
+    if (told) estimate_ = estimate.summary();
+  }
   publish("estimate");
 }
 
@@ -287,7 +260,7 @@ void Collection::finish(CollectState state, Json error, std::string why) {
   {
     const std::lock_guard lock(mutex_);
     collector = std::move(run_->collector);
-    asked_q_rad_.reset();
+    asked_q_.reset();
   }
   collector.reset();
   run_->dials.reset();
@@ -441,122 +414,6 @@ void Collection::publish_live(const std::stop_token& stop, Run& run) {
     events_.publish(kLiveTopic, std::move(data));
     watch_clock(run);
   }
-}
-
-std::optional<acquisition::ManualAnswer> Collection::ask_person(
-    const Eigen::Vector2d& q_rad, const std::stop_token& stop) {
-  {
-    const std::lock_guard lock(mutex_);
-    asked_q_rad_ = q_rad;
-    answer_.reset();
-  }
-  publish("move");
-  std::unique_lock lock(mutex_);
-  answered_.wait(lock, stop, [&] { return answer_.has_value(); });
-  asked_q_rad_.reset();
-  return std::exchange(answer_, std::nullopt);
-}
-
-Json Collection::status() const {
-  const std::lock_guard lock(mutex_);
-  return status_locked();
-}
-
-Json Collection::status_locked() const {
-  Json status{
-      {"state", to_string(state_)},
-      {"session", session_},
-      {"operator", operator_name_},
-      {"done", progress_.done},
-      {"total", progress_.total},
-      {"stage", acquisition::to_string(progress_.stage)},
-      {"message", progress_.message},
-      {"eta_s", or_null(progress_.eta_s)},
-      {"stored_in_this_run", stored_},
-      {"skipped", skipped_},
-      {"failed", failed_},
-      {"left_out", left_out_},
-      {"estimate", estimate_ ? report::to_json(*estimate_) : Json(nullptr)},
-      {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
-      {"troubles", troubles_},
-      {"clock_steps", clock_steps_},
-      {"point", nullptr},
-      {"move_to_rad", nullptr},
-      {"error", error_}};
-  if (progress_.plan_index && run_) {
-    const session::PlanPoint& point = run_->plan.points.at(*progress_.plan_index);
-    status["point"] = {
-        {"set", point.set},
-        {"point", point.point},
-        {"repeat", point.repeat},
-        {"target_mm", {point.target_mm.x(), point.target_mm.y()}}};
-  }
-  if (asked_q_rad_) status["move_to_rad"] = {asked_q_rad_->x(), asked_q_rad_->y()};
-  return status;
-}
-
-bool Collection::active() const {
-  const std::lock_guard lock(mutex_);
-  return is_active(state_);
-}
-
-bool Collection::wait_for_end(
-    const std::stop_token& stop, std::chrono::milliseconds longest) const {
-  std::unique_lock lock(mutex_);
-  return ended_.wait_for(lock, stop, longest, [this] { return !is_active(state_); });
-}
-
-template <typename Command>
-void Collection::command(std::string_view name, Command command) {
-  const std::lock_guard lock(mutex_);
-  if (!is_active(state_) || !run_ || !run_->collector) {
-    throw Error(
-        ErrorCode::kWrongState, fmt::format("nothing is being collected, so no {}", name), {},
-        "collect.start begins, and goes on where an earlier run ended.");
-  }
-  command(*run_->collector);
-}
-
-void Collection::pause() {
-  command("pause", [](acquisition::Collector& collector) { collector.pause(); });
-}
-void Collection::resume() {
-  command("resume", [](acquisition::Collector& collector) { collector.resume(); });
-}
-void Collection::skip() {
-  command("skip", [](acquisition::Collector& collector) { collector.skip(); });
-}
-void Collection::retake() {
-  command("retake", [](acquisition::Collector& collector) { collector.retake(); });
-}
-void Collection::accept() {
-  command("accept", [](acquisition::Collector& collector) { collector.accept(); });
-}
-
-void Collection::moved(acquisition::ManualAnswer answer) {
-  command("moved", [&](acquisition::Collector&) {
-    if (!asked_q_rad_) {
-      throw Error(ErrorCode::kWrongState, "nobody was asked to move the robot");
-    }
-    answer_ = std::move(answer);
-  });
-  answered_.notify_all();
-}
-
-void Collection::stop() {
-  command("stop", [this](acquisition::Collector&) {
-    state_ = CollectState::kStopping;
-    thread_.request_stop();
-  });
-}
-
-void Collection::stop_and_wait() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (is_active(state_)) state_ = CollectState::kStopping;
-    thread_.request_stop();
-  }
-  if (thread_.joinable()) thread_.join();
 }
 
 }  // namespace sixdial::service

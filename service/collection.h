@@ -87,6 +87,10 @@ class Collection {
 
  private:
   struct Run;  // what one collection owns: robot, dials, collector
+  std::shared_ptr<Run> made_run(CollectRequest& request);
+  void connect_devices(Run& run);
+  void make_collector(Run& run);
+  void forget_last_run();
   void run(Run& run, const std::stop_token& stop);
   void finish(CollectState state, Json error, std::string why);
   bool take_in(Run& run, const session::Sample& sample);
@@ -100,7 +104,7 @@ class Collection {
   void watch_clock(Run& run);
   void publish_live(const std::stop_token& stop, Run& run);
   std::optional<acquisition::ManualAnswer> ask_person(
-      const Eigen::Vector2d& q_rad, const std::stop_token& stop);
+      const Eigen::VectorXd& q, const std::stop_token& stop);
   [[nodiscard]] Json status_locked() const;
   template <typename Command>
   void command(std::string_view name, Command command);
@@ -125,9 +129,10 @@ class Collection {
   std::vector<std::string> clock_remarks_;  // for the next sample
   Json troubles_ = Json::array();           // points without a sample, and why
   Json error_;
-  std::optional<Eigen::Vector2d> asked_q_rad_;
+  std::optional<Eigen::VectorXd> asked_q_;  // a person is to move the robot there
   std::optional<acquisition::ManualAnswer> answer_;
-  std::unique_ptr<Run> run_;
+  /// Shared: samples_changed() may still look at the last one while start() makes the next.
+  std::shared_ptr<Run> run_;
   std::jthread thread_;
 };
 

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "acquisition/dial_examples.h"
 #include "report/causes_doc.h"
 #include "service/live/live_page.h"
 #include "service/methods/method.h"
@@ -32,7 +33,10 @@ struct DaemonOptions {
   bool print_protocol = false;
   bool print_manual = false;
   bool print_causes = false;
+  bool print_dials = false;
+  std::string print_rig;
   std::uint16_t live_port = kDefaultLivePort;
+  const CLI::Option* live = nullptr;  // --live, given or not
 };
 
 void start_log(const std::string& level) {
@@ -59,6 +63,60 @@ ServiceOptions service_options(const DaemonOptions& options) {
   return wanted;
 }
 
+void add_options(CLI::App& app, DaemonOptions& options) {
+  app.set_version_flag("--version", SIXDIAL_VERSION);
+  app.add_option("--socket", options.socket, "where to listen")->capture_default_str();
+  app.add_option("--db", options.database, "the database file")->capture_default_str();
+  app.add_option(
+         "--clock-speed", options.clock_speed,
+         "the rig's clock runs so many times faster than the wall's (a mock rig)")
+      ->check(CLI::Range(0.001, 1e6));
+  app.add_option("--clock-start", options.clock_start, "what the rig's clock begins with, UTC");
+  app.add_option("--log-level", options.log_level, "debug, info, warn, error")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+  options.live =
+      app.add_option(
+             "--live", options.live_port,
+             "serve the live page on this port of the loopback, 0: any free one; prints its "
+             "address with the token")
+          ->expected(0, 1)
+          ->default_str(std::to_string(kDefaultLivePort));
+  app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
+  app.add_flag("--print-manual", options.print_manual, "print the man page and end");
+  app.add_flag("--print-causes", options.print_causes, "print doc/manual/causes.md and end");
+  app.add_flag(
+      "--print-dials", options.print_dials,
+      "print the table of dials of doc/devices.md and end");
+  app.add_option(
+      "--print-rig", options.print_rig,
+      "print the example rig file of this dial's dialect and end");
+}
+
+int print_rig(const std::string& dialect, std::ostream& out, std::ostream& err) {
+  const auto* protocol = acquisition::find_dial_protocol(dialect);
+  if (protocol == nullptr) {
+    err << "there is no dialect " << dialect << "; --print-dials lists them\n";
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  out << acquisition::example_rig(*protocol);
+  return static_cast<int>(ExitCode::kOk);
+}
+
+/// Until a signal or the method shutdown ends it.
+void serve(const DaemonOptions& options, std::ostream& out) {
+  Service service(service_options(options));
+  Server server(
+      service,
+      {.socket_path = options.socket, .take_over_from_systemd = true, .handle_signals = true});
+  std::optional<LivePage> page;
+  if (options.live->count() > 0) {
+    page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});
+    out << "Live page: " << page->url() << std::endl;
+  }
+  server.run();
+  spdlog::info("ended");
+}
+
 }  // namespace
 
 std::filesystem::path default_database_path() {
@@ -79,26 +137,7 @@ int run_daemon(
     const ManualPage& manual_page) {
   DaemonOptions options;
   CLI::App app{"The measurement service of Sixdial, on a Unix socket.", "sixdiald"};
-  app.set_version_flag("--version", SIXDIAL_VERSION);
-  app.add_option("--socket", options.socket, "where to listen")->capture_default_str();
-  app.add_option("--db", options.database, "the database file")->capture_default_str();
-  app.add_option(
-         "--clock-speed", options.clock_speed,
-         "the rig's clock runs so many times faster than the wall's (a mock rig)")
-      ->check(CLI::Range(0.001, 1e6));
-  app.add_option("--clock-start", options.clock_start, "what the rig's clock begins with, UTC");
-  app.add_option("--log-level", options.log_level, "debug, info, warn, error")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
-  const CLI::Option* live =
-      app.add_option(
-             "--live", options.live_port,
-             "serve the live page on this port of the loopback, 0: any free one; prints its "
-             "address with the token")
-          ->expected(0, 1)
-          ->default_str(std::to_string(kDefaultLivePort));
-  app.add_flag("--print-protocol", options.print_protocol, "print doc/protocol.md and end");
-  app.add_flag("--print-manual", options.print_manual, "print the man page and end");
-  app.add_flag("--print-causes", options.print_causes, "print doc/manual/causes.md and end");
+  add_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -113,6 +152,11 @@ int run_daemon(
     out << protocol_markdown();
     return static_cast<int>(ExitCode::kOk);
   }
+  if (options.print_dials) {
+    out << acquisition::dial_table();
+    return static_cast<int>(ExitCode::kOk);
+  }
+  if (!options.print_rig.empty()) return print_rig(options.print_rig, out, err);
   if (options.print_manual) {
     out << manual_page(app);
     return static_cast<int>(ExitCode::kOk);
@@ -120,18 +164,7 @@ int run_daemon(
   start_log(options.log_level);
   std::signal(SIGPIPE, SIG_IGN);
   try {
-    Service service(service_options(options));
-    Server server(
-        service, {.socket_path = options.socket,
-                  .take_over_from_systemd = true,
-                  .handle_signals = true});
-    std::optional<LivePage> page;
-    if (live->count() > 0) {
-      page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});
-      out << "Live page: " << page->url() << std::endl;
-    }
-    server.run();
-    spdlog::info("ended");
+    serve(options, out);
     return static_cast<int>(ExitCode::kOk);
   } catch (...) {
     const Json error = to_error_object(std::current_exception());

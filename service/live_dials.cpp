@@ -72,12 +72,12 @@ Json LiveDials::pose(
     const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point) const {
   if (point == nullptr) return nullptr;
   session::Sample sample;
-  sample.q_rad = point->q_rad;
+  sample.q = point->q;
   sample.target_mm = point->target_mm;
-  sample.dials.resize(rig_.dials.size());
-  for (std::size_t i = 0; i < readings.size() && i < sample.dials.size(); ++i) {
-    sample.dials[i].value_mm = readings[i].value_mm;
-    sample.dials[i].quality = readings[i].quality;
+  sample.channels.resize(rig_.dials.size());
+  for (std::size_t i = 0; i < readings.size() && i < sample.channels.size(); ++i) {
+    sample.channels[i].value = readings[i].value_mm;
+    sample.channels[i].quality = readings[i].quality;
   }
   const simulation::Trial trial = session::trial_of(rig_, sample);
   if (!trial.position_mm || !trial.gamma_rad) return nullptr;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "session/sample_layout.h"
 #include "session/trials.h"
 
 namespace sixdial::service {
@@ -21,8 +22,8 @@ Json or_null(const std::optional<T>& value) {
 
 std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
   std::string doubt;
-  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
-    const session::DialValue& value = sample.dials[i];
+  for (std::size_t i = 0; i < sample.channels.size() && i < rig.dials.size(); ++i) {
+    const session::ChannelValue& value = sample.channels[i];
     if (value.quality == session::Quality::kGood || value.reason == "no contact") continue;
     doubt += fmt::format(
         "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
@@ -34,29 +35,33 @@ std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
 
 Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
   Json dials = Json::object();
-  for (std::size_t i = 0; i < sample.dials.size() && i < rig.dials.size(); ++i) {
-    const session::DialValue& value = sample.dials[i];
+  for (std::size_t i = 0; i < sample.channels.size() && i < rig.dials.size(); ++i) {
+    const session::ChannelValue& value = sample.channels[i];
     Json row{
-        {"value_mm", or_null(value.value_mm)}, {"quality", session::to_string(value.quality)}};
+        {"value_mm", or_null(value.value)}, {"quality", session::to_string(value.quality)}};
     if (!value.reason.empty()) row["reason"] = value.reason;
     dials[rig.dials[i].id] = std::move(row);
   }
   const simulation::Trial trial = session::trial_of(rig, sample);
-  return {
+  Json json{
       {"set", sample.set},
       {"point", sample.point},
       {"repeat", sample.repeat},
       {"time_utc",
        sample.time_utc ? Json(session::to_iso8601(*sample.time_utc)) : Json(nullptr)},
-      {"theta1_rad", sample.q_rad[0]},
-      {"theta2_rad", sample.q_rad[1]},
       {"target_mm", point_or_null(sample.target_mm)},
-      {"approach", {or_null(sample.approach[0]), or_null(sample.approach[1])}},
+      {"approach", Json::array()},
       {"temperature_c", or_null(sample.temperature_c)},
       {"dials", std::move(dials)},
       {"readings_within_ms", or_null(session::readings_within_ms(sample))},
       {"position_mm", point_or_null(trial.position_mm)},
       {"gamma_rad", or_null(trial.gamma_rad)}};
+  const session::SampleLayout layout = session::layout_of(rig);
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    json[layout.joints[i].column()] = sample.q[static_cast<Eigen::Index>(i)];
+    json["approach"].push_back(or_null(session::approach_of(sample, i)));
+  }
+  return json;
 }
 
 }  // namespace sixdial::service

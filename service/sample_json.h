@@ -9,10 +9,10 @@
 
 namespace sixdial::service {
 
-/// set, point, repeat, time_utc, theta1_rad, theta2_rad, target_mm, temperature_c, dials {id:
-/// {value_mm, quality, reason}}, readings_within_ms (from the first to the last dial's answer;
-/// null: no times), position_mm and gamma_rad (null: contacts
-/// allow none).
+/// set, point, repeat, time_utc, each joint by its column (theta1_rad, theta2_rad), target_mm,
+/// approach, temperature_c, dials {id: {value_mm, quality, reason}}, readings_within_ms (from
+/// the first to the last dial's answer; null: no times), position_mm and gamma_rad (null:
+/// contacts allow none).
 [[nodiscard]] Json sample_json(const geometry::Rig& rig, const session::Sample& sample);
 
 /// What makes a stored sample worth another look: a doubtful dial, no position. Empty: nothing.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "session/bundle.h"
 #include "session/trials.h"
@@ -25,10 +26,12 @@ Counts counts_of(const session::Session& session) {
   for (const session::Sample& sample : session.samples) {
     const bool placed = session::trial_of(session.rig, sample).position_mm.has_value();
     if (placed && sample.set == "G1") ++counts.positions_g1;
-    const auto values = std::ranges::count_if(
-        sample.dials, [](const session::DialValue& each) { return each.value_mm.has_value(); });
-    counts.readings += sample.dials.empty() ? 2U * static_cast<std::size_t>(placed)
-                                            : static_cast<std::size_t>(values);
+    // A position counts where there are no dials to count.
+    const std::span channels(sample.channels);
+    const std::size_t dials = session.rig.dials.size();
+    counts.readings += static_cast<std::size_t>(std::ranges::count_if(
+        dials > 0 ? channels.first(std::min(dials, channels.size())) : channels,
+        [](const session::ChannelValue& each) { return each.value.has_value(); }));
   }
   return counts;
 }
@@ -90,8 +93,7 @@ Json session_choices(Service& service, const std::string& name) {
     const std::size_t least =
         simulation::parameters_of(session.rig).size() + kLeastReadingsMore;
     if (counts.readings < least) {
-      diagnose =
-          fmt::format("{} readings, at least {} are needed", counts.readings, least);
+      diagnose = fmt::format("{} readings, at least {} are needed", counts.readings, least);
     }
   }
   const Newest calibration = newest(reader, id, "calibration", data);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -10,6 +11,7 @@
 #include "session/columns.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "session/sample_layout.h"
 
 namespace sixdial::session {
 namespace {
@@ -19,8 +21,9 @@ using Key = std::tuple<std::string, int, int>;  // set, point, repeat
 /// Rows of a table, one after the other, into samples.
 class RowReader {
  public:
-  RowReader(const geometry::Rig& rig, std::vector<HeaderColumn> columns)
-      : rig_(rig), columns_(std::move(columns)) {
+  RowReader(
+      const geometry::Rig& rig, const SampleLayout& layout, std::vector<HeaderColumn> columns)
+      : rig_(rig), layout_(layout), columns_(std::move(columns)) {
     for (const HeaderColumn& column : columns_) {
       if (column.column == Column::kPoint) has_point_ = true;
     }
@@ -33,32 +36,23 @@ class RowReader {
     Sample sample;
     sample.line = row.line;
     sample.source_row = std::string(row.text);
-    DialValue absent;
-    absent.reason = "no column in the file";
-    sample.dials.assign(rig_.dials.size(), absent);
-    pairs_ = {};
+    sample.q.setZero(static_cast<Eigen::Index>(layout_.joints.size()));
+    sample.approach.resize(layout_.joints.size());
+    sample.channels.assign(layout_.dials, {.reason = "no column in the file"});
+    target_.assign(layout_.axes.size(), std::nullopt);
+    position_.assign(layout_.axes.size(), std::nullopt);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (auto finding = read_field(row, row.fields[i], columns_[i], sample)) {
         return tl::unexpected(std::move(*finding));
       }
     }
-    for (const Column column : {Column::kX, Column::kTargetX}) {
-      const Column other = column == Column::kX ? Column::kY : Column::kTargetY;
-      const auto x = pairs_.find(column);
-      const auto y = pairs_.find(other);
-      if ((x == pairs_.end()) != (y == pairs_.end())) {
-        const Column empty = x == pairs_.end() ? column : other;
-        return tl::unexpected(
-            at(row, empty, "is empty while its partner is not",
-               "give both coordinates or neither"));
-      }
-      if (x == pairs_.end()) continue;
-      const Eigen::Vector2d both(x->second, y->second);
-      (column == Column::kX ? sample.position_mm : sample.target_mm) = both;
+    if (auto finding = take_coordinates(row, sample)) {
+      return tl::unexpected(std::move(*finding));
     }
     if (!has_point_) sample.point = next_point_[sample.set];
-    if (auto finding = check_against_rig(row, sample))
+    if (auto finding = check_against_rig(row, sample)) {
       return tl::unexpected(std::move(*finding));
+    }
     if (auto finding = check_against_rows(row, sample)) {
       return tl::unexpected(std::move(*finding));
     }
@@ -69,9 +63,13 @@ class RowReader {
   }
 
  private:
-  Finding at(const CsvRow& row, Column column, std::string what, std::string hint) const {
+  using Coordinates = std::vector<std::optional<double>>;
+
+  Finding at(
+      const CsvRow& row, Column column, std::string what, std::string hint,
+      std::size_t index = 0) const {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (columns_[i].column != column) continue;
+      if (columns_[i].column != column || columns_[i].index != index) continue;
       return {
           row.line, row.fields[i].column, columns_[i].name, std::move(what), std::move(hint)};
     }
@@ -126,8 +124,7 @@ class RowReader {
               "write it as 2026-03-02T08:30:06.976Z");
         }
         return std::nullopt;
-      case Column::kApproach1:
-      case Column::kApproach2: {
+      case Column::kApproach: {
         if (field.value.empty()) return std::nullopt;
         const auto value = parse_integer(field.value);
         if (!value || *value < -1 || *value > 1) {
@@ -135,7 +132,7 @@ class RowReader {
               shown(field.value) + " is not -1, 0 or 1",
               "give the sign of the joint's last move, or leave it empty");
         }
-        sample.approach[column.column == Column::kApproach1 ? 0 : 1] = *value;
+        sample.approach[column.index] = *value;
         return std::nullopt;
       }
       default:
@@ -145,18 +142,15 @@ class RowReader {
 
   std::optional<Finding> read_number(
       const CsvRow& row, const CsvField& field, const HeaderColumn& column, Sample& sample) {
-    const bool angle = column.column == Column::kTheta1 || column.column == Column::kTheta2;
+    const bool joint = column.column == Column::kJoint;
     const ParsedNumber number = parse_number(field.value);
-    if (number.trouble && (*number.trouble != NumberTrouble::kEmpty || angle)) {
+    if (number.trouble && (*number.trouble != NumberTrouble::kEmpty || joint)) {
       return number_finding(row, field, column.name, *number.trouble);
     }
     const bool empty = number.trouble.has_value();
     switch (column.column) {
-      case Column::kTheta1:
-        sample.q_rad[0] = number.value;
-        break;
-      case Column::kTheta2:
-        sample.q_rad[1] = number.value;
+      case Column::kJoint:
+        sample.q[static_cast<Eigen::Index>(column.index)] = number.value / column.per_unit;
         break;
       case Column::kTemperature:
         if (!empty && number.value < -273.15) {
@@ -166,26 +160,66 @@ class RowReader {
         }
         if (!empty) sample.temperature_c = number.value;
         break;
-      case Column::kDial: {
-        DialValue& dial = sample.dials[column.dial];
-        dial.reason = empty ? "no contact or no reading" : "";
-        if (!empty) dial.value_mm = number.value;
+      case Column::kChannel:
+        if (column.index < layout_.dials) {
+          ChannelValue& dial = sample.channels[column.index];
+          dial.reason = empty ? "no contact or no reading" : "";
+          if (!empty) dial.value = number.value;
+        } else if (!empty) {
+          position_[column.index - layout_.dials] = number.value;
+        }
         break;
-      }
-      default:  // a coordinate of the target or of the position
-        if (!empty) pairs_[column.column] = number.value;
+      default:
+        if (!empty) target_[column.index] = number.value;
         break;
     }
     return std::nullopt;
   }
 
+  /// Target and position from the coordinates that were read; each whole or not at all.
+  std::optional<Finding> take_coordinates(const CsvRow& row, Sample& sample) const {
+    std::optional<Point> position_mm;
+    if (auto empty = point_from(position_, position_mm)) {
+      return half_a_point(row, Column::kChannel, layout_.dials + *empty);
+    }
+    set_position(sample, layout_.dials, position_mm);
+    if (auto empty = point_from(target_, sample.target_mm)) {
+      return half_a_point(row, Column::kTarget, *empty);
+    }
+    return std::nullopt;
+  }
+
+  /// Gives the point if there is one; the first empty coordinate if only some are there.
+  static std::optional<std::size_t> point_from(
+      const Coordinates& coordinates, std::optional<Point>& point_mm) {
+    const auto is_there = [](const std::optional<double>& each) { return each.has_value(); };
+    const auto empty = std::ranges::find_if_not(coordinates, is_there);
+    if (empty == coordinates.end() && !coordinates.empty()) {
+      point_mm.emplace(static_cast<Eigen::Index>(coordinates.size()));
+      for (std::size_t i = 0; i < coordinates.size(); ++i) {
+        (*point_mm)[static_cast<Eigen::Index>(i)] = *coordinates[i];
+      }
+      return std::nullopt;
+    }
+    if (std::ranges::none_of(coordinates, is_there)) return std::nullopt;
+    return static_cast<std::size_t>(empty - coordinates.begin());
+  }
+
+  Finding half_a_point(const CsvRow& row, Column column, std::size_t index) const {
+    const bool two = layout_.axes.size() == 2;
+    return at(
+        row, column,
+        fmt::format("is empty while its {} not", two ? "partner is" : "partners are"),
+        two ? "give both coordinates or neither" : "give all coordinates or none", index);
+  }
+
   std::optional<Finding> check_against_rig(const CsvRow& row, const Sample& sample) const {
-    const auto pose = geometry::forward(rig_.robot.nominal, sample.q_rad, rig_.robot.assembly);
+    const auto pose = geometry::forward(rig_.robot.nominal, sample.q, rig_.robot.assembly);
     if (pose) return std::nullopt;
     return at(
-        row, Column::kTheta1,
+        row, Column::kJoint,
         fmt::format(
-            "joint angles ({}, {}) rad are out of reach: {}", sample.q_rad[0], sample.q_rad[1],
+            "{} are out of reach: {}", joints_in_words(layout_, sample.q),
             describe(pose.error())),
         "check the angles (radians?) against [robot] of the rig file");
   }
@@ -212,9 +246,11 @@ class RowReader {
   }
 
   const geometry::Rig& rig_;
+  const SampleLayout& layout_;
   std::vector<HeaderColumn> columns_;
   bool has_point_ = false;
-  std::map<Column, double> pairs_;  // coordinates seen in this row
+  Coordinates target_;  // of this row, as far as they are there
+  Coordinates position_;
   std::map<std::string, int> next_point_;
   std::map<Key, int> keys_;  // with their line
   std::optional<std::pair<TimePoint, int>> last_time_;
@@ -236,12 +272,13 @@ Session parse_session(
 
   std::vector<Finding> findings;
   std::size_t total = 0;
-  std::vector<HeaderColumn> columns = read_header(table.header, session.rig, findings);
+  const SampleLayout layout = layout_of(session.rig);
+  std::vector<HeaderColumn> columns = read_header(table.header, layout, findings);
   if (!findings.empty()) {
     total = findings.size();
     throw DataError(csv_name, std::move(findings), total);
   }
-  RowReader reader(session.rig, std::move(columns));
+  RowReader reader(session.rig, layout, std::move(columns));
   session.samples.reserve(table.rows.size());
   for (const CsvRow& row : table.rows) {
     auto sample = reader.read(row);

@@ -1,6 +1,6 @@
 // The session bundle, session.csv + rig.toml: how measured data enters and leaves (spec 2).
-// Required columns: set, theta1_rad, theta2_rad and either dial_<id>_mm or x_mm, y_mm. Unknown
-// columns are kept. What was read is written back with the same bytes.
+// Required columns: set, one for each joint (theta1_rad, theta2_rad) and either dial_<id>_mm or
+// x_mm, y_mm. Unknown columns are kept. What was read is written back with the same bytes.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "session/data_error.h"
+#include "session/sample_layout.h"
 #include "session/session.h"
 
 namespace sixdial::session {
@@ -47,8 +48,9 @@ struct ReadOptions {
 void write_bundle(const Session& session, const std::filesystem::path& folder);
 
 /// What is wrong with the values of a sample measured here, in words; empty: nothing. Finite
-/// numbers, a set, one value for each dial; angles that the nominal robot cannot take are a
-/// measurement all the same.
+/// numbers, a set, a value for each joint, a reading for each dial; angles that the nominal
+/// robot cannot take are a measurement all the same.
 [[nodiscard]] std::string sample_problem(const geometry::Rig& rig, const Sample& sample);
+[[nodiscard]] std::string sample_problem(const SampleLayout& layout, const Sample& sample);
 
 }  // namespace sixdial::session

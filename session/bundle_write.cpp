@@ -7,6 +7,7 @@
 #include "session/columns.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "session/sample_layout.h"
 #include "session/sha256.h"
 
 namespace sixdial::session {
@@ -16,10 +17,10 @@ constexpr int kAngleDigits = 9;  // 1 nrad, a tenth of the encoder's step
 constexpr int kPositionDigits = 6;
 constexpr int kTemperatureDigits = 2;
 
-/// Digits after the point that show every step of a dial: 0.001 -> 3, 0.0005 -> 4.
-int dial_digits(double resolution_mm) {
+/// Digits after the point that show every step of a reading: 0.001 -> 3, 0.0005 -> 4.
+int digits_for(double resolution) {
   int digits = 3;
-  double steps = resolution_mm * 1e3;
+  double steps = resolution * 1e3;
   while (digits < 9 && std::abs(steps - std::round(steps)) > 1e-6) {
     steps *= 10;
     ++digits;
@@ -27,15 +28,18 @@ int dial_digits(double resolution_mm) {
   return digits;
 }
 
-std::string coordinate(const std::optional<Eigen::Vector2d>& point, int axis) {
-  return point ? decimal((*point)[axis], kPositionDigits) : "";
+std::string channel_field(
+    const SampleLayout& layout, const Sample& sample, std::size_t channel) {
+  if (channel >= sample.channels.size()) return "";
+  const ChannelValue& reading = sample.channels[channel];
+  if (!reading.value || reading.quality == Quality::kBad) return "";
+  const double resolution = layout.channels[channel].resolution;
+  return decimal(*reading.value, resolution > 0 ? digits_for(resolution) : kPositionDigits);
 }
 
-std::string field_of(const Session& session, const Sample& sample, const HeaderColumn& column) {
-  const auto approach = [&](std::size_t joint) {
-    const auto& sign = sample.approach[joint];
-    return sign ? std::to_string(*sign) : std::string();
-  };
+std::string field_of(
+    const SampleLayout& layout, const Sample& sample, const HeaderColumn& column) {
+  const auto at = static_cast<Eigen::Index>(column.index);
   switch (column.column) {
     case Column::kSet:
       return csv_field(sample.set);
@@ -45,55 +49,47 @@ std::string field_of(const Session& session, const Sample& sample, const HeaderC
       return std::to_string(sample.repeat);
     case Column::kTime:
       return sample.time_utc ? to_iso8601(*sample.time_utc) : "";
-    case Column::kTheta1:
-      return decimal(sample.q_rad[0], kAngleDigits);
-    case Column::kTheta2:
-      return decimal(sample.q_rad[1], kAngleDigits);
-    case Column::kTargetX:
-      return coordinate(sample.target_mm, 0);
-    case Column::kTargetY:
-      return coordinate(sample.target_mm, 1);
-    case Column::kApproach1:
-      return approach(0);
-    case Column::kApproach2:
-      return approach(1);
+    case Column::kJoint: {
+      const bool length = layout.joints[column.index].unit == "mm";
+      return decimal(sample.q[at] * column.per_unit, length ? kPositionDigits : kAngleDigits);
+    }
+    case Column::kTarget:
+      return sample.target_mm ? decimal((*sample.target_mm)[at], kPositionDigits) : "";
+    case Column::kApproach: {
+      const auto sign = approach_of(sample, column.index);
+      return sign ? std::to_string(*sign) : "";
+    }
     case Column::kTemperature:
       return sample.temperature_c ? decimal(*sample.temperature_c, kTemperatureDigits) : "";
-    case Column::kX:
-      return coordinate(sample.position_mm, 0);
-    case Column::kY:
-      return coordinate(sample.position_mm, 1);
-    case Column::kDial: {
-      if (column.dial >= sample.dials.size()) return "";
-      const DialValue& dial = sample.dials[column.dial];
-      if (!dial.value_mm || dial.quality == Quality::kBad) return "";
-      return decimal(*dial.value_mm, dial_digits(session.rig.dials[column.dial].resolution_mm));
-    }
+    case Column::kChannel:
+      return channel_field(layout, sample, column.index);
     case Column::kUnknown:
       return "";
   }
   return "";
 }
 
-std::vector<HeaderColumn> columns_of(const Session& session) {
+std::vector<HeaderColumn> columns_of(const Session& session, const SampleLayout& layout) {
   if (!session.csv_header.empty()) {
     const CsvTable table = read_csv(session.csv_header, "session.csv");
     std::vector<Finding> findings;
-    return read_header(table.header, session.rig, findings);
+    return read_header(table.header, layout, findings);
   }
   bool any_position = false;
   bool any_dial = false;
   for (const Sample& sample : session.samples) {
-    any_position = any_position || sample.position_mm.has_value();
-    for (const DialValue& dial : sample.dials) any_dial = any_dial || dial.value_mm.has_value();
+    for (std::size_t i = 0; i < sample.channels.size(); ++i) {
+      if (sample.channels[i].value) (i < layout.dials ? any_dial : any_position) = true;
+    }
   }
-  return spec_columns(session.rig, any_dial || !any_position, any_position);
+  return spec_columns(layout, any_dial || !any_position, any_position);
 }
 
 }  // namespace
 
 std::string session_csv(const Session& session) {
-  const std::vector<HeaderColumn> columns = columns_of(session);
+  const SampleLayout layout = layout_of(session.rig);
+  const std::vector<HeaderColumn> columns = columns_of(session, layout);
   std::string out = session.csv_header;
   if (out.empty()) {
     for (const HeaderColumn& column : columns) {
@@ -109,7 +105,7 @@ std::string session_csv(const Session& session) {
     }
     for (std::size_t i = 0; i < columns.size(); ++i) {
       if (i > 0) out += ',';
-      out += field_of(session, sample, columns[i]);
+      out += field_of(layout, sample, columns[i]);
     }
   }
   return out + session.csv_end;
@@ -136,27 +132,48 @@ void write_bundle(const Session& session, const std::filesystem::path& folder) {
 }
 
 std::string sample_problem(const geometry::Rig& rig, const Sample& sample) {
-  const auto finite = [](const std::optional<double>& value) {
-    return !value || std::isfinite(*value);
-  };
+  return sample_problem(layout_of(rig), sample);
+}
+
+std::string sample_problem(const SampleLayout& layout, const Sample& sample) {
   if (sample.set.empty()) return "the set is empty";
   if (sample.point < 0 || sample.repeat < 0) return "point and repeat count from 0";
-  if (!sample.q_rad.allFinite()) return "a joint angle is not finite";
+  const std::size_t joints = layout.joints.size();
+  if (static_cast<std::size_t>(sample.q.size()) != joints) {
+    return fmt::format("there are {} joint values for {} joints", sample.q.size(), joints);
+  }
+  for (std::size_t i = 0; i < joints; ++i) {
+    if (std::isfinite(sample.q[static_cast<Eigen::Index>(i)])) continue;
+    return fmt::format(
+        "a joint {} is not finite", layout.joints[i].unit == "rad" ? "angle" : "value");
+  }
+  if (sample.approach.size() > joints) {
+    return fmt::format("there are {} approaches for {} joints", sample.approach.size(), joints);
+  }
   for (const auto& sign : sample.approach) {
     if (sign && (*sign < -1 || *sign > 1)) return "an approach is not -1, 0 or 1";
   }
-  if (!finite(sample.temperature_c)) return "the temperature is not finite";
-  for (const auto& point : {sample.target_mm, sample.position_mm}) {
-    if (point && !point->allFinite()) return "a target or position is not finite";
+  if (sample.temperature_c && !std::isfinite(*sample.temperature_c)) {
+    return "the temperature is not finite";
   }
-  if (sample.dials.size() != rig.dials.size()) {
+  const auto axes = static_cast<Eigen::Index>(layout.axes.size());
+  if (sample.target_mm && sample.target_mm->size() != axes) {
+    return fmt::format("a target has {} coordinates, not {}", axes, sample.target_mm->size());
+  }
+  if (sample.target_mm && !sample.target_mm->allFinite()) {
+    return "a target or position is not finite";
+  }
+  const std::size_t channels = sample.channels.size();
+  if (channels != layout.dials && channels != layout.channels.size()) {
+    return fmt::format("there are {} dial readings for {} dials", channels, layout.dials);
+  }
+  for (std::size_t i = 0; i < channels; ++i) {
+    const auto& value = sample.channels[i].value;
+    if (!value || std::isfinite(*value)) continue;
+    if (i >= layout.dials) return "a target or position is not finite";
+    constexpr std::size_t kFront = 5;  // "dial_"
     return fmt::format(
-        "there are {} dial readings for {} dials", sample.dials.size(), rig.dials.size());
-  }
-  for (std::size_t i = 0; i < sample.dials.size(); ++i) {
-    if (!finite(sample.dials[i].value_mm)) {
-      return fmt::format("the reading of dial {} is not finite", rig.dials[i].id);
-    }
+        "the reading of dial {} is not finite", layout.channels[i].name.substr(kFront));
   }
   return "";
 }

@@ -8,31 +8,52 @@
 #include <optional>
 #include <utility>
 
+#include "geometry/units.h"
+
 namespace sixdial::session {
 namespace {
 
-constexpr std::array<std::pair<Column, const char*>, 13> kNames{{
-    {Column::kSet, "set"},
-    {Column::kPoint, "point"},
-    {Column::kRepeat, "repeat"},
-    {Column::kTime, "time_utc"},
-    {Column::kTheta1, "theta1_rad"},
-    {Column::kTheta2, "theta2_rad"},
-    {Column::kTargetX, "target_x_mm"},
-    {Column::kTargetY, "target_y_mm"},
-    {Column::kApproach1, "approach1"},
-    {Column::kApproach2, "approach2"},
-    {Column::kTemperature, "temperature_c"},
-    {Column::kX, "x_mm"},
-    {Column::kY, "y_mm"},
-}};
+/// Every column that a file of this layout may have, in the spec's order.
+std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
+  std::vector<HeaderColumn> columns{
+      {Column::kSet, 0, "set"},
+      {Column::kPoint, 0, "point"},
+      {Column::kRepeat, 0, "repeat"},
+      {Column::kTime, 0, "time_utc"}};
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    columns.push_back({Column::kJoint, i, layout.joints[i].column()});
+  }
+  for (std::size_t i = 0; i < layout.axes.size(); ++i) {
+    columns.push_back({Column::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
+  }
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    columns.push_back({Column::kApproach, i, fmt::format("approach{}", i + 1)});
+  }
+  columns.push_back({Column::kTemperature, 0, "temperature_c"});
+  for (std::size_t i = 0; i < layout.channels.size(); ++i) {
+    columns.push_back({Column::kChannel, i, layout.channels[i].column()});
+  }
+  return columns;
+}
 
-std::string ids_of(const geometry::Rig& rig) {
-  if (rig.dials.empty()) return "none";
+/// The other units in which a file may give what it must give.
+std::vector<HeaderColumn> other_units(const SampleLayout& layout) {
+  std::vector<HeaderColumn> columns;
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    if (!layout.joints[i].degrees_too) continue;
+    columns.push_back(
+        {Column::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
+  }
+  return columns;
+}
+
+std::string dial_ids(const SampleLayout& layout) {
+  if (layout.dials == 0) return "none";
+  constexpr std::size_t kFront = 5;  // "dial_"
   std::string ids;
-  for (const geometry::Dial& dial : rig.dials) {
+  for (std::size_t i = 0; i < layout.dials; ++i) {
     if (!ids.empty()) ids += ", ";
-    ids += dial.id;
+    ids += layout.channels[i].name.substr(kFront);
   }
   return ids;
 }
@@ -59,97 +80,152 @@ std::string likely_meant(const std::vector<HeaderColumn>& columns, const std::st
   return fmt::format("; was {} meant?", shown(nearest));
 }
 
+std::string ordinal(std::size_t index) {
+  constexpr std::array kWords{"first", "second", "third", "fourth", "fifth", "sixth"};
+  return index < kWords.size() ? kWords[index] : fmt::format("{}th", index + 1);
+}
+
+/// "x_mm and y_mm", "target_x_mm, target_y_mm and target_z_mm".
+std::string all_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+/// Adds findings for the columns that a header lacks.
+class Missing {
+ public:
+  Missing(
+      const CsvRow& header, const SampleLayout& layout,
+      const std::vector<HeaderColumn>& columns, std::vector<Finding>& findings)
+      : layout_(layout),
+        columns_(columns),
+        findings_(findings),
+        line_(header.line),
+        after_last_(
+            header.fields.back().column + static_cast<int>(header.fields.back().value.size())),
+        // A header in one piece is a table with another separator.
+        other_separator_(
+            columns.size() == 1 && columns[0].name.find_first_of(";\t|") != std::string::npos) {
+  }
+
+  void find() {
+    need(Column::kSet, 0, "set", "add it: G1 calibrates, G2 validates");
+    for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+      const Joint& joint = layout_.joints[i];
+      need(
+          Column::kJoint, i, joint.column(),
+          joint.unit == "rad"
+              ? fmt::format("add the {} encoder angle in radians", ordinal(i))
+              : fmt::format("add the {} joint's encoder value in {}", ordinal(i), joint.unit));
+    }
+    const std::size_t axes = layout_.axes.size();
+    const std::size_t coordinates = count(Column::kChannel, layout_.dials);
+    if (coordinates == 0 && count(Column::kChannel, 0) == 0) {
+      std::vector<std::string> names;
+      std::string list;
+      for (const std::string& axis : layout_.axes) {
+        names.push_back(axis + "_mm");
+        list += (list.empty() ? "" : ", ") + names.back();
+      }
+      findings_.push_back(
+          {line_, after_last_, "", fmt::format("there are no dial columns and no {}", list),
+           fmt::format(
+               "add dial_<id>_mm for the rig file's dials ({}) or {}", dial_ids(layout_),
+               all_of(names))});
+    } else if (coordinates > 0 && coordinates < axes) {
+      need_all(Column::kChannel, layout_.dials, "", "a position");
+    }
+    const std::size_t targets = count(Column::kTarget, 0);
+    if (targets > 0 && targets < axes) need_all(Column::kTarget, 0, "target_", "a target");
+  }
+
+ private:
+  [[nodiscard]] std::size_t count(Column wanted, std::size_t from) const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(columns_, [&](const HeaderColumn& column) {
+          return column.column == wanted && column.index >= from;
+        }));
+  }
+
+  void need(
+      Column wanted, std::size_t index, const std::string& name, const std::string& hint) {
+    const bool has = std::ranges::any_of(columns_, [&](const HeaderColumn& column) {
+      return column.column == wanted && column.index == index;
+    });
+    if (has) return;
+    findings_.push_back(
+        {line_, after_last_, name, "the column is missing",
+         other_separator_ ? std::string("separate columns by commas")
+                          : hint + likely_meant(columns_, name)});
+  }
+
+  void need_all(Column wanted, std::size_t first, const std::string& front, const char* what) {
+    std::vector<std::string> names;
+    for (const std::string& axis : layout_.axes) names.push_back(front + axis + "_mm");
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      need(wanted, first + i, names[i], fmt::format("{} needs {}", what, all_of(names)));
+    }
+  }
+
+  const SampleLayout& layout_;
+  const std::vector<HeaderColumn>& columns_;
+  std::vector<Finding>& findings_;
+  int line_;
+  int after_last_;
+  bool other_separator_;
+};
+
 }  // namespace
 
-std::string column_name(Column column) {
-  for (const auto& [each, name] : kNames) {
-    if (each == column) return name;
-  }
-  return "";
-}
-
-std::string dial_column_name(const std::string& dial_id) {
-  return fmt::format("dial_{}_mm", dial_id);
-}
-
 std::vector<HeaderColumn> read_header(
-    const CsvRow& header, const geometry::Rig& rig, std::vector<Finding>& findings) {
+    const CsvRow& header, const SampleLayout& layout, std::vector<Finding>& findings) {
+  std::vector<HeaderColumn> known = known_columns(layout);
+  std::ranges::move(other_units(layout), std::back_inserter(known));
   std::vector<HeaderColumn> columns;
   std::map<std::string, int> seen;
   if (header.fault) findings.push_back(*header.fault);
   for (const CsvField& field : header.fields) {
     HeaderColumn column{Column::kUnknown, 0, field.value};
-    for (const auto& [each, name] : kNames) {
-      if (field.value == name) column.column = each;
-    }
-    if (const auto id = dial_id_in(field.value)) {
-      if (const auto dial = rig.find_dial(*id)) {
-        column.column = Column::kDial;
-        column.dial = *dial;
-      } else {
-        findings.push_back(
-            {header.line, field.column, field.value,
-             fmt::format("dial {} is not in the rig file", shown(*id)),
-             fmt::format("the rig file's dials: {}", ids_of(rig))});
-      }
+    const auto found = std::ranges::find(known, field.value, &HeaderColumn::name);
+    if (found != known.end()) {
+      column = *found;
+    } else if (const auto id = dial_id_in(field.value)) {
+      findings.push_back(
+          {header.line, field.column, field.value,
+           fmt::format("dial {} is not in the rig file", shown(*id)),
+           fmt::format("the rig file's dials: {}", dial_ids(layout))});
     }
     if (++seen[field.value] == 2) {
       findings.push_back(
           {header.line, field.column, field.value, "the column appears twice",
            "give each column a name of its own"});
     }
+    const auto same = std::ranges::find_if(columns, [&](const HeaderColumn& each) {
+      return column.column == Column::kJoint && each.column == column.column &&
+             each.index == column.index && each.name != column.name;
+    });
+    if (same != columns.end()) {
+      findings.push_back(
+          {header.line, field.column, field.value,
+           fmt::format("{} gives the same joint", same->name), "leave one of them out"});
+    }
     columns.push_back(std::move(column));
   }
-  const auto has = [&](Column wanted) {
-    return std::any_of(columns.begin(), columns.end(), [&](const HeaderColumn& c) {
-      return c.column == wanted;
-    });
-  };
-  // A header in one piece is a table with another separator.
-  const bool other_separator =
-      columns.size() == 1 && columns[0].name.find_first_of(";\t|") != std::string::npos;
-  const int after_last =
-      header.fields.back().column + static_cast<int>(header.fields.back().value.size());
-  const auto need = [&](Column column, const char* why) {
-    if (has(column)) return;
-    const std::string name = column_name(column);
-    findings.push_back(
-        {header.line, after_last, name, "the column is missing",
-         other_separator ? std::string("separate columns by commas")
-                         : why + likely_meant(columns, name)});
-  };
-  need(Column::kSet, "add it: G1 calibrates, G2 validates");
-  need(Column::kTheta1, "add the first encoder angle in radians");
-  need(Column::kTheta2, "add the second encoder angle in radians");
-  if (has(Column::kX) != has(Column::kY)) {
-    need(Column::kX, "a position needs x_mm and y_mm");
-    need(Column::kY, "a position needs x_mm and y_mm");
-  } else if (!has(Column::kX) && !has(Column::kDial)) {
-    findings.push_back(
-        {header.line, after_last, "", "there are no dial columns and no x_mm, y_mm",
-         fmt::format(
-             "add dial_<id>_mm for the rig file's dials ({}) or x_mm and y_mm", ids_of(rig))});
-  }
-  if (has(Column::kTargetX) != has(Column::kTargetY)) {
-    need(Column::kTargetX, "a target needs target_x_mm and target_y_mm");
-    need(Column::kTargetY, "a target needs target_x_mm and target_y_mm");
-  }
+  Missing(header, layout, columns, findings).find();
   return columns;
 }
 
 std::vector<HeaderColumn> spec_columns(
-    const geometry::Rig& rig, bool with_dials, bool with_position) {
+    const SampleLayout& layout, bool with_dials, bool with_position) {
   std::vector<HeaderColumn> columns;
-  for (const auto& [column, name] : kNames) {
-    if (column == Column::kX || column == Column::kY) continue;
-    columns.push_back({column, 0, name});
-  }
-  for (std::size_t i = 0; with_dials && i < rig.dials.size(); ++i) {
-    columns.push_back({Column::kDial, i, dial_column_name(rig.dials[i].id)});
-  }
-  if (with_position) {
-    columns.push_back({Column::kX, 0, column_name(Column::kX)});
-    columns.push_back({Column::kY, 0, column_name(Column::kY)});
+  for (HeaderColumn& column : known_columns(layout)) {
+    const bool channel = column.column == Column::kChannel;
+    if (channel && !(column.index < layout.dials ? with_dials : with_position)) continue;
+    columns.push_back(std::move(column));
   }
   return columns;
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/rig.h"
 #include "session/csv.h"
+#include "session/sample_layout.h"
 
 namespace sixdial::session {
 
@@ -15,37 +15,28 @@ enum class Column {
   kPoint,
   kRepeat,
   kTime,
-  kTheta1,
-  kTheta2,
-  kTargetX,
-  kTargetY,
-  kApproach1,
-  kApproach2,
+  kJoint,     // with the joint's index
+  kTarget,    // with the axis' index
+  kApproach,  // with the joint's index
   kTemperature,
-  kX,
-  kY,
-  kDial,     // with the dial's index
+  kChannel,  // with the channel's index: a dial, or a coordinate
   kUnknown,  // kept, not understood
 };
 
 struct HeaderColumn {
   Column column = Column::kUnknown;
-  std::size_t dial = 0;  // index into rig.dials, for kDial
+  std::size_t index = 0;  // into the layout's list of joints, axes or channels
   std::string name;
+  double per_unit = 1.0;  // what stands in the file = the value * this
 };
-
-/// The spec's name of a column; empty for kDial and kUnknown.
-[[nodiscard]] std::string column_name(Column column);
-/// "dial_A_mm".
-[[nodiscard]] std::string dial_column_name(const std::string& dial_id);
 
 /// What each column of a header is. Adds a finding for a dial that the rig does not have, for a
 /// column that appears twice and for required ones that are missing.
 [[nodiscard]] std::vector<HeaderColumn> read_header(
-    const CsvRow& header, const geometry::Rig& rig, std::vector<Finding>& findings);
+    const CsvRow& header, const SampleLayout& layout, std::vector<Finding>& findings);
 
 /// The columns in the spec's order for sessions measured here.
 [[nodiscard]] std::vector<HeaderColumn> spec_columns(
-    const geometry::Rig& rig, bool with_dials, bool with_position);
+    const SampleLayout& layout, bool with_dials, bool with_position);
 
 }  // namespace sixdial::session

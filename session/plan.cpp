@@ -1,7 +1,9 @@
 #include "session/plan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -11,58 +13,89 @@
 namespace sixdial::session {
 namespace {
 
-enum PlanColumn {
-  kSet,
-  kPoint,
-  kRepeat,
-  kTargetX,
-  kTargetY,
-  kTheta1,
-  kTheta2,
-  kApproach1,
-  kApproach2,
-  kMode,
-  kColumnCount
+enum class PlanColumn { kSet, kPoint, kRepeat, kTarget, kJoint, kApproach, kMode };
+
+/// A column of a plan file: which it is, of which axis or joint, and where it stands.
+struct PlanPlace {
+  PlanColumn column;
+  std::size_t index;
+  std::string name;
+  std::optional<std::size_t> at{};  // empty: the file does not have it
 };
-const std::array<std::string, kColumnCount> kNames{
-    "set",        "point",      "repeat",    "target_x_mm", "target_y_mm",
-    "theta1_rad", "theta2_rad", "approach1", "approach2",   "mode"};
-constexpr std::array<PlanColumn, 4> kRequired{kSet, kPoint, kTargetX, kTargetY};
 
-using Places = std::array<std::optional<std::size_t>, kColumnCount>;
+/// Every column that a plan may have, in the order in which it is written.
+std::vector<PlanPlace> columns_of(const SampleLayout& layout) {
+  std::vector<PlanPlace> columns{
+      {PlanColumn::kSet, 0, "set"},
+      {PlanColumn::kPoint, 0, "point"},
+      {PlanColumn::kRepeat, 0, "repeat"}};
+  for (std::size_t i = 0; i < layout.axes.size(); ++i) {
+    columns.push_back({PlanColumn::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
+  }
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    columns.push_back({PlanColumn::kJoint, i, layout.joints[i].column()});
+  }
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    columns.push_back({PlanColumn::kApproach, i, fmt::format("approach{}", i + 1)});
+  }
+  columns.push_back({PlanColumn::kMode, 0, "mode"});
+  return columns;
+}
 
-Places read_plan_header(const CsvRow& header, const std::string& file_name) {
+/// "set, point, target_x_mm and target_y_mm": what a plan cannot do without.
+std::string required_in_words(const std::vector<PlanPlace>& columns) {
+  std::vector<std::string> names;
+  for (const PlanPlace& each : columns) {
+    if (each.column == PlanColumn::kSet || each.column == PlanColumn::kPoint ||
+        each.column == PlanColumn::kTarget) {
+      names.push_back(each.name);
+    }
+  }
+  const std::string last = std::exchange(names.back(), "");
+  names.pop_back();
+  return fmt::format("{} and {}", fmt::join(names, ", "), last);
+}
+
+std::vector<PlanPlace> read_plan_header(
+    const CsvRow& header, const std::string& file_name, const SampleLayout& layout) {
   std::vector<Finding> findings;
   if (header.fault) findings.push_back(*header.fault);
-  const std::vector<std::string> known(kNames.begin(), kNames.end());
-  Places places;
+  std::vector<PlanPlace> places = columns_of(layout);
+  std::vector<std::string> known;
+  for (const PlanPlace& each : places) known.push_back(each.name);
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
     const CsvField& field = header.fields[i];
-    const auto found = std::find(known.begin(), known.end(), field.value);
-    if (found == known.end()) {
+    const auto found = std::ranges::find(places, field.value, &PlanPlace::name);
+    if (found == places.end()) {
       findings.push_back(
           {header.line, field.column, shown(field.value), "unknown column of a plan",
            fmt::format("the nearest known one is '{}'", nearest_word(field.value, known))});
       continue;
     }
-    auto& place = places[static_cast<std::size_t>(found - known.begin())];
-    if (place) {
+    if (found->at) {
       findings.push_back(
           {header.line, field.column, field.value, "the column appears twice",
            "leave one of them out"});
     }
-    place = i;
+    found->at = i;
   }
-  for (const PlanColumn column : kRequired) {
-    if (places[column]) continue;
-    findings.push_back(
-        {header.line, 1, kNames[column], "the column is missing",
-         "a plan needs set, point, target_x_mm and target_y_mm"});
-  }
-  if (places[kTheta1].has_value() != places[kTheta2].has_value()) {
-    findings.push_back(
-        {header.line, 1, kNames[places[kTheta1] ? kTheta2 : kTheta1], "the column is missing",
-         "give both angles or neither"});
+  const auto joint = [](const PlanPlace& each) { return each.column == PlanColumn::kJoint; };
+  const bool any_joint = std::ranges::any_of(
+      places, [&](const PlanPlace& each) { return joint(each) && each.at.has_value(); });
+  for (const PlanPlace& each : places) {
+    if (each.at) continue;
+    if (joint(each) && any_joint) {
+      findings.push_back(
+          {header.line, 1, each.name, "the column is missing",
+           layout.joints.size() == 2 ? "give both angles or neither"
+                                     : "give every joint or none"});
+    } else if (
+        each.column == PlanColumn::kSet || each.column == PlanColumn::kPoint ||
+        each.column == PlanColumn::kTarget) {
+      findings.push_back(
+          {header.line, 1, each.name, "the column is missing",
+           "a plan needs " + required_in_words(places)});
+    }
   }
   if (!findings.empty()) {
     const std::size_t total = findings.size();
@@ -74,95 +107,121 @@ Places read_plan_header(const CsvRow& header, const std::string& file_name) {
 /// One row of a plan file, field by field; throws a Finding for the first that is wrong.
 class PlanRow {
  public:
-  PlanRow(const CsvRow& row, const Places& places) : row_(row), places_(places) {}
+  PlanRow(const CsvRow& row, const std::vector<PlanPlace>& places)
+      : row_(row), places_(places) {}
 
-  [[nodiscard]] const CsvField* field(PlanColumn column) const {
-    if (!places_[column]) return nullptr;
-    const CsvField& found = row_.fields[*places_[column]];
+  [[nodiscard]] const CsvField* field(PlanColumn column, std::size_t index = 0) const {
+    const PlanPlace& place = place_of(column, index);
+    if (!place.at) return nullptr;
+    const CsvField& found = row_.fields[*place.at];
     return found.value.empty() ? nullptr : &found;
   }
 
-  [[nodiscard]] Finding finding(PlanColumn column, std::string what, std::string hint) const {
-    const int place = places_[column] ? row_.fields[*places_[column]].column : 1;
-    return {row_.line, place, kNames[column], std::move(what), std::move(hint)};
+  [[nodiscard]] Finding finding(
+      PlanColumn column, std::string what, std::string hint, std::size_t index = 0) const {
+    const PlanPlace& place = place_of(column, index);
+    const int at = place.at ? row_.fields[*place.at].column : 1;
+    return {row_.line, at, place.name, std::move(what), std::move(hint)};
   }
 
-  [[nodiscard]] double number(PlanColumn column) const {
-    const CsvField& text = row_.fields[*places_[column]];
+  [[nodiscard]] double number(PlanColumn column, std::size_t index) const {
+    const PlanPlace& place = place_of(column, index);
+    const CsvField& text = row_.fields[place.at.value()];
     const ParsedNumber parsed = parse_number(text.value);
-    if (parsed.trouble) throw number_finding(row_, text, kNames[column], *parsed.trouble);
+    if (parsed.trouble) throw number_finding(row_, text, place.name, *parsed.trouble);
     return parsed.value;
   }
 
-  [[nodiscard]] int integer(PlanColumn column, int least, int most, int absent) const {
-    const CsvField* text = field(column);
-    if (text == nullptr && column != kPoint) return absent;
+  [[nodiscard]] int integer(
+      PlanColumn column, int least, int most, int absent, std::size_t index = 0) const {
+    const CsvField* text = field(column, index);
+    if (text == nullptr && column != PlanColumn::kPoint) return absent;
     const auto parsed = parse_integer(text == nullptr ? "" : text->value);
     if (parsed && *parsed >= least && *parsed <= most) return *parsed;
     throw finding(
         column, shown(text == nullptr ? "" : text->value) + " does not fit",
-        least < 0 ? "write -1, 0 or 1" : "write a whole number from 0");
+        least < 0 ? "write -1, 0 or 1" : "write a whole number from 0", index);
   }
 
  private:
+  [[nodiscard]] const PlanPlace& place_of(PlanColumn column, std::size_t index) const {
+    return *std::ranges::find_if(places_, [&](const PlanPlace& each) {
+      return each.column == column && each.index == index;
+    });
+  }
+
   const CsvRow& row_;
-  const Places& places_;
+  const std::vector<PlanPlace>& places_;
 };
 
 std::optional<geometry::WorkingMode> read_mode(const PlanRow& row) {
-  const CsvField* text = row.field(kMode);
+  const CsvField* text = row.field(PlanColumn::kMode);
   if (text == nullptr) return std::nullopt;
   const auto mode = geometry::working_mode_from(text->value);
   if (mode) return mode;
   throw row.finding(
-      kMode, shown(text->value) + " is no working mode",
+      PlanColumn::kMode, shown(text->value) + " is no working mode",
       "write ++, +-, -+ or --: the elbow sides of leg 1 and leg 2");
 }
 
-PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig) {
+/// Joint values for a target, by nominal inverse kinematics.
+Eigen::VectorXd joints_for(
+    const PlanRow& row, const geometry::Rig& rig, const Point& target_mm,
+    geometry::WorkingMode mode) {
+  const geometry::Robot& robot = rig.robot;
+  const auto reference = geometry::inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  const auto q = geometry::inverse(
+      robot.nominal, target_mm, mode, reference ? std::optional(*reference) : std::nullopt);
+  if (q) return *q;
+  throw row.finding(
+      PlanColumn::kTarget,
+      fmt::format(
+          "the robot cannot take ({}) mm in working mode {}: {}", fmt::join(target_mm, ", "),
+          to_string(mode), describe(q.error())),
+      "move the target into the workspace");
+}
+
+PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleLayout& layout) {
   constexpr int kMostPoints = 1'000'000'000;
   PlanPoint point;
-  if (row.field(kSet) == nullptr) {
-    throw row.finding(kSet, "the set is empty", "write G1, G2 or a name");
+  if (row.field(PlanColumn::kSet) == nullptr) {
+    throw row.finding(PlanColumn::kSet, "the set is empty", "write G1, G2 or a name");
   }
-  point.set = row.field(kSet)->value;
-  point.point = row.integer(kPoint, 0, kMostPoints, 0);
-  point.repeat = row.integer(kRepeat, 0, kMostPoints, 0);
-  point.approach = {row.integer(kApproach1, -1, 1, 0), row.integer(kApproach2, -1, 1, 0)};
-  point.target_mm = {row.number(kTargetX), row.number(kTargetY)};
+  point.set = row.field(PlanColumn::kSet)->value;
+  point.point = row.integer(PlanColumn::kPoint, 0, kMostPoints, 0);
+  point.repeat = row.integer(PlanColumn::kRepeat, 0, kMostPoints, 0);
+  const std::size_t joints = layout.joints.size();
+  bool any_joint = false;
+  for (std::size_t i = 0; i < joints; ++i) {
+    point.approach.push_back(row.integer(PlanColumn::kApproach, -1, 1, 0, i));
+    any_joint = any_joint || row.field(PlanColumn::kJoint, i) != nullptr;
+  }
+  point.target_mm.resize(static_cast<Eigen::Index>(layout.axes.size()));
+  for (std::size_t i = 0; i < layout.axes.size(); ++i) {
+    point.target_mm[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kTarget, i);
+  }
   const geometry::Robot& robot = rig.robot;
   const auto mode = read_mode(row);
-  if (row.field(kTheta1) == nullptr && row.field(kTheta2) == nullptr) {
-    const geometry::WorkingMode taken = mode.value_or(robot.working_mode);
-    const auto reference =
-        geometry::inverse(robot.nominal, rig.cuboid.reference_pose_mm, taken);
-    const auto q = geometry::inverse(
-        robot.nominal, point.target_mm, taken,
-        reference ? std::optional(*reference) : std::nullopt);
-    if (!q) {
-      throw row.finding(
-          kTargetX,
-          fmt::format(
-              "the robot cannot take ({}, {}) mm in working mode {}: {}", point.target_mm.x(),
-              point.target_mm.y(), to_string(taken), describe(q.error())),
-          "move the target into the workspace");
-    }
-    point.q_rad = *q;
+  if (!any_joint) {
+    point.q = joints_for(row, rig, point.target_mm, mode.value_or(robot.working_mode));
     return point;
   }
-  point.q_rad = {row.number(kTheta1), row.number(kTheta2)};
-  const auto pose = geometry::forward(robot.nominal, point.q_rad, robot.assembly);
+  point.q.resize(static_cast<Eigen::Index>(joints));
+  for (std::size_t i = 0; i < joints; ++i) {
+    point.q[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kJoint, i);
+  }
+  const auto pose = geometry::forward(robot.nominal, point.q, robot.assembly);
   if (!pose) {
     throw row.finding(
-        kTheta1,
+        PlanColumn::kJoint,
         fmt::format(
-            "joint angles ({}, {}) rad are out of reach: {}", point.q_rad[0], point.q_rad[1],
+            "{} are out of reach: {}", joints_in_words(layout, point.q),
             describe(pose.error())),
         "leave both angles empty to have them computed from the target");
   }
   if (const Branch branch = branch_of(rig, point); mode && branch.mode != *mode) {
     throw row.finding(
-        kMode,
+        PlanColumn::kMode,
         fmt::format(
             "the angles are those of working mode {}, the row says {}", to_string(branch.mode),
             to_string(*mode)),
@@ -171,17 +230,20 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig) {
   return point;
 }
 
-std::string csv_of(const Plan& plan, const geometry::Rig* rig) {
-  const std::size_t columns = rig != nullptr ? kColumnCount : kMode;
+std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry::Rig* rig) {
   std::string out;
-  for (std::size_t i = 0; i < columns; ++i) out += (i == 0 ? "" : ",") + kNames[i];
+  for (const PlanPlace& each : columns_of(layout)) {
+    if (each.column == PlanColumn::kMode && rig == nullptr) continue;
+    out += (out.empty() ? "" : ",") + each.name;
+  }
   out += '\n';
   for (const PlanPoint& point : plan.points) {
-    out += fmt::format(
-        "{},{},{},{},{},{},{},{},{}", csv_field(point.set), point.point, point.repeat,
-        decimal(point.target_mm.x(), 6), decimal(point.target_mm.y(), 6),
-        decimal(point.q_rad[0], 9), decimal(point.q_rad[1], 9), point.approach[0],
-        point.approach[1]);
+    out += fmt::format("{},{},{}", csv_field(point.set), point.point, point.repeat);
+    for (const double each_mm : point.target_mm) out += ',' + decimal(each_mm, 6);
+    for (const double each : point.q) out += ',' + decimal(each, 9);
+    for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+      out += fmt::format(",{}", approach_of(point, i));
+    }
     if (rig != nullptr) out += ',' + to_string(branch_of(*rig, point).mode);
     out += '\n';
   }
@@ -190,11 +252,27 @@ std::string csv_of(const Plan& plan, const geometry::Rig* rig) {
 
 }  // namespace
 
+int approach_of(const PlanPoint& point, std::size_t joint) {
+  return joint < point.approach.size() ? point.approach[joint] : 0;
+}
+
+bool operator==(const PlanPoint& a, const PlanPoint& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return std::ranges::equal(x, y);  // Eigen's own needs equal sizes
+  };
+  if (a.set != b.set || a.point != b.point || a.repeat != b.repeat) return false;
+  if (!same(a.target_mm, b.target_mm) || !same(a.q, b.q)) return false;
+  for (std::size_t i = 0; i < std::max(a.approach.size(), b.approach.size()); ++i) {
+    if (approach_of(a, i) != approach_of(b, i)) return false;
+  }
+  return true;
+}
+
 Branch branch_of(const geometry::Rig& rig, const PlanPoint& point) {
   const geometry::Robot& robot = rig.robot;
-  const auto assembly = geometry::assembly_at(robot.nominal, point.q_rad, point.target_mm);
+  const auto assembly = geometry::assembly_at(robot.nominal, point.q, point.target_mm);
   if (!assembly) return {robot.working_mode, robot.assembly};
-  const auto mode = geometry::working_mode_of(robot.nominal, point.q_rad, *assembly);
+  const auto mode = geometry::working_mode_of(robot.nominal, point.q, *assembly);
   return {mode ? *mode : robot.working_mode, *assembly};
 }
 
@@ -236,7 +314,8 @@ std::vector<std::string> operator_notes(const geometry::Rig& rig, const Plan& pl
 
 Plan parse_plan(std::string_view text, const std::string& file_name, const geometry::Rig& rig) {
   const CsvTable table = read_csv(text, file_name);
-  const Places places = read_plan_header(table.header, file_name);
+  const SampleLayout layout = layout_of(rig);
+  const std::vector<PlanPlace> places = read_plan_header(table.header, file_name, layout);
   Plan plan;
   std::vector<Finding> findings;
   std::size_t total = 0;
@@ -253,12 +332,12 @@ Plan parse_plan(std::string_view text, const std::string& file_name, const geome
             "leave an empty field where there is no value"};
       }
       const PlanRow reader(row, places);
-      PlanPoint point = read_point(reader, rig);
+      PlanPoint point = read_point(reader, rig, layout);
       const auto [found, fresh] =
           keys.emplace(std::tuple(point.set, point.point, point.repeat), row.line);
       if (!fresh) {
         throw reader.finding(
-            kPoint,
+            PlanColumn::kPoint,
             fmt::format(
                 "set {}, point {}, repeat {} stands in line {} already", point.set, point.point,
                 point.repeat, found->second),
@@ -281,9 +360,11 @@ Plan read_plan(const std::string& path, const geometry::Rig& rig) {
   return parse_plan(read_file(path), path, rig);
 }
 
-std::string plan_csv(const Plan& plan) { return csv_of(plan, nullptr); }
-std::string plan_csv(const Plan& plan, const geometry::Rig& rig) { return csv_of(plan, &rig); }
-
-void write_plan(const Plan& plan, const std::string& path) { write_file(path, plan_csv(plan)); }
+std::string plan_csv(const Plan& plan, const SampleLayout& layout) {
+  return csv_of(plan, layout, nullptr);
+}
+std::string plan_csv(const Plan& plan, const geometry::Rig& rig) {
+  return csv_of(plan, layout_of(rig), &rig);
+}
 
 }  // namespace sixdial::session

@@ -1,11 +1,11 @@
 // What to measure: the planned points of a session, as a CSV file people can edit.
 // Columns: set,point,repeat,target_x_mm,target_y_mm,theta1_rad,theta2_rad,approach1,approach2,
-// mode. A point's working mode is that of its angles; `mode` says it, and is used where the
-// angles are left out.
+// mode; of another robot its own joints and coordinates (session/sample_layout.h). A point's
+// working mode is that of its angles; `mode` says it, and is used where the angles are left
+// out.
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -16,6 +16,7 @@
 
 #include "geometry/rig.h"
 #include "session/data_error.h"
+#include "session/sample_layout.h"
 
 namespace sixdial::session {
 
@@ -23,11 +24,14 @@ struct PlanPoint {
   std::string set;
   int point = 0;
   int repeat = 0;
-  Eigen::Vector2d target_mm{0, 0};    // in W
-  Eigen::Vector2d q_rad{0, 0};        // joint angles to command, by nominal parameters
-  std::array<int, 2> approach{0, 0};  // sign of each joint's last move; 0: as it comes
-  friend bool operator==(const PlanPoint&, const PlanPoint&) = default;
+  Point target_mm;    // in W
+  Eigen::VectorXd q;  // joint values to command [rad, mm], by nominal parameters
+  /// Sign of each joint's last move; 0, or left out at the end: as it comes.
+  std::vector<int> approach;
+  friend bool operator==(const PlanPoint& a, const PlanPoint& b);
 };
+/// Of joint `joint`; 0: as it comes.
+[[nodiscard]] int approach_of(const PlanPoint& point, std::size_t joint);
 
 struct Plan {
   std::vector<PlanPoint> points;
@@ -128,9 +132,8 @@ struct Stretch {
 [[nodiscard]] Plan read_plan(const std::string& path, const geometry::Rig& rig);
 
 /// The plan as CSV; parse_plan gives back an equal plan if its numbers have at most 9 decimals,
-/// as those of plan_grid and plan_random. With a rig: says the working mode of each point.
-[[nodiscard]] std::string plan_csv(const Plan& plan);
+/// as those of plan_grid and plan_random. With a rig: says the working mode of each point too.
+[[nodiscard]] std::string plan_csv(const Plan& plan, const SampleLayout& layout);
 [[nodiscard]] std::string plan_csv(const Plan& plan, const geometry::Rig& rig);
-void write_plan(const Plan& plan, const std::string& path);
 
 }  // namespace sixdial::session

@@ -103,25 +103,36 @@ std::optional<PlanRefusal> contacts_refused(
 
 using TargetsAndAngles = std::vector<std::pair<Vector2d, Vector2d>>;
 
+/// From which side each joint comes: in turn all from below, all from above, every other one.
+std::vector<int> sides(std::size_t turn, std::size_t joints) {
+  std::vector<int> signs(joints);
+  for (std::size_t j = 0; j < joints; ++j) {
+    const bool other = turn % 4 >= 2 && j % 2 == 1;
+    signs[j] = (turn % 2 == 0) != other ? 1 : -1;
+  }
+  return signs;
+}
+
 /// The plan's points from its targets: angles are given, order is final.
 Plan numbered(const TargetsAndAngles& target_and_q, const PlanOptions& options) {
-  constexpr std::array<std::array<int, 2>, 4> kSides{{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
   Plan plan;
   for (std::size_t i = 0; i < target_and_q.size(); ++i) {
     PlanPoint point;
     point.set = options.set;
     point.point = options.first_point + static_cast<int>(i);
     point.target_mm = target_and_q[i].first;
-    point.q_rad = target_and_q[i].second;
+    point.q = target_and_q[i].second;
     const bool both = options.approach == ApproachRule::kBothSides &&
                       i % static_cast<std::size_t>(options.every) == 0;
+    const auto joints = static_cast<std::size_t>(point.q.size());
     for (int r = 0; r < options.repeats; ++r) {
-      if (options.approach != ApproachRule::kAsItComes) point.approach = kSides[i % 4];
-      if (both) point.approach = kSides[0];
+      point.approach.assign(joints, 0);
+      if (options.approach != ApproachRule::kAsItComes) point.approach = sides(i, joints);
+      if (both) point.approach = sides(0, joints);
       plan.points.push_back(point);
       ++point.repeat;
       if (!both) continue;
-      point.approach = kSides[1];
+      point.approach = sides(1, joints);
       plan.points.push_back(point);
       ++point.repeat;
     }

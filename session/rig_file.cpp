@@ -6,11 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <utility>
 
+#include "geometry/instrument_kind.h"
 #include "geometry/units.h"
 #include "session/csv.h"
+#include "session/rig_figures.h"
+#include "session/toml_checks.h"
 #include "session/toml_text.h"
 
 namespace sixdial::session {
@@ -20,31 +24,31 @@ using geometry::Dial;
 using geometry::kRadPerDeg;
 using geometry::Rig;
 
-// Figures that [dials] gives for all and a [[dial]] may override.
-struct Figure {
-  const char* key;
-  double& (*of)(Dial& dial);
-  bool required;
-  bool zero_allowed;
-};
-constexpr std::array<Figure, 7> kFigures{{
-    {"travel_mm", [](Dial& d) -> double& { return d.geometry.travel_mm; }, true, false},
-    {"resolution_mm", [](Dial& d) -> double& { return d.resolution_mm; }, true, false},
-    {"accuracy_mm", [](Dial& d) -> double& { return d.accuracy_mm; }, false, true},
-    {"repeatability_mm", [](Dial& d) -> double& { return d.repeatability_mm; }, true, true},
-    {"tip_radius_mm", [](Dial& d) -> double& { return d.geometry.tip_radius_mm; }, true, true},
-    {"force_n", [](Dial& d) -> double& { return d.force_n; }, false, true},
-    {"spring_n_per_mm", [](Dial& d) -> double& { return d.spring_n_per_mm; }, false, true},
-}};
+const std::vector<std::string> kTopKeys{"name",   "robot", "joint", "instrument",
+                                        "cuboid", "dials", "dial"};
 
-const std::vector<std::string> kTopKeys{"name", "robot", "cuboid", "dials", "dial"};
-
-std::vector<std::string> robot_keys() {
+std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
   std::vector<std::string> keys{"model", "working_mode", "assembly", "connection"};
-  for (const auto& info : geometry::kParameters) keys.emplace_back(info.rig_key);
+  for (const auto& info : robot.parameters) {
+    if (!info.rig_key.empty()) keys.push_back(info.rig_key);
+  }
+  for (const std::string_view key : robot.kind->file_keys) keys.emplace_back(key);
   return keys;
 }
 
+/// "++", "+-", "-+" or "--"
+std::string alternatives(
+    const std::vector<geometry::BranchInfo>& branches, auto text_of,
+    const char* last = " or ") {
+  std::string result;
+  for (std::size_t i = 0; i < branches.size(); ++i) {
+    if (i > 0) result += i + 1 < branches.size() ? ", " : last;
+    result += text_of(branches[i]);
+  }
+  return result;
+}
+
+const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
 const std::vector<std::string> kCuboidKeys{"side_mm", "mount", "reference_pose_mm"};
 
 std::vector<std::string> dials_keys() {
@@ -59,17 +63,58 @@ std::vector<std::string> dial_keys() {
   return keys;
 }
 
-class RigReader {
+geometry::FileValue file_value(const toml::node& node) {
+  geometry::FileValue result;
+  if (const auto* from = node.as_table()) {
+    geometry::FileValue::Table table;
+    for (const auto& [key, value] : *from) table[std::string(key.str())] = file_value(value);
+    result.value = std::move(table);
+  } else if (const auto* list = node.as_array()) {
+    std::vector<geometry::FileValue> values;
+    for (const toml::node& each : *list) values.push_back(file_value(each));
+    result.value = std::move(values);
+  } else if (const auto flag = node.value_exact<bool>()) {
+    result.value = *flag;
+  } else if (node.is_number()) {
+    result.value = node.value<double>().value_or(0.0);
+  } else {
+    result.value = node.value<std::string>().value_or("");
+  }
+  return result;
+}
+
+/// [robot] and [[joint]] as a robot kind reads them.
+geometry::RobotFile robot_file(
+    const toml::table& top, const toml::table& robot, const std::string& file_name) {
+  geometry::RobotFile result;
+  result.robot = std::get<geometry::FileValue::Table>(file_value(robot).value);
+  if (const auto* joints = top.get_as<toml::array>("joint")) {
+    for (const toml::node& each : *joints) {
+      if (!each.is_table()) continue;
+      result.joints.push_back(std::get<geometry::FileValue::Table>(file_value(each).value));
+    }
+  }
+  const auto folder = std::filesystem::path(file_name).parent_path();
+  result.text_beside = [folder](const std::string& name) {
+    return read_file((folder / name).string());
+  };
+  return result;
+}
+
+class RigReader : TomlChecks {
  public:
-  explicit RigReader(std::string file_name) : file_(std::move(file_name)) {}
+  explicit RigReader(std::string file_name) : TomlChecks(std::move(file_name)) {}
 
   Rig read(const toml::table& top) {
     known_keys(top, "the top level", kTopKeys);
     Rig rig;
     rig.name = text(top, "", "name", "");
     const toml::table* robot = table(top, "robot");
-    const toml::table* cuboid = table(top, "cuboid");
-    if (robot != nullptr) read_robot(*robot, rig.robot);
+    if (robot != nullptr) read_robot(top, *robot, rig.robot);
+    read_instrument(top, rig.instrument);
+    const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
+    const toml::table* cuboid =
+        on_cuboid || top.get("cuboid") != nullptr ? table(top, "cuboid") : nullptr;
     if (cuboid != nullptr) read_cuboid(*cuboid, rig.cuboid);
     read_dials(top, rig);
     stop_if_faulty();
@@ -79,172 +124,142 @@ class RigReader {
   }
 
  private:
-  void fault(
-      const toml::source_region& where, std::string field, std::string what, std::string hint) {
-    findings_.push_back(
-        {static_cast<int>(where.begin.line), static_cast<int>(where.begin.column),
-         std::move(field), std::move(what), std::move(hint)});
-  }
-
-  void stop_if_faulty() {
-    std::sort(unknown_.begin(), unknown_.end(), [](const Finding& a, const Finding& b) {
-      return std::pair(a.line, a.column) < std::pair(b.line, b.column);
-    });
-    findings_.insert(findings_.begin(), unknown_.begin(), unknown_.end());
-    if (findings_.empty()) return;
-    const std::size_t total = findings_.size();
-    throw DataError(file_, std::move(findings_), total);
-  }
-
-  void known_keys(
-      const toml::table& from, const std::string& where,
-      const std::vector<std::string>& known) {
-    for (const auto& [key, node] : from) {
-      const std::string name(key.str());
-      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      const auto& place = key.source().begin;
-      unknown_.push_back(
-          {static_cast<int>(place.line), static_cast<int>(place.column), shown_key(name),
-           "unknown key in " + where,
-           fmt::format("the nearest known key is '{}'", nearest_word(name, known))});
-    }
-  }
-
-  static std::string shown_key(const std::string& name) {
-    return name.size() <= 60 ? name : name.substr(0, 57) + "...";
-  }
-
-  void missing(const toml::table& from, const std::string& where, const std::string& key) {
-    fault(from.source(), key, "missing in " + where, "add it: every rig file needs it");
-  }
-
-  const toml::table* table(const toml::table& top, const std::string& key) {
-    const toml::node* node = top.get(key);
-    if (node == nullptr) {
-      fault({}, key, fmt::format("there is no [{}] table", key), "every rig file needs it");
-      return nullptr;
-    }
-    if (!node->is_table()) {
-      fault(node->source(), key, "is not a table", fmt::format("write [{}] on a line", key));
-      return nullptr;
-    }
-    return node->as_table();
-  }
-
-  /// Text of `key`; `otherwise` if it is absent.
-  std::string text(
-      const toml::table& from, const std::string& where, const char* key,
-      const std::string& otherwise) {
-    const toml::node* node = from.get(key);
-    if (node == nullptr) return otherwise;
-    if (const auto value = node->value_exact<std::string>()) return *value;
-    fault(
-        node->source(), key,
-        where.empty() ? "is not text" : fmt::format("is not text in {}", where),
-        "write it in quotes");
-    return otherwise;
-  }
-
-  std::optional<double> finite(const toml::node& node, const std::string& key) {
-    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-    if (!value) {
-      fault(node.source(), key, "is not a number", "write a number, without quotes");
-      return std::nullopt;
-    }
-    if (!std::isfinite(*value)) {
-      fault(node.source(), key, "is not finite", "write a finite number");
-      return std::nullopt;
-    }
-    return value;
-  }
-
-  std::optional<double> number(
-      const toml::table& from, const std::string& where, const std::string& key) {
-    const toml::node* node = from.get(key);
-    if (node == nullptr) {
-      missing(from, where, key);
-      return std::nullopt;
-    }
-    return finite(*node, key);
-  }
-
-  /// A length that must be > 0, or >= 0.
-  void length(
-      const toml::table& from, const std::string& where, const std::string& key,
-      bool zero_allowed, double& result) {
-    const auto value = number(from, where, key);
-    if (!value) return;
-    if (*value < 0.0 || (*value == 0.0 && !zero_allowed)) {
-      fault(
-          from.get(key)->source(), key, fmt::format("{} makes no sense", *value),
-          zero_allowed ? "it must not be negative" : "it must be greater than 0");
-      return;
-    }
-    result = *value;
-  }
-
-  std::optional<Eigen::Vector2d> pair(
-      const toml::table& from, const std::string& where, const std::string& key) {
-    const toml::node* node = from.get(key);
-    if (node == nullptr) {
-      missing(from, where, key);
-      return std::nullopt;
-    }
-    const toml::array* array = node->as_array();
-    if (array == nullptr || array->size() != 2) {
-      fault(
-          node->source(), key,
-          array == nullptr ? "is not a pair of numbers"
-                           : fmt::format("has {} numbers", array->size()),
-          "write two numbers, such as [28.0, 48.0]");
-      return std::nullopt;
-    }
-    const auto x = finite(*array->get(0), key);
-    const auto y = finite(*array->get(1), key);
-    if (!x || !y) return std::nullopt;
-    return Eigen::Vector2d(*x, *y);
-  }
-
-  void read_robot(const toml::table& from, geometry::Robot& robot) {
+  void read_robot(const toml::table& top, const toml::table& from, geometry::Robot& robot) {
     const std::string where = "[robot]";
-    known_keys(from, where, robot_keys());
-    if (text(from, where, "model", "five_bar") != "five_bar") {
+    read_model(top, from, robot);
+    const geometry::RobotModel& model = *robot.model;
+    known_keys(from, where, robot_keys(model));
+    robot.nominal = model.nominal;
+    read_branches(from, robot);
+    robot.connection = text(from, where, "connection", "");
+    for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+      const geometry::ParameterInfo& info = model.parameters[i];
+      const bool absent = from.get(info.rig_key) == nullptr;
+      if (info.rig_key.empty() || (info.optional && absent)) continue;
+      double& nominal = robot.nominal[static_cast<Eigen::Index>(i)];
+      if (info.range != geometry::FileRange::kAny) {
+        length(
+            from, where, info.rig_key, info.range == geometry::FileRange::kNotNegative,
+            nominal);
+      } else if (const auto value = number(from, where, info.rig_key)) {
+        nominal = info.shown_unit == "deg" ? *value * kRadPerDeg : *value;
+      }
+    }
+  }
+
+  /// The kind that `model` names, and what its own keys make of it.
+  void read_model(const toml::table& top, const toml::table& from, geometry::Robot& robot) {
+    const std::string name = text(from, "[robot]", "model", "five_bar");
+    const geometry::RobotKind* kind = geometry::find_robot_kind(name);
+    if (kind == nullptr) {
+      std::string known;
+      for (const geometry::RobotKind* each : geometry::robot_kinds()) {
+        known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", each->name);
+      }
       fault(
           from.get("model")->source(), "model", "is not a known robot",
-          "the known model is \"five_bar\"");
+          fmt::format(
+              "{} {}",
+              geometry::robot_kinds().size() == 1 ? "the known model is"
+                                                  : "the known models are",
+              known));
+      return;
     }
-    if (from.get("working_mode") == nullptr) {
-      missing(from, where, "working_mode");
+    robot.model = kind->example();
+    if (kind->from_file == nullptr) return;
+    auto made = kind->from_file(robot_file(top, from, file()));
+    if (made) {
+      robot.model = *std::move(made);
     } else {
-      const auto mode = geometry::working_mode_from(text(from, where, "working_mode", "++"));
-      if (mode) robot.working_mode = *mode;
-      if (!mode) {
-        fault(
-            from.get("working_mode")->source(), "working_mode", "is not a working mode",
-            "write \"++\", \"+-\", \"-+\" or \"--\": the elbow side of leg 1 and leg 2");
-      }
+      const toml::node* node = from.get(made.error().key);
+      fault(
+          node != nullptr ? node->source() : from.source(), made.error().key, made.error().what,
+          made.error().hint);
     }
-    const toml::node* assembly = from.get("assembly");
-    if (assembly == nullptr) {
-      missing(from, where, "assembly");
-    } else {
-      const auto beta = assembly->value_exact<std::int64_t>();
-      if (beta && (*beta == 1 || *beta == -1)) {
-        robot.assembly = *beta == 1 ? geometry::Assembly::kLeft : geometry::Assembly::kRight;
+  }
+
+  /// working_mode and assembly; a kind that has one of each needs neither key.
+  void read_branches(const toml::table& from, geometry::Robot& robot) {
+    const auto& modes = robot.model->modes;
+    if (const toml::node* node = from.get("working_mode")) {
+      const std::string given = text(from, "[robot]", "working_mode", modes[0].name);
+      const auto found = std::ranges::find(modes, given, &geometry::BranchInfo::name);
+      if (found != modes.end()) {
+        robot.working_mode = geometry::WorkingMode(found->number);
       } else {
-        fault(assembly->source(), "assembly", "is neither 1 nor -1", "write 1 or -1");
+        const auto quoted = [](const auto& mode) { return '"' + mode.name + '"'; };
+        fault(
+            node->source(), "working_mode", "is not a working mode",
+            fmt::format(
+                "write {}{}{}", alternatives(modes, quoted),
+                robot.model->mode_in_words.empty() ? "" : ": ", robot.model->mode_in_words));
+      }
+    } else if (modes.size() > 1) {
+      missing(from, "[robot]", "working_mode");
+    } else {
+      robot.working_mode = geometry::WorkingMode(modes[0].number);
+    }
+    const auto& assemblies = robot.model->assemblies;
+    if (const toml::node* node = from.get("assembly")) {
+      const auto given = node->value_exact<std::int64_t>();
+      const auto found = std::ranges::find_if(
+          assemblies, [&](const auto& each) { return given && *given == each.number; });
+      if (found != assemblies.end()) {
+        robot.assembly = static_cast<geometry::Assembly>(found->number);
+      } else {
+        const auto number = [](const auto& each) { return std::to_string(each.number); };
+        fault(
+            node->source(), "assembly",
+            "is neither " + alternatives(assemblies, number, " nor "),
+            "write " + alternatives(assemblies, number));
+      }
+    } else if (assemblies.size() > 1) {
+      missing(from, "[robot]", "assembly");
+    } else {
+      robot.assembly = static_cast<geometry::Assembly>(assemblies[0].number);
+    }
+  }
+
+  /// [instrument]; without it, dials on a cuboid, or positions where there is neither a cuboid
+  /// nor a dial.
+  void read_instrument(const toml::table& top, geometry::Instrument& instrument) {
+    if (top.get("instrument") == nullptr) {
+      const bool bare = top.get("cuboid") == nullptr && top.get("dial") == nullptr &&
+                        top.get("dials") == nullptr && !near_a_table(top);
+      if (bare) instrument.kind = "position";
+      return;
+    }
+    const toml::table* from = table(top, "instrument");
+    if (from == nullptr) return;
+    const std::string where = "[instrument]";
+    known_keys(*from, where, kInstrumentKeys);
+    instrument.kind = text(*from, where, "kind", instrument.kind);
+    if (geometry::find_instrument_kind(instrument.kind) == nullptr) {
+      std::string known;
+      for (const geometry::InstrumentKind* each : geometry::instrument_kinds()) {
+        known += fmt::format("{}\"{}\"", known.empty() ? "" : " or ", each->name);
+      }
+      const toml::node* node = from->get("kind");
+      fault(
+          node->source(), "kind", shown(instrument.kind) + " is not a known instrument",
+          "write " + known);
+    }
+    if (from->get("sd_mm") != nullptr) length(*from, where, "sd_mm", true, instrument.sd_mm);
+    if (const toml::node* node = from->get("dimensions")) {
+      const auto given = node->value_exact<std::int64_t>();
+      if (given && (*given == 2 || *given == 3)) {
+        instrument.dimensions = static_cast<int>(*given);
+      } else {
+        fault(node->source(), "dimensions", "is neither 2 nor 3", "write 2 or 3");
       }
     }
-    robot.connection = text(from, where, "connection", "");
-    for (int i = 0; i < geometry::kParameterCount; ++i) {
-      const auto& info = geometry::kParameters[static_cast<std::size_t>(i)];
-      const std::string key(info.rig_key);
-      if (i <= geometry::kD) {
-        length(from, where, key, i == geometry::kD, robot.nominal[i]);
-      } else if (const auto value = number(from, where, key)) {
-        robot.nominal[i] = info.shown_unit == "deg" ? *value * kRadPerDeg : *value;
-      }
-    }
+  }
+
+  /// Whether some top-level name is none that a rig file knows: it may be a misspelt table.
+  static bool near_a_table(const toml::table& top) {
+    return std::ranges::any_of(top, [](const auto& each) {
+      return std::ranges::find(kTopKeys, std::string(each.first.str())) == kTopKeys.end();
+    });
   }
 
   void read_cuboid(const toml::table& from, geometry::Cuboid& cuboid) {
@@ -360,6 +375,7 @@ class RigReader {
   void check_reference_pose(
       const Rig& rig, const toml::table& robot, const toml::table& cuboid) {
     if (rig.cuboid.mount == geometry::Mount::kFree) return;  // gamma does not come from it
+    if (rig.robot.model->kind != &geometry::five_bar) return;
     const geometry::Robot& r = rig.robot;
     const auto& target = rig.cuboid.reference_pose_mm;
     const auto q = geometry::inverse(r.nominal, target, r.working_mode);
@@ -379,55 +395,7 @@ class RigReader {
           fmt::format("it is {} there", static_cast<int>(*assembly)));
     }
   }
-
-  std::string file_;
-  std::vector<Finding> findings_;
-  std::vector<Finding> unknown_;  // told first: a key that is missing may be one misspelt
 };
-
-std::string toml_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (static_cast<unsigned char>(c) < 0x20U || c == 0x7F) {
-      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
-/// Shortest text that reads back as the same double, always with a point or an exponent.
-std::string toml_number(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string toml_pair(const Eigen::Vector2d& pair) {
-  return fmt::format("[{}, {}]", toml_number(pair.x()), toml_number(pair.y()));
-}
-
-/// Degrees that convert back to the same radians, if a double does; the shortest such text.
-double degrees_of(double rad) {
-  const double near = rad / kRadPerDeg;
-  for (const int digits : {6, 9, 12, 15}) {
-    const double rounded = parse_number(fmt::format("{:.{}g}", near, digits)).value;
-    if (rounded * kRadPerDeg == rad) return rounded;
-  }
-  double down = near;
-  double up = near;
-  for (int step = 0; step < 4; ++step) {
-    if (down * kRadPerDeg == rad) return down;
-    if (up * kRadPerDeg == rad) return up;
-    down = std::nextafter(down, -1e300);
-    up = std::nextafter(up, 1e300);
-  }
-  return near;
-}
 
 }  // namespace
 
@@ -447,52 +415,6 @@ geometry::Rig parse_rig(std::string_view text, const std::string& file_name) {
 
 geometry::Rig read_rig_file(const std::string& path) {
   return parse_rig(read_file(path), path);
-}
-
-std::string write_rig(const geometry::Rig& rig) {
-  std::string out = "# Measurement rig and nominal robot. Lengths in mm, angles in degrees.\n";
-  out += fmt::format("name = {}\n\n[robot]\nmodel = \"five_bar\"\n", toml_text(rig.name));
-  out += fmt::format("working_mode = \"{}\"\n", to_string(rig.robot.working_mode));
-  out += fmt::format("assembly = {}\n", static_cast<int>(rig.robot.assembly));
-  for (int i = 0; i < geometry::kParameterCount; ++i) {
-    const auto& info = geometry::kParameters[static_cast<std::size_t>(i)];
-    const double value = rig.robot.nominal[i];
-    out += fmt::format(
-        "{} = {}\n", info.rig_key,
-        toml_number(info.shown_unit == "deg" ? degrees_of(value) : value));
-  }
-  if (!rig.robot.connection.empty()) {
-    out += fmt::format("connection = {}\n", toml_text(rig.robot.connection));
-  }
-  const char* mount = rig.cuboid.mount == geometry::Mount::kDistal1   ? "distal1"
-                      : rig.cuboid.mount == geometry::Mount::kDistal2 ? "distal2"
-                                                                      : "free";
-  out += fmt::format(
-      "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n",
-      toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
-  // A figure that all dials share stands in [dials], any other in its [[dial]].
-  std::array<bool, kFigures.size()> shared{};
-  if (!rig.dials.empty()) out += "\n[dials]\n";
-  for (std::size_t f = 0; f < kFigures.size() && !rig.dials.empty(); ++f) {
-    std::set<double> values;
-    for (Dial dial : rig.dials) values.insert(kFigures[f].of(dial));
-    shared[f] = values.size() == 1;
-    if (shared[f])
-      out += fmt::format("{} = {}\n", kFigures[f].key, toml_number(*values.begin()));
-  }
-  for (Dial dial : rig.dials) {
-    out += fmt::format(
-        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_text(dial.id),
-        toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
-    for (std::size_t f = 0; f < kFigures.size(); ++f) {
-      if (shared[f]) continue;
-      out += fmt::format("{} = {}\n", kFigures[f].key, toml_number(kFigures[f].of(dial)));
-    }
-    if (!dial.connection.empty()) {
-      out += fmt::format("connection = {}\n", toml_text(dial.connection));
-    }
-  }
-  return out;
 }
 
 }  // namespace sixdial::session

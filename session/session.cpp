@@ -85,11 +85,15 @@ std::optional<Quality> quality_from(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<int> approach_of(const Sample& sample, std::size_t joint) {
+  return joint < sample.approach.size() ? sample.approach[joint] : std::nullopt;
+}
+
 std::optional<double> readings_within_ms(const Sample& sample) {
   std::optional<TimePoint> first;
   std::optional<TimePoint> last;
   int times = 0;
-  for (const DialValue& value : sample.dials) {
+  for (const ChannelValue& value : sample.channels) {
     if (!value.time_utc) continue;
     ++times;
     if (!first || *value.time_utc < *first) first = value.time_utc;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -24,30 +23,38 @@ enum class Quality { kGood, kUncertain, kBad };
 [[nodiscard]] std::string_view to_string(Quality quality);
 [[nodiscard]] std::optional<Quality> quality_from(std::string_view text);
 
-/// One dial's raw reading within a sample. Without a value: no contact, or none was obtained,
-/// and `reason` says which ("no contact", "timeout", "disconnected", "parse", "range",
-/// "unsettled", "stale", ...).
-struct DialValue {
-  std::optional<double> value_mm;
+/// Coordinates in a plane or in space [mm].
+using Point = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+
+/// The raw reading of one channel within a sample. Without a value: no contact, or none was
+/// obtained, and `reason` says which ("no contact", "timeout", "disconnected", "parse",
+/// "range", "unsettled", "stale", ...).
+struct ChannelValue {
+  std::optional<double> value{};  // in the channel's unit
   Quality quality = Quality::kGood;
-  std::string reason;
-  std::optional<TimePoint> time_utc;
+  std::string reason{};
+  std::optional<TimePoint> time_utc{};
 };
 
+/// Lists are in the order of the rig's SampleLayout (session/sample_layout.h).
 struct Sample {
   std::string set;  // "G1", "G2" or another name
   int point = 0;
   int repeat = 0;
   std::optional<TimePoint> time_utc;
-  Eigen::Vector2d q_rad{0, 0};  // encoder angles theta1, theta2
-  std::optional<Eigen::Vector2d> target_mm;
-  std::array<std::optional<int>, 2> approach;  // -1, 0, 1
+  Eigen::VectorXd q;               // encoder value of each joint [rad, mm]
+  std::optional<Point> target_mm;  // in W
+  /// Sign of each joint's last move: -1, 0 (unknown), 1. Joints that nothing is said of may be
+  /// left out at the end.
+  std::vector<std::optional<int>> approach;
   std::optional<double> temperature_c;
-  std::vector<DialValue> dials;                // in the order of rig.dials
-  std::optional<Eigen::Vector2d> position_mm;  // x_mm, y_mm of an instrument
+  /// The rig's dials first. The coordinates at the end are there where an instrument gave them.
+  std::vector<ChannelValue> channels;
   int line = 0;            // of the file it was read from, 0 if measured here
   std::string source_row;  // that line's text, given back unchanged on export
 };
+/// Of joint `joint`; empty: nothing is said of it.
+[[nodiscard]] std::optional<int> approach_of(const Sample& sample, std::size_t joint);
 
 /// A row that `--skip-bad-rows` left out.
 struct RejectedRow {
@@ -67,10 +74,11 @@ struct Session {
   std::vector<RejectedRow> rejected;
 };
 
-/// From the first to the last answer of the sample's dials; empty: fewer than two have a time.
+/// From the first to the last answer of the sample's channels; empty: fewer than two have a
+/// time.
 [[nodiscard]] std::optional<double> readings_within_ms(const Sample& sample);
 
-/// The same over a session's samples; empty: no sample knows its dials' times.
+/// The same over a session's samples; empty: no sample knows the times of its readings.
 struct ReadingsWithin {
   double median_ms = 0.0;
   double max_ms = 0.0;

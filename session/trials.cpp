@@ -3,6 +3,8 @@
 #include <cmath>
 #include <optional>
 
+#include "session/sample_layout.h"
+
 namespace sixdial::session {
 namespace {
 
@@ -26,11 +28,11 @@ std::optional<NominalPose> nominal_pose(
 
 std::vector<geometry::DialReading> readings_of(const geometry::Rig& rig, const Sample& sample) {
   std::vector<geometry::DialReading> readings;
-  for (std::size_t i = 0; i < rig.dials.size() && i < sample.dials.size(); ++i) {
-    const DialValue& dial = sample.dials[i];
-    if (!dial.value_mm || dial.quality == Quality::kBad) continue;
-    if (!in_contact(rig.dials[i], *dial.value_mm)) continue;
-    readings.push_back({static_cast<int>(i), *dial.value_mm, reading_sigma_mm(rig.dials[i])});
+  for (std::size_t i = 0; i < rig.dials.size() && i < sample.channels.size(); ++i) {
+    const ChannelValue& dial = sample.channels[i];
+    if (!dial.value || dial.quality == Quality::kBad) continue;
+    if (!in_contact(rig.dials[i], *dial.value)) continue;
+    readings.push_back({static_cast<int>(i), *dial.value, reading_sigma_mm(rig.dials[i])});
   }
   return readings;
 }
@@ -52,8 +54,8 @@ double misfit(
 
 std::optional<Assembly> assembly_by_readings(const geometry::Rig& rig, const Sample& sample) {
   const auto readings = readings_of(rig, sample);
-  const auto left = nominal_pose(rig, sample.q_rad, Assembly::kLeft);
-  const auto right = nominal_pose(rig, sample.q_rad, Assembly::kRight);
+  const auto left = nominal_pose(rig, sample.q, Assembly::kLeft);
+  const auto right = nominal_pose(rig, sample.q, Assembly::kRight);
   if (readings.empty() || !left || !right) return std::nullopt;
   return misfit(rig, readings, left->cuboid) <= misfit(rig, readings, right->cuboid)
              ? Assembly::kLeft
@@ -72,9 +74,9 @@ double reading_sigma_mm(const geometry::Dial& dial) {
 }
 
 Assembly assembly_of(const geometry::Rig& rig, const Sample& sample) {
-  for (const auto& point : {sample.target_mm, sample.position_mm}) {
+  for (const auto& point : {sample.target_mm, position_of(sample, rig.dials.size())}) {
     if (!point) continue;
-    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q_rad, *point);
+    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q, *point);
     if (assembly) return *assembly;
   }
   return assembly_by_readings(rig, sample).value_or(rig.robot.assembly);
@@ -86,7 +88,7 @@ simulation::Trial trial_of(
   trial.sample = index;
   trial.point = sample.point;
   trial.repeat = sample.repeat;
-  trial.q = sample.q_rad;
+  trial.q = sample.q;
   trial.assembly = assembly_of(rig, sample);
   if (sample.target_mm) trial.target_mm = *sample.target_mm;
   if (sample.time_utc && start) {
@@ -101,7 +103,7 @@ simulation::Trial trial_of(
   for (const geometry::DialReading& reading : readings) {
     trial.reading[static_cast<std::size_t>(reading.dial)] = reading.displacement_mm;
   }
-  if (const auto nominal = nominal_pose(rig, sample.q_rad, trial.assembly)) {
+  if (const auto nominal = nominal_pose(rig, sample.q, trial.assembly)) {
     const auto dials = rig.dial_geometries();
     const auto estimate = geometry::best_active_three(
         dials, readings, rig.cuboid.side_mm, nominal->cuboid.gamma_rad);
@@ -112,8 +114,9 @@ simulation::Trial trial_of(
       trial.position_channels = estimate->dials;
     }
   }
-  if (sample.position_mm) {  // an instrument's position goes before the dials'
-    trial.position_mm = *sample.position_mm;
+  // An instrument's position goes before the dials'.
+  if (const auto position_mm = position_of(sample, rig.dials.size())) {
+    trial.position_mm = *position_mm;
     trial.position_covariance.resize(0, 0);
     trial.position_channels.clear();
   }

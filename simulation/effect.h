@@ -1,6 +1,7 @@
 // One physical effect that the plain forward model lacks: a small change at one stage between
 // the joint angles and a dial's reading (spec 4). An effect is one file in effects/ and one
-// line in effects/all_effects.cpp.
+// line in effects/all_effects.cpp: what it changes, and all that diagnosis, studies and report
+// ask of it. Nothing outside of effects/ asks for an effect by its name.
 //
 //   q -> [before_kinematics] -> robot -> [after_kinematics] -> cuboid, dials ->
 //   [before_contact]
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "geometry/rig.h"
+#include "simulation/callable.h"
 #include "simulation/trial.h"
 
 namespace sixdial::simulation {
@@ -25,17 +27,17 @@ struct Circumstance {
   int order = 0;        // 0, 1, ... in time
   double time_h = 0.0;  // since the first sample
   double temperature_degC = 20.0;
-  Eigen::Vector2d approach{0, 0};  // sign of each joint's last move
-  Eigen::Vector2d travel{0, 0};    // unit vector of the tool's last move in W, 0 if unknown
-  Eigen::Vector2d force_n{0, 0};   // of all plungers in contact on the cuboid, in W
+  Eigen::VectorXd approach;       // by joint: sign of its last move, 0 unknown
+  Eigen::Vector2d travel{0, 0};   // unit vector of the tool's last move in W, 0 if unknown
+  Eigen::Vector2d force_n{0, 0};  // of all plungers in contact on the cuboid, in W
   std::vector<double> plunger_direction;  // sign of each plunger's last move: +1 pushed in
   std::vector<double> previous_mm;        // each dial's reading one sample earlier; NaN if none
 };
 
 /// One pose on its way from joint angles to readings.
 struct Scene {
-  Eigen::Vector2d q_rad;
-  geometry::ParameterVector v;
+  Eigen::VectorXd q;     // joint by joint [rad, or mm of a prismatic one]
+  Eigen::VectorXd v;     // the robot's parameters
   Eigen::Vector2d p_WE;  // after kinematics
   Eigen::Matrix2d J_q;   // dp_WE/dq [mm/rad], after kinematics
   double gamma_rad = 0.0;
@@ -49,9 +51,9 @@ struct Scene {
 
 /// Where an effect acts.
 struct Place {
-  std::string name;  // "joint1", "base", "A", "C,D"
-  int joint = -1;    // 0, 1
-  int dial = -1;     // index into rig.dials
+  std::string name{};  // "joint1", "base", "A", "C,D"
+  int joint = -1;      // 0, 1
+  int dial = -1;       // index into rig.dials
   int other_dial = -1;
 };
 
@@ -70,36 +72,113 @@ enum Needs : unsigned {
   kDials = 8,  // raw dial readings
 };
 
-struct Effect {
-  using Hook = void (*)(std::span<const double> x, const Place&, const Circumstance&, Scene&);
+/// Which quantity shows an effect when nothing else is left in the readings ...
+enum class Shows { kJointAngle, kToolShift, kReading };
+/// ... drawn against what ...
+enum class Against {
+  kJointAngle,
+  kTime,
+  kTemperature,
+  kTravel,           // direction of the tool's last move
+  kForce,            // of the plungers, along the same axis
+  kOtherCoordinate,  // the shift in x against y, the shift in y against x
+  kRotation,         // of the face that the dial touches
+  kReadingTimesRotation,
+  kReading,
+  kSimulatedReading,
+};
+/// ... with which samples told apart.
+enum class Groups { kNone, kJointApproach, kPlungerDirection };
 
-  std::string_view cause;     // "joint_backlash"
-  std::string_view in_words;  // "backlash"
-  std::vector<Place> (*places)(const geometry::Rig&);
+/// The picture in which an effect shows itself.
+struct SignaturePlot {
+  Shows shows = Shows::kReading;
+  Against against = Against::kReading;
+  Groups groups = Groups::kNone;
+  /// The effect depends on nothing but what it is drawn against: its fit is a line, not a
+  /// cloud.
+  bool is_function = true;
+};
+
+struct Effect {
+  using Hook =
+      Callable<void(std::span<const double> x, const Place&, const Circumstance&, Scene&)>;
+
+  std::string_view cause = {};     // "joint_backlash"
+  std::string_view in_words = {};  // "backlash"
+  /// With its place: "backlash of {place}" (see in_words_at). Empty: as in_words.
+  std::string_view in_words_with_place = {};
+  Callable<std::vector<Place>(const geometry::Rig&)> places = {};
   std::span<const EffectParameter> parameters = {};  // the linear ones first
+  /// Parameter k of a place where unit or size depend on the place; empty for a parameter that
+  /// this place lacks. Without it: parameters[k].
+  Callable<std::optional<EffectParameter>(const Place&, int k)> parameter_of_place = {};
   unsigned needs = kNothing;
   /// The last parameter is searched over these values (a period, a sample number).
-  std::vector<double> (*searched)(
-      const geometry::Rig&, std::span<const Circumstance>, const Place&) = nullptr;
-  /// A small change of a searched value that is continuous, or null: such a value is fitted too
+  Callable<std::vector<double>(
+      const geometry::Rig&, std::span<const Circumstance>, const Place&)>
+      searched = {};
+  /// A small change of a searched value that is continuous, or none: such a value is fitted too
   /// once the search has found its neighbourhood.
-  double (*searched_change)(double value) = nullptr;
-  Hook before_kinematics = nullptr;
-  Hook after_kinematics = nullptr;
-  Hook before_contact = nullptr;
-  Hook after_reading = nullptr;
-  std::string_view signature;    // how it shows in the residuals
-  std::string_view consequence;  // what it does to parts
-  std::string_view advice;       // what to repair, enter or do
-  std::string_view
-      why_not_learned;  // why a network on joint angles cannot learn it; may be empty
+  Callable<double(double value)> searched_change = {};
+
+  /// It comes and goes with the clock, so that anything that wanders in time can be mistaken
+  /// for it.
+  bool in_time = false;
+  /// A constant shift from the sample on that is searched.
+  bool is_step = false;
+  /// It has no size: the readings of place.dial and place.other_dial come under each other's
+  /// name. Diagnosis tries it by exchanging the measured readings.
+  bool exchanges_dials = false;
+
+  Hook before_kinematics = {};
+  Hook after_kinematics = {};
+  Hook before_contact = {};
+  Hook after_reading = {};
+
+  /// How its size is said. {a}: parameter a with its uncertainty; {a,b}: the length of the
+  /// vector (a, b) with its uncertainty, a part that the place lacks left out; {=a}: a without
+  /// uncertainty ({=a:.2f}: with two decimals). "amplitude {a,b}, period {=period}". Empty:
+  /// each parameter in turn.
+  std::string_view size = {};
+  SignaturePlot plot = {};
+  Callable<SignaturePlot(const Place&)> plot_of_place = {};  // where it depends on the place
+  /// The cause in mock_devices/ that does the same to the true rig, by its own physics: what
+  /// the blind challenge hides to see whether this one is found.
+  std::string_view twin = {};
+
+  std::string_view signature = {};    // how it shows in the residuals
+  std::string_view consequence = {};  // what it does to parts
+  std::string_view advice = {};       // what to repair, enter or do
+  /// Why a network on joint angles cannot learn it; may be empty.
+  std::string_view why_not_learned = {};
   std::string_view told_apart = {};  // from the causes that look like it
   std::string_view helps = {};       // which poses or measurements show it best
 };
 
-/// Every effect, in alphabetical order of cause.
+/// Every effect, those added at run time too, in alphabetical order of cause. What was returned
+/// once stays valid and does not change.
 [[nodiscard]] std::span<const Effect* const> all_effects();
 [[nodiscard]] const Effect* find_effect(std::string_view cause);
+
+/// Adds a row made at run time to the catalogue, for as long as this object lives:
+///
+///   Effect row{.cause = "belt_slip", ...};
+///   const AddedEffect added(row);  // `row` and the texts it views outlive `added`
+///
+/// and longer than any study that has seen it. May be used beside running studies.
+class AddedEffect {
+ public:
+  /// Throws std::invalid_argument if the cause is taken or the row lacks a name, its places or
+  /// anything to do.
+  explicit AddedEffect(const Effect& row);
+  ~AddedEffect();
+  AddedEffect(const AddedEffect&) = delete;
+  AddedEffect& operator=(const AddedEffect&) = delete;
+
+ private:
+  const Effect* row_;
+};
 
 /// An effect somewhere, with a size.
 struct ActiveEffect {
@@ -108,8 +187,13 @@ struct ActiveEffect {
   std::vector<double> x;  // as effect->parameters; a searched value last
 };
 
-/// Parameter k at a place: a step of a joint or of the cuboid is an angle.
-[[nodiscard]] EffectParameter parameter_at(const Effect& effect, const Place& place, int k);
+/// Parameter k with the unit and size that it has at this place: a step of a joint is an angle,
+/// of a dial a length. Empty where the place lacks it: a step of a joint has no y.
+[[nodiscard]] std::optional<EffectParameter> parameter_at(
+    const Effect& effect, const Place& place, int k);
+[[nodiscard]] SignaturePlot plot_at(const Effect& effect, const Place& place);
+/// "backlash of joint 2", "swapped dials C and D", "a step of the base".
+[[nodiscard]] std::string in_words_at(const Effect& effect, std::string_view place_name);
 
 /// Helpers for `places`.
 [[nodiscard]] std::vector<Place> at_each_joint(const geometry::Rig&);

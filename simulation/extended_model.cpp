@@ -37,10 +37,12 @@ std::vector<Circumstance> circumstances_of(
     each.order = static_cast<int>(result.size());
     each.time_h = (trial.time_s.value_or(first_s) - first_s) / 3600.0;
     each.temperature_degC = trial.temperature_c.value_or(20.0);
-    each.approach = {
-        static_cast<double>(trial.approach_of(0)), static_cast<double>(trial.approach_of(1))};
+    each.approach.resize(trial.q.size());
+    for (Eigen::Index joint = 0; joint < trial.q.size(); ++joint) {
+      each.approach[joint] = trial.approach_of(static_cast<std::size_t>(joint));
+    }
     const auto pose =
-        geometry::forward(at.head<geometry::kParameterCount>(), trial.q, trial.assembly);
+        geometry::forward(at.head(model.robot_parameter_count()), trial.q, trial.assembly);
     if (pose) {
       if (last_position) {
         const Eigen::Vector2d move = pose->p_WE - *last_position;
@@ -73,25 +75,27 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
     const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
     const ActiveEffect* extra) const {
   const auto& rig = base_->rig();
-  scene.q_rad = trial.q;
-  scene.v = model.head<geometry::kParameterCount>();
+  scene.q = trial.q;
+  const Eigen::Index robot_parameters = base_->robot_parameter_count();
+  scene.v = model.head(robot_parameters);
   const auto bends_joints = [](const ActiveEffect& active) {
     return active.effect->needs & kDials && active.effect->before_kinematics;
   };
   bool needs_J = extra && bends_joints(*extra);
   for (const ActiveEffect& active : effects_) needs_J = needs_J || bends_joints(active);
   if (needs_J) {
-    const auto rigid = geometry::forward_derivative(scene.v, scene.q_rad, trial.assembly);
+    const auto rigid = geometry::forward_derivative(scene.v, scene.q, trial.assembly);
     if (!rigid) return tl::unexpected(rigid.error());
     scene.J_q = rigid->J_q;
   }
   apply(&Effect::before_kinematics, effects_, extra, sample, scene);
 
-  const auto pose = geometry::forward(scene.v, scene.q_rad, trial.assembly);
+  const auto pose = geometry::forward(scene.v, scene.q, trial.assembly);
   if (!pose) return tl::unexpected(pose.error());
   scene.p_WE = pose->p_WE;
-  scene.gamma_rad =
-      geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, model[geometry::kParameterCount]);
+  // An instrument without a cuboid has no clamp angle.
+  const double clamp_rad = model.size() > robot_parameters ? model[robot_parameters] : 0.0;
+  scene.gamma_rad = geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, clamp_rad);
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
     scene.gamma_rad = *trial.gamma_rad;
   }

@@ -1,37 +1,21 @@
 #include "simulation/forward_model.h"
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
-#include "geometry/units.h"
-
 namespace sixdial::simulation {
-namespace {
 
-using geometry::Mount;
-
-constexpr double kClampChange_rad = 1.0 / 60.0;
-
-}  // namespace
-
-std::vector<geometry::ParameterInfo> parameters_of(const geometry::Rig& /*rig*/) {
-  std::vector<geometry::ParameterInfo> result(
-      geometry::kParameters.begin(), geometry::kParameters.end());
-  result.push_back({"clamp", "", "deg", geometry::kDegPerRad, "rad", kClampChange_rad});
-  return result;
+std::vector<geometry::ParameterInfo> parameters_of(const geometry::Rig& rig) {
+  return ForwardModel(rig).parameters();
 }
 
 ForwardModel::ForwardModel(geometry::Rig rig)
-    : rig_(std::move(rig)), parameters_(parameters_of(rig_)) {
-  const auto reference = geometry::reference_link_angle(rig_);
-  if (!reference) {
-    throw std::invalid_argument(
-        "rig '" + rig_.name + "': reference_pose_mm of the cuboid cannot be used: " +
-        std::string(geometry::describe(reference.error())));
-  }
-  reference_angle_rad_ = *reference;
+    : rig_(std::move(rig)), instrument_(geometry::instrument_of(rig_)) {
+  parameters_ = rig_.robot.model->parameters;
+  parameters_.insert(
+      parameters_.end(), instrument_->parameters.begin(), instrument_->parameters.end());
+  // The simulation with effects needs it of a cuboid; elsewhere there is no link to refer to.
+  reference_angle_rad_ = geometry::reference_link_angle(rig_).value_or(0.0);
 }
 
 std::optional<Eigen::Index> ForwardModel::find(std::string_view parameter) const {
@@ -41,55 +25,53 @@ std::optional<Eigen::Index> ForwardModel::find(std::string_view parameter) const
 }
 
 ModelVector ForwardModel::nominal() const {
-  ModelVector model = ModelVector::Zero(parameter_count());
-  model.head(rig_.robot.nominal.size()) = rig_.robot.nominal;
+  ModelVector model(parameter_count());
+  model << rig_.robot.nominal, instrument_->nominal;
   return model;
 }
 
 tl::expected<Prediction, geometry::KinematicTrouble> ForwardModel::predict(
     const ModelVector& model, const Eigen::VectorXd& q, geometry::Assembly assembly,
     std::optional<double> free_gamma_rad, bool with_contact) const {
-  constexpr int kClamp = geometry::kParameterCount;
-  constexpr int kCount = kClamp + 1;
-  const auto derivative =
-      geometry::forward_derivative(model.head<geometry::kParameterCount>(), q, assembly);
-  if (!derivative) return tl::unexpected(derivative.error());
-
   Prediction result;
-  result.pose = derivative->pose;
-  Eigen::Matrix<double, 2, kCount> position_J;
-  position_J << derivative->J_v, Eigen::Vector2d::Zero();
-  result.position_J = position_J;
-  Eigen::Matrix<double, 1, kCount> gamma_J = decltype(gamma_J)::Zero();
-  if (rig_.cuboid.mount != Mount::kFree) {
-    const int leg = rig_.cuboid.mount == Mount::kDistal1 ? 0 : 1;
-    gamma_J << derivative->distal_J_v.row(leg), 1.0;
-  } else if (!free_gamma_rad) {
-    gamma_J[kClamp] = 1.0;
-  }
-  result.gamma_rad = free_gamma_rad.value_or(
-      geometry::cuboid_angle(rig_, reference_angle_rad_, result.pose, model[kClamp]));
-
-  const auto count = static_cast<Eigen::Index>(rig_.dials.size());
-  result.reading.resize(count);
-  result.reading_J.resize(count, kCount);
-  result.reading_J_gamma.resize(count);
-  if (with_contact) result.in_contact.resize(rig_.dials.size());
-  const geometry::CuboidPose cuboid{result.pose.p_WE, result.gamma_rad};
-  const double side_mm = rig_.cuboid.side_mm;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const auto& dial = rig_.dials[static_cast<std::size_t>(i)].geometry;
-    const int face = geometry::face_towards(dial, result.gamma_rad);
-    const geometry::Contact contact = geometry::contact_on_face(dial, cuboid, side_mm, face);
-    result.reading[i] = contact.displacement_mm;
-    result.reading_J.row(i) = contact.J.head<2>() * position_J + contact.J[2] * gamma_J;
-    result.reading_J_gamma[i] = contact.J[2];
-    if (with_contact) {
-      result.in_contact[static_cast<std::size_t>(i)] =
-          geometry::touch(dial, cuboid, side_mm).has_value();
-    }
-  }
+  const auto reached = predict(model, q, assembly, free_gamma_rad, with_contact, result);
+  if (!reached) return tl::unexpected(reached.error());
   return result;
+}
+
+geometry::Reached ForwardModel::predict(
+    const ModelVector& model, const Eigen::VectorXd& q, geometry::Assembly assembly,
+    std::optional<double> free_gamma_rad, bool with_contact, Prediction& into) const {
+  const geometry::RobotModel& robot = *rig_.robot.model;
+  const Eigen::Index of_robot = robot_parameter_count();
+  const Eigen::Index of_instrument = instrument_->parameter_count();
+  if (into.frames.X.size() != robot.frames.size()) into.frames = geometry::Frames(robot);
+  const auto reached = robot.forward_derivative(model.head(of_robot), q, assembly, into.frames);
+  if (!reached) return reached;
+
+  into.position_J.setZero(3, parameter_count());
+  into.position_J.leftCols(of_robot) = into.frames.by_v[0].topRows<3>();
+
+  geometry::Observation& seen = into.observation;
+  const std::span<const double> unknowns =
+      free_gamma_rad ? std::span(&*free_gamma_rad, 1) : std::span<const double>();
+  instrument_->kind->observe(
+      *instrument_, std::span(model.data() + of_robot, static_cast<std::size_t>(of_instrument)),
+      unknowns, into.frames.X, with_contact, seen);
+  into.gamma_rad = seen.gamma_rad;
+  into.reading = seen.reading;
+  into.in_contact = with_contact ? seen.shows : std::vector<bool>();
+  if (seen.by_unknowns.cols() > 0) into.reading_J_gamma = seen.by_unknowns.col(0);
+
+  into.reading_J.setZero(instrument_->channel_count(), parameter_count());
+  into.reading_J.rightCols(of_instrument) = seen.by_x;
+  for (std::size_t frame = 0; frame < robot.frames.size(); ++frame) {
+    const auto by_frame = seen.by_frames.middleCols<6>(6 * static_cast<Eigen::Index>(frame));
+    if (by_frame.isZero(0.0)) continue;  // the instrument does not look at it
+    into.reading_J.leftCols(of_robot).noalias() +=
+        by_frame.lazyProduct(into.frames.by_v[frame]);
+  }
+  return {};
 }
 
 }  // namespace sixdial::simulation

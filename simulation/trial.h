@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::simulation {
 

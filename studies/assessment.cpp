@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "session/nearest.h"
+#include "session/sample_layout.h"
 #include "session/trials.h"
 
 namespace sixdial::studies {
@@ -42,7 +43,7 @@ GrossErrors::Found found_row(
   if (error.dial >= 0) {
     const auto k = static_cast<std::size_t>(error.dial);
     row.dial = session.rig.dials[k].id;
-    row.reading_mm = sample.dials[k].value_mm;
+    row.reading_mm = sample.channels[k].value;
   }
   return row;
 }
@@ -50,10 +51,10 @@ GrossErrors::Found found_row(
 void mark_bad(session::Session& session, const GrossError& error) {
   session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
   if (error.dial < 0) {
-    sample.position_mm.reset();
+    session::set_position(sample, session.rig.dials.size(), std::nullopt);
     return;
   }
-  session::DialValue& value = sample.dials[static_cast<std::size_t>(error.dial)];
+  session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];
   value.quality = session::Quality::kBad;
   value.reason = "gross error";
 }

@@ -116,9 +116,9 @@ session::Plan compensated_plan(
   std::size_t troubles = 0;
   for (session::PlanPoint& point : plan.points) {
     const auto found = calibration::compensate(
-        model, point.target_mm, mode_of(rig, point.q_rad, point.target_mm), point.q_rad);
+        model, point.target_mm, mode_of(rig, point.q, point.target_mm), point.q);
     if (found) {
-      point.q_rad = found->q_rad;
+      point.q = found->q_rad;
     } else if (++troubles <= kMostNamed) {
       named += fmt::format(
           "{}{} {}.{} {}", named.empty() ? "" : "; ", point.set, point.point, point.repeat,

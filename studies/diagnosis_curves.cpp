@@ -11,7 +11,7 @@
 #include <numeric>
 
 #include "diagnosis/gain.h"
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 namespace sixdial::studies {
 namespace {
@@ -207,8 +207,8 @@ Json joint_signature(
   if (effect.effect->cause == "joint_backlash") {
     const auto arrives = [&](int sign) {
       return [&trials, joint, sign](Eigen::Index t) {
-        return trials[static_cast<std::size_t>(t)].approach_of(static_cast<std::size_t>(joint)) ==
-               sign;
+        return trials[static_cast<std::size_t>(t)].approach_of(
+                   static_cast<std::size_t>(joint)) == sign;
       };
     };
     return Curve(name, "deg", axis, "deg")

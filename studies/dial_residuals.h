@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "session/session.h"
 
 namespace sixdial::studies {

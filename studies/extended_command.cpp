@@ -16,8 +16,7 @@ simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) 
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "the diagnosis has {} parameters where {} are needed", values.size(),
-            parameters),
+            "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
   }
   return Eigen::Map<const simulation::ModelVector>(
@@ -61,8 +60,7 @@ simulation::Circumstance ExtendedCommand::circumstance(
   result.order = order_;
   result.time_h = moment.time_h.value_or(last_time_h_);
   result.temperature_degC = moment.temperature_c.value_or(last_temperature_c_);
-  result.approach = {
-      static_cast<double>(moment.approach[0]), static_cast<double>(moment.approach[1])};
+  result.approach = Eigen::Vector2d(moment.approach[0], moment.approach[1]);
   result.travel = moment.travel;
   result.force_n = force_n;
   result.plunger_direction.assign(dials, 0.0);
@@ -163,23 +161,26 @@ session::Plan extended_plan(
       before = &point;
       continue;
     }
-    CommandMoment moment{.approach = point.approach, .temperature_c = temperature_c};
-    const auto mode = mode_of(rig, point.q_rad, point.target_mm);
+    CommandMoment moment{
+        .approach = {session::approach_of(point, 0), session::approach_of(point, 1)},
+        .temperature_c = temperature_c};
+    const auto mode = mode_of(rig, point.q, point.target_mm);
     if (before != nullptr) {
       const auto assembly =
-          geometry::assembly_at(rig.robot.nominal, before->q_rad, before->target_mm);
-      const auto stood = assembly ? command.position(before->q_rad, *assembly, {})
+          geometry::assembly_at(rig.robot.nominal, before->q, before->target_mm);
+      const auto stood = assembly ? command.position(before->q, *assembly, {})
                                   : tl::unexpected(assembly.error());
-      const Eigen::Vector2d way = point.target_mm - stood.value_or(before->target_mm);
+      const Eigen::Vector2d way =
+          point.target_mm - stood.value_or(Eigen::Vector2d(before->target_mm));
       constexpr double kMoves_mm = 1e-6;
       if (way.norm() > kMoves_mm) moment.travel = way.normalized();
     }
     const auto found =
         before == nullptr
-            ? command.solve(point.target_mm, mode, moment, point.q_rad)
-            : command.solve_after(before->q_rad, point.target_mm, mode, moment, point.q_rad);
+            ? command.solve(point.target_mm, mode, moment, point.q)
+            : command.solve_after(before->q, point.target_mm, mode, moment, point.q);
     if (found) {
-      point.q_rad = found->q_rad;
+      point.q = found->q_rad;
     } else if (++troubles <= kMostNamed) {
       named += fmt::format(
           "{}{} {}.{} {}", named.empty() ? "" : "; ", point.set, point.point, point.repeat,

@@ -23,7 +23,7 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
   WorkingArea area;
   area.low_mm = area.high_mm = rig.cuboid.reference_pose_mm;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector2d& target = points[i].target_mm;
+    const Eigen::Vector2d target = points[i].target_mm;
     area.low_mm = i == 0 ? target : Eigen::Vector2d(area.low_mm.cwiseMin(target));
     area.high_mm = i == 0 ? target : Eigen::Vector2d(area.high_mm.cwiseMax(target));
     add_once(area.measured, session::branch_of(rig, points[i]).mode);
@@ -41,14 +41,13 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
 std::vector<session::PlanPoint> points_of(const session::Session& session) {
   std::vector<session::PlanPoint> points;
   for (const session::Sample& sample : session.samples) {
-    std::optional<Eigen::Vector2d> place = sample.target_mm;
+    std::optional<session::Point> place = sample.target_mm;
     if (!place) {
-      if (const auto measured = session::trial_of(session.rig, sample).position_mm) {
-        place = *measured;
-      }
+      const auto measured = session::trial_of(session.rig, sample).position_mm;
+      if (measured) place = *measured;
     }
     if (!place) continue;
-    points.push_back({sample.set, sample.point, sample.repeat, *place, sample.q_rad, {}});
+    points.push_back({sample.set, sample.point, sample.repeat, *place, sample.q, {}});
   }
   return points;
 }

@@ -153,7 +153,8 @@ SeparationPlan separation_plan(
   }
   for (std::size_t i = 0; i < separation.chosen.size(); ++i) {
     const PosePoint& pose = candidates[separation.chosen[i]];
-    session::PlanPoint point{"G1", 0, 0, pose.target_mm, pose.q_rad, pose.approach};
+    session::PlanPoint point{
+        "G1", 0, 0, pose.target_mm, pose.q_rad, {pose.approach.begin(), pose.approach.end()}};
     result.figures.by_point.push_back(
         {.target_mm = pose.target_mm,
          .mode = session::branch_of(session.rig, point).mode,
@@ -166,7 +167,9 @@ SeparationPlan separation_plan(
   figures.separates = name_of(own);
   if (question->rival) figures.rival = name_of(*question->rival);
   if (question->assumed) figures.size_assumed = own.x[0];
-  figures.unit = parameter_at(*own.effect, own.place, 0).unit;
+  if (const auto parameter = parameter_at(*own.effect, own.place, 0)) {
+    figures.unit = parameter->unit;
+  }
   figures.points = static_cast<int>(result.plan.points.size());
   figures.log_odds_now = separation.log_odds_now;
   figures.log_odds_after =

@@ -66,7 +66,7 @@ session::Plan validation_plan(
     point.point = sample.point;
     point.set = request.set;
     point.target_mm = *sample.target_mm;
-    point.q_rad = sample.q_rad;
+    point.q = sample.q;
     targets.points.push_back(point);
   }
   if (targets.points.empty()) {

@@ -46,6 +46,13 @@ extern constinit const DialProtocol mahr{
     .identity_request = "ID?\r",
     .request = request,
     .parse = parse,
-    .unasked = unasked};
+    .unasked = unasked,
+    .maker = "Mahr",
+    .wiring = "dials with a MarConnect RS232 cable each",
+    .advice =
+        "The dials go to sleep after 8 minutes unless told otherwise; inch is refused, as its "
+        "steps are too coarse.",
+    .example_port = "MarConnect",
+    .example_serial = 2001};
 
 }  // namespace sixdial::acquisition

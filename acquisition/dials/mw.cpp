@@ -54,6 +54,11 @@ extern constinit const DialProtocol mw{
     .identity_request = "",
     .request = request,
     .parse = parse,
-    .unasked = unasked};
+    .unasked = unasked,
+    .maker = "DMX-8/2 and kin",
+    .wiring = "Digimatic dials behind a box of eight",
+    .advice = "channel is the socket at the box, 1 to 8; two are free here.",
+    .example_port = "DMX-8",
+    .example_serial = 4001};
 
 }  // namespace sixdial::acquisition

@@ -48,6 +48,14 @@ extern constinit const DialProtocol sylvac{
     .low_battery = "BAT0\r",
     .request = request,
     .parse = parse,
-    .unasked = unasked};
+    .unasked = unasked,
+    .maker = "Sylvac and kin",
+    .wiring = "dials with an Opto-RS232 cable each",
+    .advice =
+        "`sixdial rig scan` lists the stable names of the cables and the value each shows now: "
+        "push a spindle to see\n"
+        "which is which. Switch the dials to mm and their auto-off off.",
+    .example_port = "Sylvac_Opto_RS232",
+    .example_serial = 1001};
 
 }  // namespace sixdial::acquisition

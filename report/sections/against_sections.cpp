@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 #include "geometry/units.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -62,8 +62,8 @@ Shift shift_of(const Calibrated& here, const Calibrated& other) {
   Shift shift;
   for (const session::Sample& sample : here.session.samples) {
     const auto assembly = session::assembly_of(here.session.rig, sample);
-    const auto a = geometry::forward(v, sample.q_rad, assembly);
-    const auto b = geometry::forward(w, sample.q_rad, assembly);
+    const auto a = geometry::forward(v, sample.q, assembly);
+    const auto b = geometry::forward(w, sample.q, assembly);
     if (!a || !b) continue;
     const double apart_mm = (a->p_WE - b->p_WE).norm();
     shift.mean_mm += apart_mm;

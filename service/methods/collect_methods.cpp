@@ -9,6 +9,7 @@
 #include "service/methods/shared_params.h"
 #include "service/service.h"
 #include "session/plan.h"
+#include "session/sample_layout.h"
 
 namespace sixdial::service {
 namespace {
@@ -82,18 +83,40 @@ Json command(const Call& call) {
   return call.service.collection().status();
 }
 
+/// Joint values by their columns, as "joints" or, of a five-bar, on their own; empty: none.
+std::optional<Eigen::VectorXd> joints_told(const Call& call) {
+  Json told = param_or(call.params, "joints", Json::object());
+  for (const char* name : {"theta1_rad", "theta2_rad"}) {
+    if (call.params.contains(name)) told[name] = call.params[name];
+  }
+  if (told.empty()) return std::nullopt;
+  db::Store& reader = call.service.reader();
+  const auto session = call.service.collection().status()["session"].get<std::string>();
+  const session::SampleLayout layout =
+      session::layout_of(reader.load_rig(reader.find_session(session)));
+  Eigen::VectorXd q(static_cast<Eigen::Index>(layout.joints.size()));
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    const std::string name = layout.joints[i].column();
+    if (!told.contains(name) || !told[name].is_number()) {
+      throw Error(
+          ErrorCode::kInvalidParams, fmt::format("{} is missing", name), {{"param", name}},
+          "Give every joint, or none: then the values asked for count.");
+    }
+    q[static_cast<Eigen::Index>(i)] = told[name].get<double>();
+    told.erase(name);
+  }
+  if (!told.empty()) {
+    throw Error(
+        ErrorCode::kInvalidParams, fmt::format("the robot has no joint {}", told.begin().key()),
+        {{"param", told.begin().key()}}, "collect.status names the joints: move_to.");
+  }
+  return q;
+}
+
 Json moved(const Call& call) {
   acquisition::ManualAnswer answer;
   answer.done = param_or(call.params, "reached", true);
-  if (call.params.contains("theta1_rad") != call.params.contains("theta2_rad")) {
-    throw Error(
-        ErrorCode::kInvalidParams, "one of theta1_rad and theta2_rad is missing",
-        {{"param", "theta1_rad"}}, "Give both, or neither: then the angles asked for count.");
-  }
-  if (call.params.contains("theta1_rad")) {
-    answer.q_rad = Eigen::Vector2d(
-        call.params["theta1_rad"].get<double>(), call.params["theta2_rad"].get<double>());
-  }
+  answer.q = joints_told(call);
   if (call.params.contains("temperature_c")) {
     answer.temperature_c = call.params["temperature_c"].get<double>();
   }
@@ -180,17 +203,28 @@ constexpr std::array kMovedParams{
         .name = "reached",
         .type = ParamType::kBoolean,
         .doc = "false: the robot cannot go there; default true"},
-    Param{.name = "theta1_rad", .type = ParamType::kNumber, .doc = "as the encoder shows it"},
-    Param{.name = "theta2_rad", .type = ParamType::kNumber, .doc = "as the encoder shows it"},
+    Param{
+        .name = "joints",
+        .type = ParamType::kObject,
+        .doc = "what the encoders show, by column: {\"theta1_rad\": 1.5, \"theta2_rad\": 3.0}; "
+               "left out: the values asked for"},
+    Param{
+        .name = "theta1_rad", .type = ParamType::kNumber, .doc = "of a five-bar, as in joints"},
+    Param{
+        .name = "theta2_rad", .type = ParamType::kNumber, .doc = "of a five-bar, as in joints"},
     Param{.name = "temperature_c", .type = ParamType::kNumber, .doc = "at the robot"}};
 
 constexpr std::string_view kStatus =
     "state (idle, starting, running, paused, stopping, done, stopped, failed), session, "
     "operator, "
-    "done, total, stage, message, eta_s, stored_in_this_run, skipped, failed, left_out, "
+    "done, total, stage, message, pause_reason (asked, dial_fault, mode_change, robot, store; "
+    "null: "
+    "not paused), trouble (the message without its advice), eta_s, stored_in_this_run, "
+    "skipped, failed, left_out, "
     "troubles [{set, point, repeat, why}], clock_steps [{by_s, time_utc, after_samples}], "
     "point {set, point, repeat, target_mm}, move_to_rad "
-    "(a person is to move the robot there), error, ended_because, estimate (null before the "
+    "and move_to [{joint, unit, value}] (a person is to move the robot there), error, "
+    "ended_because, estimate (null before the "
     "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
     "noise_times, parameters [{name, unit, value, sd}], position_sd_mm {mean, max, worst_mm} "
     "over the workspace, condition, undetermined [names], last_times_usual, "

@@ -14,6 +14,7 @@
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
+#include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "studies/extended_command.h"
@@ -89,11 +90,11 @@ Json plan(const Call& call) {
                 rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
-    answer["plan_csv"] = session::plan_csv(compensated);
+    answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = params::absolute_path(call);
-  session::write_plan(compensated, path.string());
+  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
   answer["path"] = path.string();
   return answer;
 }

@@ -1,8 +1,7 @@
-// The catalogue, in alphabetical order. Nothing may depend on the order.
-#include <algorithm>
+// The effects that the program brings with it, in alphabetical order.
 #include <array>
 
-#include "simulation/effect.h"
+#include "simulation/catalogue.h"
 
 namespace sixdial::simulation {
 
@@ -35,52 +34,6 @@ constexpr std::array kAll{
     &tip_radius};
 }  // namespace
 
-std::span<const Effect* const> all_effects() { return kAll; }
-
-const Effect* find_effect(std::string_view cause) {
-  const auto found = std::find_if(
-      kAll.begin(), kAll.end(), [&](const Effect* effect) { return effect->cause == cause; });
-  return found == kAll.end() ? nullptr : *found;
-}
-
-std::vector<Place> at_each_joint(const geometry::Rig&) {
-  return {{.name = "joint1", .joint = 0}, {.name = "joint2", .joint = 1}};
-}
-
-std::vector<Place> at_each_dial(const geometry::Rig& rig) {
-  std::vector<Place> result;
-  for (std::size_t i = 0; i < rig.dials.size(); ++i) {
-    result.push_back({.name = rig.dials[i].id, .dial = static_cast<int>(i)});
-  }
-  return result;
-}
-
-std::vector<Place> at_each_pair_of_dials(const geometry::Rig& rig) {
-  std::vector<Place> result;
-  for (std::size_t i = 0; i < rig.dials.size(); ++i) {
-    for (std::size_t j = i + 1; j < rig.dials.size(); ++j) {
-      result.push_back(
-          {.name = rig.dials[i].id + "," + rig.dials[j].id,
-           .dial = static_cast<int>(i),
-           .other_dial = static_cast<int>(j)});
-    }
-  }
-  return result;
-}
-
-std::vector<Place> at_one_place(std::string_view name) {
-  return {Place{.name = std::string(name)}};
-}
-
-EffectParameter parameter_at(const Effect& effect, const Place& place, int k) {
-  EffectParameter parameter = effect.parameters[static_cast<std::size_t>(k)];
-  if (effect.cause != "step" || k > 1) return parameter;
-  constexpr double kLever_mm = 60.0;
-  if (place.joint >= 0 || place.name == "cuboid") {
-    return {parameter.name, "rad", parameter.sigma / kLever_mm};
-  }
-  parameter.unit = "mm";
-  return parameter;
-}
+std::span<const Effect* const> built_in_effects() { return kAll; }
 
 }  // namespace sixdial::simulation

@@ -24,7 +24,11 @@ constinit const Effect base_drift{
     .places = [](const geometry::Rig&) { return at_one_place("base"); },
     .parameters = kParameters,
     .needs = kTime,
+    .in_time = true,
     .after_kinematics = bend_after_kinematics,
+    .size = "{vx,vy}",
+    .plot = {Shows::kToolShift, Against::kTime},
+    .twin = "base_drift",
     .signature =
         "All residuals move steadily in one direction of the table from the first sample to "
         "the last.",

@@ -23,6 +23,9 @@ constinit const Effect cuboid_offset{
     .parameters = kParameters,
     .needs = kDials,
     .before_contact = bend_contact,
+    .size = "{u,v}",
+    .plot = {Shows::kReading, Against::kRotation, Groups::kNone, false},
+    .twin = "cuboid_offset",
     .signature = "The residual turns with the cuboid.",
     .consequence = "The tool point that was calibrated is not the one that works.",
     .advice =

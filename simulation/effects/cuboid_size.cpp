@@ -22,6 +22,9 @@ constinit const Effect cuboid_size{
     .parameters = kParameters,
     .needs = kDials,
     .before_contact = bend_contact,
+    .size = "{l}",
+    .plot = {Shows::kReading, Against::kRotation},
+    .twin = "cuboid_size",
     .signature =
         "Dials on opposite faces are off to the same side of their scale by equal amounts.",
     .consequence = "None on parts; positions from one face and from its opposite disagree.",

@@ -22,6 +22,9 @@ constinit const Effect cuboid_squareness{
     .parameters = kParameters,
     .needs = kDials,
     .before_contact = bend_contact,
+    .size = "{s}",
+    .plot = {Shows::kReading, Against::kRotation, Groups::kNone, false},
+    .twin = "cuboid_squareness",
     .signature =
         "Dials of one pair of faces are off in proportion to their distance from the middle of "
         "the face.",

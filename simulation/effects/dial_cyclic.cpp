@@ -55,12 +55,16 @@ extern constinit const Effect dial_cyclic;
 constinit const Effect dial_cyclic{
     .cause = "dial_cyclic",
     .in_words = "cyclic error of a dial",
+    .in_words_with_place = "cyclic error of {place}",
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
     .searched = periods,
     .searched_change = small_change,
     .after_reading = bend_after_reading,
+    .size = "amplitude {a,b}, period {=period}",
+    .plot = {Shows::kReading, Against::kReading},
+    .twin = "dial_cyclic",
     .signature = "One dial's residual is a wave over its own reading.",
     .consequence = "None on parts; positions that use this dial carry a ripple.",
     .advice =

@@ -20,10 +20,14 @@ extern constinit const Effect dial_hysteresis;
 constinit const Effect dial_hysteresis{
     .cause = "dial_hysteresis",
     .in_words = "hysteresis of a dial",
+    .in_words_with_place = "hysteresis of {place}",
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
     .after_reading = bend_after_reading,
+    .size = "{h}",
+    .plot = {Shows::kReading, Against::kReading, Groups::kPlungerDirection},
+    .twin = "dial_hysteresis",
     .signature = "One dial's residual has two levels: plunger going in, plunger coming out.",
     .consequence =
         "None on parts; this dial's readings depend on the direction of the last move.",

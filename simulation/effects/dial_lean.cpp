@@ -22,10 +22,14 @@ extern constinit const Effect dial_lean;
 constinit const Effect dial_lean{
     .cause = "dial_lean",
     .in_words = "lean of a dial",
+    .in_words_with_place = "lean of {place}",
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
     .before_contact = bend_contact,
+    .size = "{angle}",
+    .plot = {Shows::kReading, Against::kReadingTimesRotation, Groups::kNone, false},
+    .twin = "dial_lean",
     .signature =
         "One dial's residual grows with the product of its reading and the cuboid's rotation.",
     .consequence = "None on parts; positions that use this dial are bent.",

@@ -10,7 +10,7 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
-  scene.q_rad[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
+  scene.q[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
 }
 
 }  // namespace
@@ -19,10 +19,14 @@ extern constinit const Effect joint_backlash;
 constinit const Effect joint_backlash{
     .cause = "joint_backlash",
     .in_words = "backlash",
+    .in_words_with_place = "backlash of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kApproach,
     .before_kinematics = bend_kinematics,
+    .size = "{b}",
+    .plot = {Shows::kJointAngle, Against::kJointAngle, Groups::kJointApproach},
+    .twin = "joint_backlash",
     .signature =
         "Two parallel levels of residual: one when the joint arrives turning up, one when "
         "turning down.",

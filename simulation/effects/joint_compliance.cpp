@@ -13,8 +13,9 @@ void bend_kinematics(
     std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
   // J at the rigid pose, torque of the plungers in contact.
   const Eigen::Vector2d torque_Nmm = scene.J_q.transpose() * sample.force_n;
-  scene.q_rad[0] += x[0] * torque_Nmm[0];
-  scene.q_rad[1] += x[1] * torque_Nmm[1];
+  for (Eigen::Index joint = 0; joint < torque_Nmm.size(); ++joint) {
+    scene.q[joint] += x[static_cast<std::size_t>(joint)] * torque_Nmm[joint];
+  }
 }
 
 }  // namespace
@@ -23,10 +24,14 @@ extern constinit const Effect joint_compliance;
 constinit const Effect joint_compliance{
     .cause = "joint_compliance",
     .in_words = "compliance",
+    .in_words_with_place = "compliance of {place}",
     .places = [](const geometry::Rig&) { return at_one_place("joints"); },
     .parameters = kParameters,
     .needs = kDials,
     .before_kinematics = bend_kinematics,
+    .size = "joint 1 {1/K1}, joint 2 {1/K2}",
+    .plot = {Shows::kToolShift, Against::kForce, Groups::kNone, false},
+    .twin = "joint_compliance",
     .signature =
         "Residuals follow the sum of the plungers' forces, seen through the arm's lever.",
     .consequence = "The tool gives way under load: cutting or probing forces move it.",

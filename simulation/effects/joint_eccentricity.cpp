@@ -14,8 +14,8 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  const double theta = scene.q_rad[place.joint];
-  scene.q_rad[place.joint] += x[0] * std::sin(theta) + x[1] * std::cos(theta);
+  const double theta = scene.q[place.joint];
+  scene.q[place.joint] += x[0] * std::sin(theta) + x[1] * std::cos(theta);
 }
 
 }  // namespace
@@ -24,10 +24,14 @@ extern constinit const Effect joint_eccentricity;
 constinit const Effect joint_eccentricity{
     .cause = "joint_eccentricity",
     .in_words = "eccentricity",
+    .in_words_with_place = "eccentricity of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,
+    .size = "amplitude {a,b}",
+    .plot = {Shows::kJointAngle, Against::kJointAngle},
+    .twin = "joint_eccentricity",
     .signature =
         "A smooth wave over one joint's angle, once a turn, the same whenever the joint passes "
         "there.",

@@ -11,7 +11,7 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  scene.q_rad[place.joint] += x[0] * scene.q_rad[place.joint];
+  scene.q[place.joint] += x[0] * scene.q[place.joint];
 }
 
 }  // namespace
@@ -20,10 +20,14 @@ extern constinit const Effect joint_gain;
 constinit const Effect joint_gain{
     .cause = "joint_gain",
     .in_words = "wrong ratio",
+    .in_words_with_place = "wrong ratio of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,
+    .size = "{g}",
+    .plot = {Shows::kJointAngle, Against::kJointAngle},
+    .twin = "joint_gain",
     .signature = "An angle error that grows in proportion to the joint's angle.",
     .consequence = "Moves come out too long or too short in proportion to the joint's travel.",
     .advice = "Check the encoder's counts per turn and the gear ratio in the controller.",

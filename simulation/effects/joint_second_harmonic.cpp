@@ -14,8 +14,8 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  const double twice = 2 * scene.q_rad[place.joint];
-  scene.q_rad[place.joint] += x[0] * std::sin(twice) + x[1] * std::cos(twice);
+  const double twice = 2 * scene.q[place.joint];
+  scene.q[place.joint] += x[0] * std::sin(twice) + x[1] * std::cos(twice);
 }
 
 }  // namespace
@@ -24,10 +24,14 @@ extern constinit const Effect joint_second_harmonic;
 constinit const Effect joint_second_harmonic{
     .cause = "joint_second_harmonic",
     .in_words = "second harmonic",
+    .in_words_with_place = "second harmonic of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,
+    .size = "amplitude {a,b}",
+    .plot = {Shows::kJointAngle, Against::kJointAngle},
+    .twin = "joint_second_harmonic",
     .signature =
         "A smooth wave over one joint's angle, twice a turn, the same whenever the joint "
         "passes there.",

@@ -24,6 +24,9 @@ constinit const Effect link_thermal_growth{
     .parameters = kParameters,
     .needs = kTemperature,
     .before_kinematics = bend_kinematics,
+    .size = "{a}",
+    .plot = {Shows::kToolShift, Against::kTemperature, Groups::kNone, false},
+    .twin = "link_thermal_growth",
     .signature = "Residuals point outwards along the arm and grow with temperature.",
     .consequence = "Parts grow or shift as the machine warms up.",
     .advice =

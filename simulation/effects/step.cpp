@@ -29,13 +29,31 @@ std::vector<Place> places(const geometry::Rig& rig) {
   return result;
 }
 
+std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
+  constexpr double kLever_mm = 60.0;  // turns a shift of the tool into an angle of that size
+  const EffectParameter& parameter = kParameters[k];
+  if (k > 1) return parameter;
+  const bool both_axes = place.name == "base";
+  if (k == 1 && !both_axes) return std::nullopt;
+  const bool turns = place.joint >= 0 || place.name == "cuboid";
+  if (turns) return EffectParameter{parameter.name, "rad", parameter.sigma / kLever_mm};
+  return EffectParameter{parameter.name, "mm", parameter.sigma};
+}
+
+SignaturePlot plot(const Place& place) {
+  const Shows shows = place.joint >= 0       ? Shows::kJointAngle
+                      : place.name == "base" ? Shows::kToolShift
+                                             : Shows::kReading;
+  return {shows, Against::kTime};
+}
+
 bool after(std::span<const double> x, const Circumstance& sample) {
   return sample.order >= x[2];
 }
 
 void bend_kinematics(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
-  if (place.joint >= 0 && after(x, sample)) scene.q_rad[place.joint] += x[0];
+  if (place.joint >= 0 && after(x, sample)) scene.q[place.joint] += x[0];
 }
 
 void bend_after_kinematics(
@@ -59,13 +77,20 @@ extern constinit const Effect step;
 constinit const Effect step{
     .cause = "step",
     .in_words = "a step",
+    .in_words_with_place = "a step of {place}",
     .places = places,
     .parameters = kParameters,
+    .parameter_of_place = parameter_of_place,
     .needs = kNothing,
     .searched = samples,
+    .in_time = true,
+    .is_step = true,
     .before_kinematics = bend_kinematics,
     .after_kinematics = bend_after_kinematics,
     .before_contact = bend_contact,
+    .size = "{shift,shift_y} from sample {=sample} on",
+    .plot_of_place = plot,
+    .twin = "step",
     .signature = "Residuals jump at one sample and stay there.",
     .consequence = "Parts before and after the event do not fit each other.",
     .advice = "Find what was knocked at that time, fix it, and measure again from there on.",

@@ -57,8 +57,8 @@ TEST(CollectOverTheWire, GivesTheReadingsOfEachPose) {
     session::PlanPoint point;
     point.set = "G1";
     point.point = i;
-    point.target_mm = {20.0 + 2 * i, 60.0 - 3 * i};
-    point.q_rad =
+    point.target_mm = Eigen::Vector2d(20.0 + 2 * i, 60.0 - 3 * i);
+    point.q =
         geometry::inverse(rig.robot.nominal, point.target_mm, rig.robot.working_mode).value();
     point.approach = {1, i % 2 == 0 ? 1 : -1};
     plan.points.push_back(point);
@@ -80,11 +80,12 @@ TEST(CollectOverTheWire, GivesTheReadingsOfEachPose) {
   ASSERT_EQ(stored.size(), plan.points.size());
   for (std::size_t i = 0; i < stored.size(); ++i) {
     const session::Sample& sample = stored[i].sample;
-    const auto expected = nominal.expected_at(plan.points[i].q_rad);
+    const auto expected = nominal.expected_at(plan.points[i].q);
     for (std::size_t k = 0; k < 6; ++k) {
-      ASSERT_TRUE(sample.dials[k].value_mm) << i << " " << k << " " << sample.dials[k].reason;
-      EXPECT_EQ(sample.dials[k].quality, Quality::kGood) << sample.dials[k].reason;
-      EXPECT_NEAR(*sample.dials[k].value_mm, *expected[k].displacement_mm, kDial_mm);
+      ASSERT_TRUE(sample.channels[k].value)
+          << i << " " << k << " " << sample.channels[k].reason;
+      EXPECT_EQ(sample.channels[k].quality, Quality::kGood) << sample.channels[k].reason;
+      EXPECT_NEAR(*sample.channels[k].value, *expected[k].displacement_mm, kDial_mm);
     }
     EXPECT_EQ(sample.approach[1], plan.points[i].approach[1]);
     EXPECT_EQ(sample.temperature_c, -1.25);

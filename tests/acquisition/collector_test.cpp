@@ -27,9 +27,9 @@ class FakeRobot final : public RobotPort {
     return now;
   }
   tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::Vector2d& q_rad, std::chrono::milliseconds,
+      const Eigen::VectorXd& q, std::chrono::milliseconds,
       const std::stop_token& stop) override {
-    commands.push_back(q_rad);
+    commands.push_back(q);
     if (on_move) {
       if (auto fault = on_move(commands.size())) return tl::unexpected(*fault);
     }
@@ -37,7 +37,7 @@ class FakeRobot final : public RobotPort {
       return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
     }
     clock_.sleep_for(100ms, stop);
-    now.q_rad = q_rad;
+    now.q = q;
     now.motion = Motion::kInPosition;
     now.temperature_c = 21.5;
     arrived_at = clock_.monotonic();
@@ -65,7 +65,7 @@ class FakeDials final : public DialSource {
     clock_.sleep_for(scan_time, stop);
     ++scans;
     std::vector<Reading> readings;
-    const auto expected = plausible_.expected_at(robot_.now.q_rad, assembly);
+    const auto expected = plausible_.expected_at(robot_.now.q, assembly);
     for (std::size_t i = 0; i < size(); ++i) {
       double value = expected[i].displacement_mm.value_or(0.0);
       value += settling_mm(clock_.monotonic() - robot_.arrived_at);
@@ -98,10 +98,9 @@ class Collecting : public testing::Test {
       session::PlanPoint point;
       point.set = "G1";
       point.point = i;
-      point.target_mm = {20.0 + 3 * i, 40.0 + 2 * i};
-      point.q_rad =
-          geometry::inverse(rig_.robot.nominal, point.target_mm, rig_.robot.working_mode)
-              .value();
+      point.target_mm = Eigen::Vector2d(20.0 + 3 * i, 40.0 + 2 * i);
+      point.q = geometry::inverse(rig_.robot.nominal, point.target_mm, rig_.robot.working_mode)
+                    .value();
       plan_.points.push_back(point);
     }
   }
@@ -158,12 +157,12 @@ TEST_F(Collecting, EveryPointOfThePlanIsStoredOnceInOrder) {
     const session::Sample& sample = each.sample;
     const auto& planned = plan_.points[each.plan_index];
     EXPECT_EQ(sample.set, "G1");
-    EXPECT_EQ(sample.q_rad, planned.q_rad);
+    EXPECT_EQ(sample.q, planned.q);
     EXPECT_EQ(sample.target_mm, planned.target_mm);
     EXPECT_EQ(sample.temperature_c, 21.5);
-    ASSERT_EQ(sample.dials.size(), 6u);
-    for (const auto& dial : sample.dials) {
-      EXPECT_TRUE(dial.value_mm);
+    ASSERT_EQ(sample.channels.size(), 6u);
+    for (const auto& dial : sample.channels) {
+      EXPECT_TRUE(dial.value);
       EXPECT_EQ(dial.quality, Quality::kGood) << dial.reason;
       ASSERT_TRUE(dial.time_utc);
       EXPECT_LE(*dial.time_utc, *sample.time_utc);
@@ -194,12 +193,12 @@ class CollectingInTwoModes : public Collecting {
   CollectingInTwoModes() {
     for (std::size_t i = 3; i < 6; ++i) {
       session::PlanPoint& point = plan_.points[i];
-      point.q_rad = geometry::inverse(rig_.robot.nominal, point.target_mm, {-1, +1}).value();
+      point.q = geometry::inverse(rig_.robot.nominal, point.target_mm, {-1, +1}).value();
     }
     // The dials follow the command that is under way.
     robot_.on_move = [this](std::size_t) {
       for (const auto& point : plan_.points) {
-        if (point.q_rad == robot_.commands.back()) {
+        if (point.q == robot_.commands.back()) {
           dials_.assembly = session::branch_of(rig_, point).assembly;
         }
       }
@@ -232,7 +231,7 @@ TEST_F(CollectingInTwoModes, APersonIsAskedToBringTheLegsOverBeforeAnythingMoves
   ASSERT_EQ(stored_[3].remarks.size(), 1u);
   EXPECT_THAT(stored_[3].remarks[0], HasSubstr("working mode -+"));
   for (const CollectedSample& each : stored_) {
-    for (const auto& dial : each.sample.dials) {
+    for (const auto& dial : each.sample.channels) {
       EXPECT_EQ(dial.quality, Quality::kGood) << each.sample.point << ": " << dial.reason;
     }
   }
@@ -258,7 +257,7 @@ TEST_F(CollectingInTwoModes, ARigThatCanDoesItByItself) {
 }
 
 TEST_F(CollectingInTwoModes, ARunThatBeginsWhereTheLegsStandAlreadyAsksNobody) {
-  robot_.now.q_rad = plan_.points[4].q_rad;
+  robot_.now.q = plan_.points[4].q;
   robot_.now.motion = Motion::kInPosition;
   done_ = [](const session::PlanPoint& point) { return point.point < 3; };
   when_paused([] { ADD_FAILURE() << "nobody is to be asked"; });
@@ -281,7 +280,7 @@ TEST_F(Collecting, ReadingsAreTakenOnlyWhenTheySettled) {
   // Spread limit 12 um over a window of 150 ms with a time constant of 100 ms: rest 3.5 um.
   constexpr double kRest_mm = 0.004;
   dials_.scan_time = 5ms;
-  const auto expected = Plausibility(rig_, 5.0).expected_at(plan_.points[0].q_rad);
+  const auto expected = Plausibility(rig_, 5.0).expected_at(plan_.points[0].q);
   for (const double way_mm : {5.0, 0.02}) {
     dials_.settling_mm = [=](DeviceTime since) {
       return way_mm * std::exp(-std::chrono::duration<double>(since).count() / 0.1);
@@ -289,9 +288,9 @@ TEST_F(Collecting, ReadingsAreTakenOnlyWhenTheySettled) {
     stored_.clear();
     EXPECT_TRUE(run().complete);
     for (std::size_t i = 0; i < 6; ++i) {
-      const auto& dial = stored_[0].sample.dials[i];
+      const auto& dial = stored_[0].sample.channels[i];
       EXPECT_EQ(dial.quality, Quality::kGood);
-      EXPECT_NEAR(dial.value_mm.value(), expected[i].displacement_mm.value(), kRest_mm);
+      EXPECT_NEAR(dial.value.value(), expected[i].displacement_mm.value(), kRest_mm);
     }
   }
 }
@@ -301,16 +300,16 @@ TEST_F(Collecting, WhatNeverSettlesIsStoredAsUnsettled) {
     if (i == 2) *reading.value_mm += dials_.scans % 2 == 0 ? 0.05 : 0.0;
   };
   EXPECT_TRUE(run().complete);
-  EXPECT_EQ(stored_[0].sample.dials[2].quality, Quality::kUncertain);
-  EXPECT_EQ(stored_[0].sample.dials[2].reason, "unsettled");
-  EXPECT_TRUE(stored_[0].sample.dials[2].value_mm);
-  EXPECT_EQ(stored_[0].sample.dials[1].quality, Quality::kGood);
+  EXPECT_EQ(stored_[0].sample.channels[2].quality, Quality::kUncertain);
+  EXPECT_EQ(stored_[0].sample.channels[2].reason, "unsettled");
+  EXPECT_TRUE(stored_[0].sample.channels[2].value);
+  EXPECT_EQ(stored_[0].sample.channels[1].quality, Quality::kGood);
   EXPECT_THAT(stored_[0].remarks.front(), HasSubstr("dial C"));
 }
 
 TEST_F(Collecting, JointsArriveFromTheAskedSide) {
   for (std::size_t i = 0; i < plan_.points.size(); ++i) {
-    plan_.points[i].approach = i % 2 == 0 ? std::array{1, -1} : std::array{-1, 1};
+    plan_.points[i].approach = i % 2 == 0 ? std::vector{1, -1} : std::vector{-1, 1};
   }
   EXPECT_TRUE(run().complete);
   ASSERT_EQ(robot_.commands.size(), 12u);
@@ -321,7 +320,7 @@ TEST_F(Collecting, JointsArriveFromTheAskedSide) {
       EXPECT_GT(way[static_cast<Eigen::Index>(joint)] * asked, 0.0);
       EXPECT_EQ(stored_[i].sample.approach[joint], asked);
     }
-    EXPECT_EQ(robot_.commands[2 * i + 1], plan_.points[i].q_rad);
+    EXPECT_EQ(robot_.commands[2 * i + 1], plan_.points[i].q);
   }
 }
 
@@ -332,7 +331,7 @@ TEST_F(Collecting, TheDirectionOfTheLastMoveIsKeptWhereNoneIsAsked) {
   for (std::size_t i = 1; i < 6; ++i) {
     for (std::size_t joint = 0; joint < 2; ++joint) {
       const auto j = static_cast<Eigen::Index>(joint);
-      const double way = plan_.points[i].q_rad[j] - plan_.points[i - 1].q_rad[j];
+      const double way = plan_.points[i].q[j] - plan_.points[i - 1].q[j];
       EXPECT_EQ(stored_[i].sample.approach[joint], way > 0 ? 1 : -1);
       ++compared;
     }
@@ -352,7 +351,7 @@ TEST_F(Collecting, GoesOnWhereAnEarlierRunEnded) {
 TEST_F(Collecting, ADialThatFailsNowAndThenIsAskedAgain) {
   spoil_dial(1, FaultKind::kTimeout, [&] { return dials_.scans % 10 == 2; });
   EXPECT_TRUE(run().complete);
-  for (const auto& each : stored_) EXPECT_EQ(each.sample.dials[1].quality, Quality::kGood);
+  for (const auto& each : stored_) EXPECT_EQ(each.sample.channels[1].quality, Quality::kGood);
 }
 
 TEST_F(Collecting, ADialThatStaysAwayIsStoredAsBadAndNeverDropped) {
@@ -360,9 +359,9 @@ TEST_F(Collecting, ADialThatStaysAwayIsStoredAsBadAndNeverDropped) {
   EXPECT_TRUE(run().complete);
   ASSERT_EQ(stored_.size(), 6u);
   for (const auto& each : stored_) {
-    EXPECT_FALSE(each.sample.dials[3].value_mm);
-    EXPECT_EQ(each.sample.dials[3].quality, Quality::kBad);
-    EXPECT_EQ(each.sample.dials[3].reason, "disconnected");
+    EXPECT_FALSE(each.sample.channels[3].value);
+    EXPECT_EQ(each.sample.channels[3].quality, Quality::kBad);
+    EXPECT_EQ(each.sample.channels[3].reason, "disconnected");
     ASSERT_EQ(each.remarks.size(), 1u);
     EXPECT_THAT(each.remarks[0], HasSubstr("dial D: disconnected"));
   }
@@ -393,8 +392,8 @@ TEST_F(Collecting, MayPauseForADialUntilAPersonDecides) {
   EXPECT_TRUE(result.complete);
   EXPECT_EQ(pauses, 3);
   EXPECT_EQ(points(), (std::vector<int>{0, 2, 3, 4, 5}));
-  EXPECT_EQ(stored_[0].sample.dials[3].quality, Quality::kBad);
-  EXPECT_EQ(stored_[1].sample.dials[3].quality, Quality::kGood);
+  EXPECT_EQ(stored_[0].sample.channels[3].quality, Quality::kBad);
+  EXPECT_EQ(stored_[1].sample.channels[3].quality, Quality::kGood);
   ASSERT_EQ(result.skipped.size(), 1u);
   EXPECT_EQ(result.skipped[0].plan_index, 1u);
   EXPECT_THAT(result.skipped[0].why, HasSubstr("timeout"));
@@ -535,10 +534,10 @@ TEST_F(Collecting, AFrozenDialIsNoticedWhenTheRobotMoves) {
     reading.value_mm = held_mm;
   };
   EXPECT_TRUE(run().complete);
-  EXPECT_EQ(stored_[0].sample.dials[0].quality, Quality::kGood);
-  EXPECT_EQ(stored_[1].sample.dials[0].quality, Quality::kBad);
-  EXPECT_EQ(stored_[1].sample.dials[0].reason, "frozen");
-  EXPECT_EQ(stored_[1].sample.dials[1].quality, Quality::kGood);
+  EXPECT_EQ(stored_[0].sample.channels[0].quality, Quality::kGood);
+  EXPECT_EQ(stored_[1].sample.channels[0].quality, Quality::kBad);
+  EXPECT_EQ(stored_[1].sample.channels[0].reason, "frozen");
+  EXPECT_EQ(stored_[1].sample.channels[1].quality, Quality::kGood);
 }
 
 TEST_F(Collecting, ImplausibleReadingsAreKeptAndMarked) {
@@ -551,12 +550,12 @@ TEST_F(Collecting, ImplausibleReadingsAreKeptAndMarked) {
   };
   EXPECT_TRUE(run().complete);
   for (const auto& each : stored_) {
-    EXPECT_TRUE(each.sample.dials[4].value_mm);
-    EXPECT_EQ(each.sample.dials[4].quality, Quality::kUncertain);
-    EXPECT_EQ(each.sample.dials[4].reason, "implausible");
-    EXPECT_FALSE(each.sample.dials[5].value_mm);
-    EXPECT_EQ(each.sample.dials[5].quality, Quality::kUncertain);
-    EXPECT_EQ(each.sample.dials[5].reason, "no contact");
+    EXPECT_TRUE(each.sample.channels[4].value);
+    EXPECT_EQ(each.sample.channels[4].quality, Quality::kUncertain);
+    EXPECT_EQ(each.sample.channels[4].reason, "implausible");
+    EXPECT_FALSE(each.sample.channels[5].value);
+    EXPECT_EQ(each.sample.channels[5].quality, Quality::kUncertain);
+    EXPECT_EQ(each.sample.channels[5].reason, "no contact");
   }
 }
 

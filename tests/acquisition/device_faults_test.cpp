@@ -180,8 +180,8 @@ class Bench {
       session::PlanPoint point;
       point.set = "G1";
       point.point = i;
-      point.target_mm = {18.0 + 3 * i, 44.0 + 4 * i};
-      point.q_rad =
+      point.target_mm = Eigen::Vector2d(18.0 + 3 * i, 44.0 + 4 * i);
+      point.q =
           geometry::inverse(rig_.robot.nominal, point.target_mm, rig_.robot.working_mode, near)
               .value();
       plan.points.push_back(point);
@@ -315,21 +315,22 @@ void judge(const Case& each, const Outcome& outcome, const std::string& id) {
   EXPECT_EQ(outcome.broken, "");
   ASSERT_EQ(outcome.stored.size(), 3U) << "no point may be dropped: " << outcome.failed;
   const std::size_t dial = dial_of(each);
-  EXPECT_EQ(outcome.stored[0].sample.dials[dial].quality, Quality::kGood)
-      << outcome.stored[0].sample.dials[dial].reason;
+  EXPECT_EQ(outcome.stored[0].sample.channels[dial].quality, Quality::kGood)
+      << outcome.stored[0].sample.channels[dial].reason;
   // The fault came after the first point: at the second or the third it must be on record.
   const auto shows = [&](const CollectedSample& collected) {
-    const session::DialValue& stored = collected.sample.dials[dial];
+    const session::ChannelValue& stored = collected.sample.channels[dial];
     const bool quality = each.stored == Quality::kGood ? stored.quality == Quality::kGood
                                                        : stored.quality != Quality::kGood;
     return quality && each.reasons.contains(stored.reason);
   };
   const auto seen = std::find_if(outcome.stored.begin() + 1, outcome.stored.end(), shows);
-  ASSERT_NE(seen, outcome.stored.end()) << outcome.stored[1].sample.dials[dial].reason << ", "
-                                        << outcome.stored[2].sample.dials[dial].reason;
-  const session::DialValue& stored = seen->sample.dials[dial];
+  ASSERT_NE(seen, outcome.stored.end())
+      << outcome.stored[1].sample.channels[dial].reason << ", "
+      << outcome.stored[2].sample.channels[dial].reason;
+  const session::ChannelValue& stored = seen->sample.channels[dial];
   if (stored.quality == Quality::kBad && stored.reason != "frozen") {
-    EXPECT_FALSE(stored.value_mm) << "an old or doubtful value must not be kept as one";
+    EXPECT_FALSE(stored.value) << "an old or doubtful value must not be kept as one";
   }
   // And a person is told which dial and why.
   std::string told = outcome.paused;
@@ -410,15 +411,15 @@ TEST(DeviceFaults, OrderedWhileTheRobotMovesOrTheDialsSettleIsOnRecordAtThatPoin
     const auto stored = bench.collect([] {});
     ASSERT_EQ(stored.size(), 3U) << bench.failed();
     EXPECT_GT(ordered, 0);
-    EXPECT_EQ(stored[1].sample.dials[kD].reason, "timeout");
-    EXPECT_FALSE(stored[1].sample.dials[kD].value_mm);
+    EXPECT_EQ(stored[1].sample.channels[kD].reason, "timeout");
+    EXPECT_FALSE(stored[1].sample.channels[kD].value);
     EXPECT_THAT(
         fmt::format("{}", fmt::join(stored[1].remarks, "; ")), HasSubstr("dial D: timeout"));
     for (std::size_t i = 0; i < 6; ++i) {
-      EXPECT_EQ(stored[1].sample.dials[i].quality, i == kD ? Quality::kBad : Quality::kGood)
+      EXPECT_EQ(stored[1].sample.channels[i].quality, i == kD ? Quality::kBad : Quality::kGood)
           << i;
-      EXPECT_EQ(stored[0].sample.dials[i].quality, Quality::kGood) << i;
-      EXPECT_EQ(stored[2].sample.dials[i].quality, Quality::kGood) << i << ": not recovered";
+      EXPECT_EQ(stored[0].sample.channels[i].quality, Quality::kGood) << i;
+      EXPECT_EQ(stored[2].sample.channels[i].quality, Quality::kGood) << i << ": not recovered";
     }
   }
 }
@@ -449,9 +450,9 @@ TEST(DeviceFaults, TwoCablesPluggedTheWrongWayAreNamed) {
   ASSERT_EQ(stored.size(), 3U);
   // At x = 18 mm A and B are 20 mm apart; at 28 mm both would fit.
   const CollectedSample& first = stored.front();
-  EXPECT_EQ(first.sample.dials[0].reason, "implausible");
-  EXPECT_EQ(first.sample.dials[1].reason, "implausible");
-  EXPECT_EQ(first.sample.dials[0].quality, Quality::kUncertain);
+  EXPECT_EQ(first.sample.channels[0].reason, "implausible");
+  EXPECT_EQ(first.sample.channels[1].reason, "implausible");
+  EXPECT_EQ(first.sample.channels[0].quality, Quality::kUncertain);
   EXPECT_THAT(fmt::format("{}", fmt::join(first.remarks, "; ")), HasSubstr("swapped"));
 }
 

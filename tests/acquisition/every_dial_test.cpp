@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "acquisition/connection.h"
+#include "acquisition/dial_examples.h"
 #include "acquisition/dial_protocol.h"
+#include "session/rig_file.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -116,8 +120,24 @@ TEST_P(EveryDial, NamesItsLineAndItsFrame) {
   EXPECT_EQ(find_dial_protocol(dial().name), &dial());
 }
 
+TEST_P(EveryDial, FollowsIntoAnExampleRigAndTheTable) {
+  EXPECT_FALSE(dial().maker.empty());
+  EXPECT_FALSE(dial().wiring.empty());
+  EXPECT_FALSE(dial().example_port.empty());
+  const geometry::Rig rig = session::parse_rig(example_rig(dial()), "rig.toml");
+  std::set<std::string> places;
+  for (const geometry::Dial& each : rig.dials) {
+    const auto connection = parse_dial_connection(each.connection);
+    ASSERT_TRUE(connection.has_value()) << connection.error();
+    EXPECT_EQ(std::get<SerialConnection>(*connection).protocol, &dial());
+    places.insert(each.connection);
+  }
+  EXPECT_EQ(places.size(), 6U) << "each dial at a place of its own";
+  EXPECT_NE(dial_table().find(std::string(dial().maker)), std::string::npos);
+}
+
 INSTANTIATE_TEST_SUITE_P(
-    , EveryDial, testing::ValuesIn(dial_protocols().begin(), dial_protocols().end()),
+    , EveryDial, testing::ValuesIn(dial_protocols()),
     [](const auto& each) { return std::string{each.param->name}; });
 
 tl::expected<double, FaultKind> read(

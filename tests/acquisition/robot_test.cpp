@@ -37,8 +37,8 @@ TEST_F(Robot, TellsWhereItIs) {
   auto robot = connect(server);
   const auto state = robot.state({});
   ASSERT_TRUE(state) << state.error().detail;
-  EXPECT_NEAR(state->q_rad[0], 1.57079633, kCount_rad);
-  EXPECT_NEAR(state->q_rad[1], -0.2, kCount_rad);
+  EXPECT_NEAR(state->q[0], 1.57079633, kCount_rad);
+  EXPECT_NEAR(state->q[1], -0.2, kCount_rad);
   EXPECT_DOUBLE_EQ(state->temperature_c.value(), -1.25);
   EXPECT_EQ(state->motion, Motion::kIdle);
 }
@@ -52,8 +52,8 @@ TEST_F(Robot, ComesBackFromAMoveWhenItIsThere) {
     ASSERT_TRUE(there) << there.error().detail;
     EXPECT_EQ(there->motion, Motion::kInPosition);
     EXPECT_EQ(there->moves, i);
-    EXPECT_NEAR(there->q_rad[0], target[0], kCount_rad);
-    EXPECT_NEAR(there->q_rad[1], target[1], kCount_rad);
+    EXPECT_NEAR(there->q[0], target[0], kCount_rad);
+    EXPECT_NEAR(there->q[1], target[1], kCount_rad);
   }
 }
 
@@ -143,16 +143,16 @@ TEST(ManualRobot, AsksAPersonAndTakesTheirWord) {
   ManualRobot robot([&](const Eigen::Vector2d& q, const std::stop_token&) {
     asked.push_back(q);
     ManualAnswer answer;
-    if (asked.size() == 2) answer.q_rad = Eigen::Vector2d(0.5, 0.6);
+    if (asked.size() == 2) answer.q = Eigen::Vector2d(0.5, 0.6);
     if (asked.size() == 3) answer.done = false;
     return asked.size() == 4 ? std::nullopt : std::optional(answer);
   });
   const Eigen::Vector2d target(0.1, 0.2);
-  EXPECT_EQ(robot.move_to(target, 1s, {})->q_rad, target);
-  EXPECT_EQ(robot.move_to(target, 1s, {})->q_rad, Eigen::Vector2d(0.5, 0.6));
+  EXPECT_EQ(robot.move_to(target, 1s, {})->q, target);
+  EXPECT_EQ(robot.move_to(target, 1s, {})->q, Eigen::Vector2d(0.5, 0.6));
   EXPECT_EQ(robot.move_to(target, 1s, {}).error().kind, RobotFaultKind::kUnreachable);
   EXPECT_EQ(robot.move_to(target, 1s, {}).error().kind, RobotFaultKind::kCancelled);
-  EXPECT_EQ(robot.state({})->q_rad, Eigen::Vector2d(0.5, 0.6));
+  EXPECT_EQ(robot.state({})->q, Eigen::Vector2d(0.5, 0.6));
   EXPECT_EQ(asked.size(), 4u);
 }
 

@@ -46,7 +46,7 @@ Site drawn_site(std::uint64_t seed) {
     rig.robot.working_mode = geometry::kWorkingModes[static_cast<std::size_t>(below(4))];
     // On one axis, legs that bend to the same side lie on each other.
     const bool coaxial = nominal[geometry::kD] == 0.0;
-    if (coaxial && rig.robot.working_mode.leg1 == rig.robot.working_mode.leg2) continue;
+    if (coaxial && rig.robot.working_mode.leg(0) == rig.robot.working_mode.leg(1)) continue;
     constexpr std::array kMounts{geometry::Mount::kDistal1, geometry::Mount::kDistal2};
     rig.cuboid.mount = kMounts[static_cast<std::size_t>(below(2))];
     rig.cuboid.side_mm = std::round(uniform(50, 100));
@@ -134,11 +134,16 @@ double visible_ratio(
 }
 
 std::string covariate_of(const HiddenEffect& effect) {
-  if (effect.cause == "xy_field") return "x";
-  if (effect.cause == "random_walk" || effect.cause == "time_sinusoid") return "time";
-  if (effect.cause == "creep") return "time";
-  if (effect.cause == "dial_bend") return "dial " + effect.where + " reading";
-  return effect.where == "joint1" ? "theta1" : "theta2";
+  const auto covariate = mock_devices::cause_row(effect.cause).covariate;
+  return covariate ? covariate(effect.where) : "";
+}
+
+/// Under the name that a diagnosis gives it: of the effect whose twin it is, if there is one.
+std::string name_of(const HiddenEffect& effect) {
+  for (const simulation::Effect* each : simulation::all_effects()) {
+    if (each->twin == effect.cause) return std::string(each->cause) + "@" + effect.where;
+  }
+  return effect.cause + "@" + effect.where;
 }
 
 }  // namespace
@@ -153,16 +158,16 @@ std::vector<simulation::Trial> trials_of(
     session::Sample sample;
     sample.set = row.planned.set;
     sample.point = row.planned.point;
-    sample.q_rad = row.planned.q_rad;
+    sample.q = row.planned.q_rad;
     sample.target_mm = row.planned.target_mm;
     sample.approach = {row.approach[0], row.approach[1]};
     sample.temperature_c = row.temperature_c;
     sample.time_utc =
         start + std::chrono::milliseconds(static_cast<std::int64_t>(row.planned.time_s * 1000));
     for (const auto& value : noise_free ? row.noise_free_mm : row.dial_mm) {
-      session::DialValue dial;
-      dial.value_mm = value;
-      sample.dials.push_back(dial);
+      session::ChannelValue dial;
+      dial.value = value;
+      sample.channels.push_back(dial);
     }
     auto trial = session::trial_of(rig, sample, static_cast<int>(i), start);
     if (xy_only) trial.reading.assign(trial.reading.size(), std::nullopt);
@@ -210,7 +215,8 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
             outside ? mock_devices::Pool::kOutside : mock_devices::Pool::kCatalogue;
         effect = options.cause.empty() ? mock_devices::draw_effect(rig, draw, pool)
                                        : mock_devices::draw_effect_of(rig, options.cause, draw);
-        if (effect.cause == "outliers" || effect.cause == "stale_reading") continue;
+        const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
+        if (row.is_data_fault) continue;
         bool taken = false;
         for (const auto& each : world.effects) {
           taken = taken || (each.cause == effect.cause && each.where == effect.where);
@@ -223,27 +229,14 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
               model, generate_session(mock_devices::WorldModel(one).world(), plan),
               options.xy_only, site.noise_mm);
         };
-        if (effect.cause != "dial_swap") {
+        if (!row.swaps_cables) {
           // Scale the size to the wanted strength; an effect that would have to be ten times as
           // large as a rig of this kind shows is not drawn.
           ratio = alone(effect);
           if (!(ratio > 1e-3)) continue;
           const double factor = wanted / ratio;
           if (factor > 10) continue;
-          static const std::vector<std::string> kSizes{"_rad",   "_mm", "_mm_per_h",
-                                                       "_per_k", "_1",  "_rad_per_nmm"};
-          for (auto& [name, value] : effect.parameters) {
-            if (name.find("phase") == std::string::npos &&
-                name.find("direction") == std::string::npos &&
-                name.find("period") == std::string::npos &&
-                name.find("length") == std::string::npos &&
-                name.find("sample") == std::string::npos &&
-                name.find("ref") == std::string::npos &&
-                name.find("mid") == std::string::npos &&
-                name.find("seed") == std::string::npos) {
-              value *= name.starts_with("k1_") || name.starts_with("k2_") ? 1 / factor : factor;
-            }
-          }
+          effect = mock_devices::enlarged(effect, factor);
           ratio = alone(effect);
           if (!(ratio > 0.5 * wanted && ratio < 2 * wanted)) continue;
         } else {
@@ -255,7 +248,7 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
       }
       world.effects.push_back(effect);
       outcome.least = std::min(outcome.least, ratio);
-      outcome.truth.push_back(effect.cause + "@" + effect.where);
+      outcome.truth.push_back(name_of(effect));
       break;
     }
   }
@@ -263,12 +256,7 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
   if (static_cast<int>(outcome.truth.size()) != count) return std::nullopt;
   if (options.gross > 0) {
     HiddenEffect gross = mock_devices::make_effect(rig, "outliers", "samples", 0.3, seed);
-    for (auto& [name, value] : gross.parameters) {
-      if (name.find("share") != std::string::npos ||
-          name.find("fraction") != std::string::npos) {
-        value = options.gross;
-      }
-    }
+    gross.parameters.at("share") = options.gross;
     world.effects.push_back(gross);
   }
   const auto session = generate_session(world, plan);

@@ -78,8 +78,8 @@ TEST_P(EveryMode, AnUncalibratedRobotIsCommandedNominally) {
 
 INSTANTIATE_TEST_SUITE_P(
     , EveryMode, ::testing::ValuesIn(geometry::kWorkingModes), [](const auto& each) {
-      return std::string(each.param.leg1 > 0 ? "Plus" : "Minus") +
-             (each.param.leg2 > 0 ? "Plus" : "Minus");
+      return std::string(each.param.leg(0) > 0 ? "Plus" : "Minus") +
+             (each.param.leg(1) > 0 ? "Plus" : "Minus");
     });
 
 TEST(Compensation, OneNewtonStepFromNominalIsNotEnough) {

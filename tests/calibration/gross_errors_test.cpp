@@ -8,7 +8,7 @@
 #include <set>
 
 #include "calibration/random.h"
-#include "geometry/contact.h"
+#include "geometry/instruments/contact.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

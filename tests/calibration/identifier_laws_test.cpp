@@ -7,7 +7,7 @@
 #include "calibration/identifiability.h"
 #include "calibration/identifier.h"
 #include "calibration/random.h"
-#include "geometry/contact.h"
+#include "geometry/instruments/contact.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

@@ -1,5 +1,5 @@
 // The quick way of the least-squares core (normal equations by a vector kernel) against the
-// careful one (geometry/five_bar.h, QR, singular values).
+// careful one (geometry/robots/five_bar.h, QR, singular values).
 #include <gtest/gtest.h>
 
 #include "calibration/position_fit.h"

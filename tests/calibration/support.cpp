@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "calibration/random.h"
-#include "geometry/contact.h"
+#include "geometry/instruments/contact.h"
 #include "tests/support/paths.h"
 
 namespace sixdial::calibration::testing {

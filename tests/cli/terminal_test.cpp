@@ -282,7 +282,8 @@ TEST(Terminal, ACollectionIsSeenWholeInNarrowAndLowTerminalsAndWhileTheyChange) 
   const std::string plan = (directory.path() / "plan.csv").string();
   session::write_file(
       plan, session::plan_csv(
-                session::plan_random(geometry::default_rig(), 200, plan_options).value()));
+                session::plan_random(geometry::default_rig(), 200, plan_options).value(),
+                session::layout_of(geometry::default_rig())));
   const std::vector<std::string> words{
       kBin + "/sixdial", "--socket", running.socket_path().string(),
       "collect",         plan,       "--session",

@@ -64,7 +64,7 @@ void live_a_session(const std::string& path, const FaultyDisk& disk, Done& done)
   }
   step([&] {
     session::Sample again = sample_at("G1", 0);
-    again.dials[0].value_mm = 9.5;
+    again.channels[0].value = 9.5;
     done.acknowledged[store->retake_sample(id, again)] = again;
   });
   step([&] {

@@ -112,7 +112,7 @@ TEST_F(StoreFile, OfAnotherProgramIsRefusedAndLeftAlone) {
 
 // Every earlier schema, filled as its program would have, comes up to today's with its data.
 TEST_F(StoreFile, OfEveryEarlierSchemaIsBroughtUpToDate) {
-  ASSERT_GE(newest_schema(), 3);
+  ASSERT_GE(newest_schema(), 4);
   for (int version = 1; version < newest_schema(); ++version) {
     const std::string path = file("v" + std::to_string(version) + ".db");
     {
@@ -135,6 +135,7 @@ TEST_F(StoreFile, OfEveryEarlierSchemaIsBroughtUpToDate) {
     const auto session = store.load_session(store.find_session("old"));
     ASSERT_EQ(session.samples.size(), 1U);
     EXPECT_EQ(session.samples[0].point, 7);
+    EXPECT_EQ(session.samples[0].q, Eigen::Vector2d(1.5, 3.0));
     EXPECT_TRUE(store.check().empty());
   }
 }
@@ -157,8 +158,8 @@ TEST_F(StoreFile, StoredInEveryEarlierSchemaComesUpWithAllItHad) {
     const session::Session session = store.load_session(id);
     ASSERT_EQ(session.samples.size(), 2U) << "one was retaken, one withdrawn";
     EXPECT_EQ(session.samples[0].point, 1);
-    EXPECT_EQ(session.samples[0].dials[5].reason, "timeout");
-    EXPECT_EQ(session.samples[1].dials[0].value_mm, 4.0);
+    EXPECT_EQ(session.samples[0].channels[5].reason, "timeout");
+    EXPECT_EQ(session.samples[1].channels[0].value, 4.0);
     EXPECT_EQ(store.list_samples(id).size(), 4U);
     EXPECT_EQ(store.load_plan(id)->points.size(), 4U);
     EXPECT_EQ(store.open_points(id).size(), 2U);
@@ -177,7 +178,8 @@ TEST_F(StoreFile, AMigrationThatBreaksLeavesTheOldSchema) {
   {
     Database raw(file(), Database::Mode::kReadWrite);
     (void)migrate(raw, 1);
-    raw.execute("CREATE TABLE results (x INTEGER)");  // in the way of step 2, after jobs
+    // In the way of step 4, after those that have nothing against it.
+    raw.execute("CREATE TABLE sample_joints (x INTEGER)");
   }
   EXPECT_THROW((void)Store::open(file()), StoreError);
   Database raw(file(), Database::Mode::kReadOnly);

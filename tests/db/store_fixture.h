@@ -38,14 +38,14 @@ inline session::Sample sample_at(const std::string& set, int point, int repeat =
   sample.repeat = repeat;
   sample.time_utc =
       session::from_iso8601("2026-03-02T08:30:00Z").value() + std::chrono::seconds(point);
-  sample.q_rad = {1.5 + 1e-8 * point, 3.0};
+  sample.q = Eigen::Vector2d(1.5 + 1e-8 * point, 3.0);
   sample.target_mm = Eigen::Vector2d(18.402564, 54.24929);
   sample.approach = {1, std::nullopt};
   sample.temperature_c = 20.03;
-  sample.dials.resize(6);
+  sample.channels.resize(6);
   for (std::size_t i = 0; i < 6; ++i) {
-    sample.dials[i].value_mm = 0.001 * point + static_cast<double>(i);
-    sample.dials[i].time_utc = sample.time_utc;
+    sample.channels[i].value = 0.001 * point + static_cast<double>(i);
+    sample.channels[i].time_utc = sample.time_utc;
   }
   return sample;
 }
@@ -55,19 +55,18 @@ inline void expect_equal(const session::Sample& a, const session::Sample& b) {
   EXPECT_EQ(a.point, b.point);
   EXPECT_EQ(a.repeat, b.repeat);
   EXPECT_EQ(a.time_utc, b.time_utc);
-  EXPECT_EQ(a.q_rad, b.q_rad);
+  EXPECT_EQ(a.q, b.q);
   EXPECT_EQ(a.target_mm, b.target_mm);
   EXPECT_EQ(a.approach, b.approach);
   EXPECT_EQ(a.temperature_c, b.temperature_c);
-  EXPECT_EQ(a.position_mm, b.position_mm);
   EXPECT_EQ(a.line, b.line);
   EXPECT_EQ(a.source_row, b.source_row);
-  ASSERT_EQ(a.dials.size(), b.dials.size());
-  for (std::size_t i = 0; i < a.dials.size(); ++i) {
-    EXPECT_EQ(a.dials[i].value_mm, b.dials[i].value_mm);
-    EXPECT_EQ(a.dials[i].quality, b.dials[i].quality);
-    EXPECT_EQ(a.dials[i].reason, b.dials[i].reason);
-    EXPECT_EQ(a.dials[i].time_utc, b.dials[i].time_utc);
+  ASSERT_EQ(a.channels.size(), b.channels.size());
+  for (std::size_t i = 0; i < a.channels.size(); ++i) {
+    EXPECT_EQ(a.channels[i].value, b.channels[i].value);
+    EXPECT_EQ(a.channels[i].quality, b.channels[i].quality);
+    EXPECT_EQ(a.channels[i].reason, b.channels[i].reason);
+    EXPECT_EQ(a.channels[i].time_utc, b.channels[i].time_utc);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "db/migrations.h"
+#include "db/sample_writer.h"
 #include "db/sqlite.h"
 #include "tests/db/store_fixture.h"
 #include "tests/support/paths.h"
@@ -113,7 +114,7 @@ TEST_F(StoreSessions, HaveUniqueProperNames) {
 TEST_F(StoreSessions, AreImportedWholeOrNotAtAll) {
   Store store = Store::open(file());
   Session session = session::read_bundle(test_paths::test_data() + "/sessions/00");
-  session.samples[149].dials[2].value_mm = std::nan("");
+  session.samples[149].channels[2].value = std::nan("");
   const auto error = refusal_of([&] { (void)store.import_session(session); });
   EXPECT_EQ(error.trouble, StoreTrouble::kRefused);
   EXPECT_THAT(error.what(), HasSubstr("dial C is not finite"));
@@ -159,9 +160,9 @@ class StoreSamples : public StoreTest {
 
 TEST_F(StoreSamples, ComeBackExactlyWithQualityAndReason) {
   session::Sample sample = sample_at("G1", 0);
-  sample.dials[1] = {std::nullopt, session::Quality::kBad, "timeout", std::nullopt};
-  sample.dials[2] = {1.0 / 3.0, session::Quality::kUncertain, "unsettled", sample.time_utc};
-  sample.position_mm = Eigen::Vector2d(1e-300, 0.1 + 0.2);
+  sample.channels[1] = {std::nullopt, session::Quality::kBad, "timeout", std::nullopt};
+  sample.channels[2] = {1.0 / 3.0, session::Quality::kUncertain, "unsettled", sample.time_utc};
+  session::set_position(sample, 6, Eigen::Vector2d(1e-300, 0.1 + 0.2));
   const SampleId id = store_.append_sample(id_, sample);
   EXPECT_GT(id.value, 0);
   const Session session = store_.load_session(id_);
@@ -169,13 +170,42 @@ TEST_F(StoreSamples, ComeBackExactlyWithQualityAndReason) {
   expect_equal(session.samples[0], sample);
 }
 
+TEST_F(StoreSamples, HoldAnyNumberOfJointsAndCoordinates) {
+  const session::SampleLayout arm = session::make_layout(
+      {{"q1", "rad"}, {"q2", "rad"}, {"q3", "mm"}, {"q4", "rad"}}, {}, {"x", "y", "z"});
+  session::Sample sample;
+  sample.set = "G1";
+  sample.q = Eigen::Vector4d(0.1 + 0.2, -1.5, 250.0, 1e-9);
+  sample.approach = {1, std::nullopt, 0, -1};
+  sample.target_mm = Eigen::Vector3d(300, -20, 150);
+  session::set_position(sample, 0, Eigen::Vector3d(300.1, -20.2, 150.3));
+  {
+    Database raw(file(), Database::Mode::kReadWrite);
+    Transaction transaction(raw);
+    (void)SampleWriter(raw).write(id_, sample, std::nullopt, arm);
+    transaction.commit();
+    EXPECT_EQ(
+        raw.text("SELECT group_concat(joint || '_' || unit || '=' || value, ' ') FROM v_joints "
+                 "WHERE is_live AND joint <> 'q1'"),
+        "q2_rad=-1.5 q3_mm=250.0 q4_rad=1.0e-09");
+    EXPECT_EQ(
+        raw.text("SELECT group_concat(channel || '_' || unit || '=' || value, ' ') FROM "
+                 "v_channels WHERE session = 's'"),
+        "x_mm=300.1 y_mm=-20.2 z_mm=150.3");
+    EXPECT_EQ(raw.number("SELECT count(theta1_rad) FROM v_samples"), 0) << "not its joint";
+  }
+  const Session session = store_.load_session(id_);
+  ASSERT_EQ(session.samples.size(), 1U);
+  expect_equal(session.samples[0], sample);
+}
+
 TEST_F(StoreSamples, KeepWhatADeviceSentAsTextEvenIfItIsNone) {
   session::Sample sample = sample_at("G1", 0);
-  sample.dials[0] = {
+  sample.channels[0] = {
       std::nullopt, session::Quality::kBad, std::string("parse: \xFF\xFE\0!", 11), {}};
   (void)store_.append_sample(id_, sample);
   EXPECT_EQ(
-      store_.load_session(id_).samples[0].dials[0].reason,
+      store_.load_session(id_).samples[0].channels[0].reason,
       "parse: ?"
       "?"
       "?!");
@@ -192,12 +222,12 @@ TEST_F(StoreSamples, OfAKeyThatIsMeasuredAreRefused) {
 
 TEST_F(StoreSamples, WithoutSenseAreRefusedInWords) {
   session::Sample sample = sample_at("G1", 0);
-  sample.q_rad[0] = std::nan("");
+  sample.q[0] = std::nan("");
   EXPECT_EQ(
       refusal_of([&] { (void)store_.append_sample(id_, sample); }).trouble,
       StoreTrouble::kRefused);
   sample = sample_at("G1", 0);
-  sample.dials.pop_back();
+  sample.channels.pop_back();
   EXPECT_THAT(
       refusal_of([&] { (void)store_.append_sample(id_, sample); }).what(),
       HasSubstr("5 dial readings for 6 dials"));
@@ -211,7 +241,7 @@ TEST_F(StoreSamples, WithoutSenseAreRefusedInWords) {
 TEST_F(StoreSamples, AreRetakenByANewRowAndTheOldOneIsKept) {
   const SampleId old = store_.append_sample(id_, sample_at("G1", 0));
   session::Sample again = sample_at("G1", 0);
-  again.dials[0].value_mm = 9.999;
+  again.channels[0].value = 9.999;
   EXPECT_EQ(
       refusal_of([&] { (void)store_.retake_sample(id_, sample_at("G1", 5)); }).trouble,
       StoreTrouble::kNotFound);
@@ -222,13 +252,13 @@ TEST_F(StoreSamples, AreRetakenByANewRowAndTheOldOneIsKept) {
   EXPECT_FALSE(all[0].live);
   EXPECT_TRUE(all[1].live);
   EXPECT_EQ(all[1].supersedes, old);
-  EXPECT_EQ(all[0].sample.dials[0].value_mm, 0.0);
+  EXPECT_EQ(all[0].sample.channels[0].value, 0.0);
   const Session session = store_.load_session(id_);
   ASSERT_EQ(session.samples.size(), 1U);
-  EXPECT_EQ(session.samples[0].dials[0].value_mm, 9.999);
+  EXPECT_EQ(session.samples[0].channels[0].value, 9.999);
   // Undone, the retake gives way to what it had replaced.
   store_.withdraw_sample(fresh, "by mistake", {"ann", {}, {}});
-  EXPECT_EQ(store_.load_session(id_).samples[0].dials[0].value_mm, 0.0);
+  EXPECT_EQ(store_.load_session(id_).samples[0].channels[0].value, 0.0);
   EXPECT_EQ(
       refusal_of([&] { store_.withdraw_sample(fresh, "twice"); }).trouble,
       StoreTrouble::kNotFound);
@@ -251,12 +281,15 @@ TEST_F(StoreSamples, CannotBeChangedOrDeletedEvenBySql) {
   Database raw(file(), Database::Mode::kReadWrite);
   raw.execute("PRAGMA recursive_triggers = ON");
   const std::vector<std::string> attempts{
-      "UPDATE samples SET theta1_rad = 0",
+      "UPDATE samples SET temperature_c = 0",
+      "UPDATE sample_joints SET value = 0",
+      "DELETE FROM sample_joints",
       "DELETE FROM samples",
-      "UPDATE readings SET value_mm = 0",
-      "DELETE FROM readings",
-      "REPLACE INTO readings SELECT sample_id, dial_index, dial, 0, quality, reason, time_utc "
-      "FROM readings",
+      "UPDATE sample_channels SET value = 0",
+      "DELETE FROM sample_channels",
+      "REPLACE INTO sample_channels SELECT sample_id, channel_index, channel, unit, 0, "
+      "quality, "
+      "reason, time_utc FROM sample_channels",
       "DELETE FROM withdrawals",
       "UPDATE rigs SET text = ''",
       "DELETE FROM sessions",
@@ -267,7 +300,7 @@ TEST_F(StoreSamples, CannotBeChangedOrDeletedEvenBySql) {
         refusal_of([&] { raw.execute(sql); }).what(), testing::ContainsRegex("never|keeps"))
         << sql;
   }
-  EXPECT_EQ(store_.load_session(id_).samples[0].dials[1].value_mm, 1.0);
+  EXPECT_EQ(store_.load_session(id_).samples[0].channels[1].value, 1.0);
 }
 
 TEST_F(StoreSamples, AddedByTwoThreadsAreAllThere) {

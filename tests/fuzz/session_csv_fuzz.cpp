@@ -46,7 +46,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   try {
     const Plan plan = parse_plan(text, "plan.csv", rig);
-    expect(parse_plan(plan_csv(plan), "plan.csv", rig).points.size() == plan.points.size());
+    expect(
+        parse_plan(plan_csv(plan, layout_of(rig)), "plan.csv", rig).points.size() ==
+        plan.points.size());
   } catch (const DataError& error) {
     check_place(error);
   }

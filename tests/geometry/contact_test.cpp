@@ -1,4 +1,4 @@
-#include "geometry/contact.h"
+#include "geometry/instruments/contact.h"
 
 #include <gtest/gtest.h>
 

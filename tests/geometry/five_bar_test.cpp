@@ -1,4 +1,4 @@
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 #include <gtest/gtest.h>
 
@@ -84,7 +84,7 @@ TEST_P(InMode, LinksKeepTheirLengthEverywhere) {
 
 INSTANTIATE_TEST_SUITE_P(, InMode, testing::ValuesIn(kWorkingModes), [](const auto& each) {
   const auto side = [](int s) { return s > 0 ? "Plus" : "Minus"; };
-  return std::string(side(each.param.leg1)) + side(each.param.leg2);
+  return std::string(side(each.param.leg(0))) + side(each.param.leg(1));
 });
 
 TEST(FiveBar, JacobianAgreesWithDifferences) {

@@ -75,6 +75,7 @@ def try_laws(tree, folder, laws, least):
     passed = re.search(r"\[  PASSED  \] (\d+) tests?", told.stdout)
     if told.returncode != 0 or not passed or int(passed[1]) < least:
         fail(f"the shared laws of tests/{folder} were not passed by the new one: {laws}")
+    return told.stdout
 
 
 def add_a_dial(source, work):
@@ -101,16 +102,29 @@ def add_a_dial(source, work):
 
 
 def add_an_effect(source, work):
-    tree = copy_of(source, work, "simulation")
+    tree = copy_of(source, work, "simulation", "effects")
+    example = os.path.join(source, "tests/howto/add_an_effect")
     # Steps 1 and 2: its file, and its name in the list.
-    shutil.copy(os.path.join(source, "tests/howto/add_an_effect/joint_third_harmonic.cpp"),
+    shutil.copy(os.path.join(example, "joint_third_harmonic.cpp"),
                 os.path.join(tree, "simulation/effects"))
     put(tree, "simulation/effects/all_effects.cpp", "joint_second_harmonic,",
         "joint_second_harmonic, joint_third_harmonic,")
     put(tree, "simulation/effects/all_effects.cpp", "    &joint_second_harmonic,\n",
         "    &joint_second_harmonic,\n    &joint_third_harmonic,\n")
-    # Step 3: the laws, at both joints; and the catalogue's own.
-    try_laws(tree, "simulation", "*EveryEffect*joint_third_harmonic*:Effects.*", 4)
+    # Step 3: its twin, and the twin's name in the list.
+    shutil.copy(os.path.join(example, "mock_joint_third_harmonic.cpp"),
+                os.path.join(tree, "mock_devices/hidden/joint_third_harmonic.cpp"))
+    put(tree, "mock_devices/hidden/all_causes.cpp", "joint_second_harmonic,",
+        "joint_second_harmonic, joint_third_harmonic,")
+    put(tree, "mock_devices/hidden/all_causes.cpp", "&stale_reading,",
+        "&stale_reading, &joint_third_harmonic,")
+    # Step 4: the laws, at both joints; the catalogue's own; the twin's. Both parameters are in
+    # the words that the report says of its size.
+    told = try_laws(tree, "simulation", "*EveryEffect*joint_third_harmonic*:Effects.*", 12)
+    for parameter in "a", "b":
+        if not re.search(r"joint_third_harmonic at joint2: .*\b%s [\d.]+\u00b0" % parameter, told):
+            fail(f"the words for its size leave out its parameter {parameter}")
+    try_laws(tree, "effects", "*EveryTwin*joint_third_harmonic*:Twins.*", 2)
 
 
 def add_a_method(source, work):

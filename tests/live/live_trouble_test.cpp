@@ -81,11 +81,10 @@ TEST(LivePageTrouble, AFinishedPlanAndAFailedStoreSayWhatToDo) {
   ShownSession shown;
   shown.open();
   const auto collect = [&](Json more) {
-    Json data{{"session", "monday"}, {"done", 32},
-              {"total", 32},         {"stage", "finished"},
-              {"message", ""},       {"eta_s", nullptr},
-              {"point", nullptr},    {"move_to_rad", nullptr},
-              {"error", nullptr},    {"ended_because", nullptr}};
+    Json data{{"session", "monday"},     {"done", 32},         {"total", 32},
+              {"stage", "finished"},     {"message", ""},      {"eta_s", nullptr},
+              {"point", nullptr},        {"move_to", nullptr}, {"error", nullptr},
+              {"ended_because", nullptr}};
     data.update(more);
     shown.running().service().events().publish("collect", data);
   };

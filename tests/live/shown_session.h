@@ -61,13 +61,15 @@ class ShownSession {
                     {"message",
                      "dial C: timeout, no answer; resume measures again, accept stores the "
                      "point as it is, skip leaves it out"},
+                    {"pause_reason", "dial_fault"},
+                    {"trouble", "dial C: timeout, no answer"},
                     {"eta_s", 65.0},
                     {"point",
                      {{"set", point.set},
                       {"point", point.point},
                       {"repeat", point.repeat},
                       {"target_mm", {point.target_mm.x(), point.target_mm.y()}}}},
-                    {"move_to_rad", nullptr},
+                    {"move_to", nullptr},
                     {"error", nullptr},
                     {"ended_because", nullptr}});
     play_dials();

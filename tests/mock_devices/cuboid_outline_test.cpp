@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "geometry/contact.h"
+#include "geometry/instruments/contact.h"
 #include "geometry/rig.h"
 #include "mock_devices/random.h"
 

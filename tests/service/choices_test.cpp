@@ -132,8 +132,9 @@ TEST(LiveReadings, CarryTheCollectorsJudgementAndTheEstimateFollowsAnUndo) {
   client.call(
       "collect.start",
       {{"session", "live"},
-       {"plan_csv",
-        session::plan_csv(session::plan_random(geometry::default_rig(), 12, plan).value())}});
+       {"plan_csv", session::plan_csv(
+                        session::plan_random(geometry::default_rig(), 12, plan).value(),
+                        session::layout_of(geometry::default_rig()))}});
   int moving = 0, judged = 0, samples = 0;
   for (Json data = Json::object(); data.value("state", "") != "done";) {
     const Json params = watcher.read()["params"];

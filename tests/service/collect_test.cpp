@@ -65,9 +65,9 @@ TEST(Collect, AWholePlanIsMeasuredStoredAndShown) {
     EXPECT_TRUE(sample.target_mm.has_value());
     for (std::size_t i = 0; i < 6; ++i) {
       const Json& shown = event["dials"][stored.rig.dials[i].id]["value_mm"];
-      ASSERT_EQ(shown.is_number(), sample.dials[i].value_mm.has_value());
+      ASSERT_EQ(shown.is_number(), sample.channels[i].value.has_value());
       if (shown.is_number()) {
-        EXPECT_NEAR(shown.get<double>(), *sample.dials[i].value_mm, kSameReading_mm);
+        EXPECT_NEAR(shown.get<double>(), *sample.channels[i].value, kSameReading_mm);
       }
     }
   }
@@ -140,7 +140,7 @@ TEST(Collect, APlanThatContradictsWhatIsMeasuredIsRefused) {
   start(client, plan);
   ASSERT_EQ(wait_for_end(client)["state"], "done");
   plan.points[1].target_mm.x() += 0.5;
-  plan.points[1].q_rad =
+  plan.points[1].q =
       *geometry::inverse(geometry::default_rig().robot.nominal, plan.points[1].target_mm, {});
   EXPECT_EQ(error_code_of(start(client, plan)), "wrong_state");
 }
@@ -262,9 +262,10 @@ TEST(Collect, EndsByItselfWhenTheUncertaintyIsBelowTheLimitAndSaysSo) {
   LineClient watcher = running.client();
   watcher.call("events.subscribe", {{"topics", {"collect"}}});
   client.call(
-      "collect.start", {{"session", "live"},
-                        {"plan_csv", session::plan_csv(plan)},
-                        {"stop_below_mm", kLimit_mm}});
+      "collect.start",
+      {{"session", "live"},
+       {"plan_csv", session::plan_csv(plan, session::layout_of(geometry::default_rig()))},
+       {"stop_below_mm", kLimit_mm}});
   const Json status = wait_for_end(client);
   EXPECT_EQ(status["state"], "done") << status;
   const auto g1 = status["estimate"]["samples"].get<int>();
@@ -363,9 +364,9 @@ TEST(Daemon, KilledDuringCollectionItLosesNoAcknowledgedSampleAndCompletes) {
     ++found;
     for (std::size_t i = 0; i < session.rig.dials.size(); ++i) {
       const Json& shown = told->second["dials"][session.rig.dials[i].id]["value_mm"];
-      ASSERT_EQ(shown.is_number(), sample.dials[i].value_mm.has_value());
+      ASSERT_EQ(shown.is_number(), sample.channels[i].value.has_value());
       if (!shown.is_number()) continue;
-      EXPECT_NEAR(shown.get<double>(), *sample.dials[i].value_mm, kSameReading_mm);
+      EXPECT_NEAR(shown.get<double>(), *sample.channels[i].value, kSameReading_mm);
     }
   }
   EXPECT_EQ(found, acknowledged.size());

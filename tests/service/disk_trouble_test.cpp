@@ -100,9 +100,9 @@ class DiskTrouble : public ::testing::Test {
       if (told == acknowledged_.end()) continue;
       ++found;
       const Json& shown = told->second["dials"]["A"]["value_mm"];
-      ASSERT_EQ(shown.is_number(), sample.dials[0].value_mm.has_value());
+      ASSERT_EQ(shown.is_number(), sample.channels[0].value.has_value());
       if (shown.is_number()) {
-        EXPECT_NEAR(shown.get<double>(), *sample.dials[0].value_mm, 0.0005);
+        EXPECT_NEAR(shown.get<double>(), *sample.channels[0].value, 0.0005);
       }
     }
     EXPECT_EQ(found, acknowledged_.size());
@@ -208,7 +208,8 @@ TEST_F(DiskTrouble, IsToldByTheCommandLineWithAnExitCode) {
   LineClient client = daemon.client();
   ASSERT_EQ(error_code_of(create(client, rig_)), "");
   const auto plan = directory_.path() / "plan.csv";
-  std::ofstream(plan) << session::plan_csv(Rig::plan(kPoints));
+  std::ofstream(plan) << session::plan_csv(
+      Rig::plan(kPoints), session::layout_of(geometry::default_rig()));
   client.call("events.subscribe", {{"topics", {"sample"}}});
   std::thread breaks([&] {
     client.read();

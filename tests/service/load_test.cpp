@@ -49,8 +49,8 @@ class LiveRig {
       session::PlanPoint point;
       point.set = "G1";
       point.point = i;
-      point.target_mm = {26.0 + (i % 5), 46.0 + (i / 5 % 5)};
-      point.q_rad =
+      point.target_mm = Eigen::Vector2d(26.0 + (i % 5), 46.0 + (i / 5 % 5));
+      point.q =
           geometry::inverse(rig.robot.nominal, point.target_mm, rig.robot.working_mode, near)
               .value();
       plan.points.push_back(point);
@@ -110,7 +110,7 @@ std::vector<double> ages_ms(const session::Session& stored) {
   std::vector<double> ages;
   for (const session::Sample& sample : stored.samples) {
     double oldest = 0.0;
-    for (const session::DialValue& dial : sample.dials) {
+    for (const session::ChannelValue& dial : sample.channels) {
       if (!dial.time_utc) continue;
       oldest = std::max(
           oldest,
@@ -142,7 +142,10 @@ session::Session collect_for(
   const auto plan = LiveRig::plan(2000);
   EXPECT_EQ(
       error_code_of(control.call(
-          "collect.start", {{"session", name}, {"plan_csv", session::plan_csv(plan)}})),
+          "collect.start",
+          {{"session", name},
+           {"plan_csv",
+            session::plan_csv(plan, session::layout_of(geometry::default_rig()))}})),
       "");
   // In pieces: a client of these tests waits a minute for an answer and no longer.
   constexpr double kPiece_s = 20.0;
@@ -259,8 +262,10 @@ TEST(Soak, HoursOfCollectingLeaveMemoryAndDescriptorsAsTheyWere) {
     listener.call("events.subscribe", {{"since_seq", 0}});
     ASSERT_EQ(
         error_code_of(control.call(
-            "collect.start",
-            {{"session", name}, {"plan_csv", session::plan_csv(LiveRig::plan(20))}})),
+            "collect.start", {{"session", name},
+                              {"plan_csv", session::plan_csv(
+                                               LiveRig::plan(20),
+                                               session::layout_of(geometry::default_rig()))}})),
         "");
     Json status;
     do {

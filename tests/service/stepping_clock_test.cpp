@@ -107,7 +107,7 @@ TEST_P(SteppingClock, IsToldAndStoredAndHarmsNoSample) {
   for (std::size_t i = 0; i < told.size(); ++i) {
     const session::Sample& sample = session.samples[i];
     EXPECT_EQ((Key{sample.set, sample.point, sample.repeat}), told[i]);
-    for (const session::DialValue& value : sample.dials) {
+    for (const session::ChannelValue& value : sample.channels) {
       EXPECT_NE(value.reason, "stale") << "an age was taken from the time of day";
       EXPECT_NE(value.reason, "timeout");
     }

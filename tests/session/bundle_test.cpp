@@ -91,8 +91,8 @@ TEST_P(EveryOddBundle, GivesTheSameBytesBack) {
   EXPECT_EQ(session.samples.size(), GetParam().rows);
   EXPECT_EQ(session_csv(session), GetParam().csv);
   if (GetParam().rows > 0) {
-    EXPECT_DOUBLE_EQ(session.samples[0].q_rad[0], 1.509623367);
-    EXPECT_DOUBLE_EQ(session.samples[1].dials[5].value_mm.value_or(0), 31.040);
+    EXPECT_DOUBLE_EQ(session.samples[0].q[0], 1.509623367);
+    EXPECT_DOUBLE_EQ(session.samples[1].channels[5].value.value_or(0), 31.040);
   }
 }
 
@@ -107,12 +107,12 @@ TEST(Bundle, KeepsEveryFieldOfARow) {
   EXPECT_EQ(sample.point, 1);
   EXPECT_EQ(sample.repeat, 0);
   EXPECT_EQ(to_iso8601(sample.time_utc.value()), "2026-03-02T08:30:17.693Z");
-  EXPECT_EQ(sample.q_rad, Eigen::Vector2d(1.411917868, 2.880616311));
+  EXPECT_EQ(sample.q, Eigen::Vector2d(1.411917868, 2.880616311));
   EXPECT_EQ(sample.target_mm, Eigen::Vector2d(24.408706, 62.417123));
   EXPECT_EQ(sample.approach[0], -1);
   EXPECT_EQ(sample.temperature_c, 20.07);
-  ASSERT_EQ(sample.dials.size(), 6U);
-  EXPECT_EQ(sample.dials[0].value_mm, 14.486);
+  ASSERT_EQ(sample.channels.size(), 6U);
+  EXPECT_EQ(sample.channels[0].value, 14.486);
   EXPECT_EQ(sample.line, 3);
   EXPECT_EQ(sample.source_row, kRow1);
 }
@@ -123,12 +123,12 @@ TEST(Bundle, TakesDialColumnsInAnyOrderAndPositionsInstead) {
       "18.5,54.25,26.045,3.069803861,1.509623367,,G1\n"
       ",,26.045,3.069803861,1.509623367,1,G1\n");
   ASSERT_EQ(session.samples.size(), 2U);
-  EXPECT_EQ(session.samples[0].position_mm, Eigen::Vector2d(18.5, 54.25));
-  EXPECT_EQ(session.samples[0].dials[5].value_mm, 26.045);
-  EXPECT_FALSE(session.samples[0].dials[0].value_mm.has_value());
-  EXPECT_EQ(session.samples[0].dials[0].reason, "no contact or no reading");
-  EXPECT_EQ(session.samples[0].dials[1].reason, "no column in the file");
-  EXPECT_FALSE(session.samples[1].position_mm.has_value());
+  EXPECT_EQ(position_of(session.samples[0], 6), Eigen::Vector2d(18.5, 54.25));
+  EXPECT_EQ(session.samples[0].channels[5].value, 26.045);
+  EXPECT_FALSE(session.samples[0].channels[0].value.has_value());
+  EXPECT_EQ(session.samples[0].channels[0].reason, "no contact or no reading");
+  EXPECT_EQ(session.samples[0].channels[1].reason, "no column in the file");
+  EXPECT_FALSE(position_of(session.samples[1], 6).has_value());
   EXPECT_EQ(session.samples[1].point, 1) << "points without a column are numbered";
 }
 
@@ -278,13 +278,13 @@ Sample measured(int point) {
   sample.set = "G1";
   sample.point = point;
   sample.time_utc = from_iso8601("2026-03-02T08:30:08.805Z");
-  sample.q_rad = {150962337 * 1e-8, 306980386 * 1e-8};
+  sample.q = Eigen::Vector2d(150962337 * 1e-8, 306980386 * 1e-8);
   sample.target_mm = Eigen::Vector2d(18.402564, 54.24929);
   sample.approach = {1, -1};
   sample.temperature_c = 20.03;
-  sample.dials.resize(6);
+  sample.channels.resize(6);
   for (std::size_t i = 0; i < 6; ++i) {
-    sample.dials[i].value_mm = static_cast<double>(1000 * i + 7) * 0.001;
+    sample.channels[i].value = static_cast<double>(1000 * i + 7) * 0.001;
   }
   return sample;
 }
@@ -293,8 +293,8 @@ TEST(MeasuredSession, IsWrittenInTheSpecsColumnsAndReadsBackEqual) {
   Session session;
   session.rig = geometry::default_rig();
   session.samples = {measured(0), measured(1)};
-  session.samples[1].dials[2].value_mm.reset();
-  session.samples[1].dials[2].reason = "timeout";
+  session.samples[1].channels[2].value.reset();
+  session.samples[1].channels[2].reason = "timeout";
   const std::string csv = session_csv(session);
   EXPECT_EQ(
       csv,
@@ -305,7 +305,7 @@ TEST(MeasuredSession, IsWrittenInTheSpecsColumnsAndReadsBackEqual) {
           "-1,20.03,0.007,1.007,,3.007,4.007,5.007\n");
   const Session back = parse_session(csv, "session.csv", rig_toml(session), "rig.toml");
   ASSERT_EQ(back.samples.size(), 2U);
-  EXPECT_DOUBLE_EQ(back.samples[0].q_rad[0], session.samples[0].q_rad[0]);
+  EXPECT_DOUBLE_EQ(back.samples[0].q[0], session.samples[0].q[0]);
   EXPECT_EQ(session_csv(back), csv);
 }
 
@@ -314,24 +314,24 @@ TEST(MeasuredSession, GivesBackEveryStepOfAFinerDial) {
   session.rig = geometry::default_rig();
   for (geometry::Dial& dial : session.rig.dials) dial.resolution_mm = 0.0005;
   session.samples = {measured(0)};
-  session.samples[0].dials[0].value_mm = 12.3455;
-  session.samples[0].dials[1].value_mm = 1.234567;  // finer than the rig file says
+  session.samples[0].channels[0].value = 12.3455;
+  session.samples[0].channels[1].value = 1.234567;  // finer than the rig file says
   const Session back =
       parse_session(session_csv(session), "session.csv", rig_toml(session), "rig.toml");
-  EXPECT_EQ(back.samples[0].dials[0].value_mm, 12.3455);
-  EXPECT_EQ(back.samples[0].dials[1].value_mm, 1.234567);
+  EXPECT_EQ(back.samples[0].channels[0].value, 12.3455);
+  EXPECT_EQ(back.samples[0].channels[1].value, 1.234567);
 }
 
 TEST(MeasuredSession, WritesABadReadingAsNone) {
   Session session;
   session.rig = geometry::default_rig();
   session.samples = {measured(0)};
-  session.samples[0].dials[0].quality = Quality::kBad;
-  session.samples[0].dials[1].quality = Quality::kUncertain;
+  session.samples[0].channels[0].quality = Quality::kBad;
+  session.samples[0].channels[1].quality = Quality::kUncertain;
   const Session back =
       parse_session(session_csv(session), "session.csv", rig_toml(session), "rig.toml");
-  EXPECT_FALSE(back.samples[0].dials[0].value_mm.has_value());
-  EXPECT_EQ(back.samples[0].dials[1].value_mm, 1.007);
+  EXPECT_FALSE(back.samples[0].channels[0].value.has_value());
+  EXPECT_EQ(back.samples[0].channels[1].value, 1.007);
 }
 
 TEST(MeasuredSession, AddedToAnImportedOneFollowsItsHeader) {
@@ -349,15 +349,15 @@ TEST(MeasuredSession, SaysWhatIsWrongWithASample) {
   const geometry::Rig rig = geometry::default_rig();
   EXPECT_EQ(sample_problem(rig, measured(0)), "");
   Sample sample = measured(0);
-  sample.dials[3].value_mm = std::nan("");
+  sample.channels[3].value = std::nan("");
   EXPECT_EQ(sample_problem(rig, sample), "the reading of dial D is not finite");
   sample = measured(0);
-  sample.dials.pop_back();
+  sample.channels.pop_back();
   EXPECT_EQ(sample_problem(rig, sample), "there are 5 dial readings for 6 dials");
   sample = measured(0);
-  sample.q_rad[1] = 0.1;
+  sample.q[1] = 0.1;
   EXPECT_EQ(sample_problem(rig, sample), "") << "out of nominal reach is still a measurement";
-  sample.q_rad[1] = INFINITY;
+  sample.q[1] = INFINITY;
   EXPECT_EQ(sample_problem(rig, sample), "a joint angle is not finite");
 }
 

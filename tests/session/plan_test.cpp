@@ -30,8 +30,8 @@ void expect_lawful(const geometry::Rig& rig, const Plan& plan, const Rectangle& 
     EXPECT_TRUE(((point.target_mm - area.min_mm).array() >= 0).all());
     EXPECT_TRUE(((area.max_mm - point.target_mm).array() >= 0).all());
     const auto& v = rig.robot.nominal;
-    const auto assembly = geometry::assembly_at(v, point.q_rad, point.target_mm).value();
-    const auto pose = geometry::forward(v, point.q_rad, assembly).value();
+    const auto assembly = geometry::assembly_at(v, point.q, point.target_mm).value();
+    const auto pose = geometry::forward(v, point.q, assembly).value();
     EXPECT_LE((pose.p_WE - point.target_mm).norm(), kRoundedAngles_mm);
     const double gamma = geometry::cuboid_angle(rig, reference, pose, 0.0);
     for (int i = 0; i < 16; ++i) {
@@ -252,8 +252,8 @@ TEST(Plan, InAnotherWorkingModeTakesTheAnglesOfThatMode) {
   const Plan plan = good(plan_random(rig, 10, {.working_modes = {mode}, .seed = 8}));
   for (const PlanPoint& point : plan.points) {
     const auto& v = rig.robot.nominal;
-    const auto assembly = geometry::assembly_at(v, point.q_rad, point.target_mm).value();
-    EXPECT_EQ(geometry::working_mode_of(v, point.q_rad, assembly).value(), mode);
+    const auto assembly = geometry::assembly_at(v, point.q, point.target_mm).value();
+    EXPECT_EQ(geometry::working_mode_of(v, point.q, assembly).value(), mode);
   }
 }
 
@@ -304,8 +304,8 @@ TEST(Plan, KeepsJointAnglesContinuousAcrossPi) {
   const Plan plan = good(plan_random(geometry::default_rig(), 200, {.seed = 9}));
   double most = 0;
   for (const PlanPoint& point : plan.points) {
-    EXPECT_GT(point.q_rad[1], 2.0);
-    most = std::max(most, point.q_rad[1]);
+    EXPECT_GT(point.q[1], 2.0);
+    most = std::max(most, point.q[1]);
   }
   EXPECT_GT(most, std::numbers::pi) << "the law was tried";
 }
@@ -315,7 +315,7 @@ TEST(PlanFile, ReadsBackWhatItWrote) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Plan plan = good(plan_random(
         rig, 30, {.repeats = 2, .approach = ApproachRule::kBothSides, .seed = seed}));
-    EXPECT_EQ(parse_plan(plan_csv(plan), "plan.csv", rig), plan);
+    EXPECT_EQ(parse_plan(plan_csv(plan, layout_of(rig)), "plan.csv", rig), plan);
   }
 }
 
@@ -328,7 +328,7 @@ TEST(PlanFile, SaysTheModeOfEachPointAndReadsBackTheSamePlan) {
   EXPECT_THAT(text, HasSubstr(",++\n"));
   EXPECT_THAT(text, HasSubstr(",-+\n"));
   EXPECT_EQ(parse_plan(text, "plan.csv", rig), plan);
-  EXPECT_EQ(parse_plan(plan_csv(plan), "plan.csv", rig), plan);
+  EXPECT_EQ(parse_plan(plan_csv(plan, layout_of(rig)), "plan.csv", rig), plan);
 }
 
 TEST(PlanFile, TakesTheModeOfARowWithoutAngles) {
@@ -363,10 +363,10 @@ TEST(PlanFile, ComputesAnglesThatAreLeftOut) {
   constexpr double kClosure_mm = 1e-11;
   for (const PlanPoint& point : plan.points) {
     const auto pose =
-        geometry::forward(rig.robot.nominal, point.q_rad, geometry::Assembly::kLeft).value();
+        geometry::forward(rig.robot.nominal, point.q, geometry::Assembly::kLeft).value();
     EXPECT_LE((pose.p_WE - point.target_mm).norm(), kClosure_mm);
   }
-  EXPECT_GT(plan.points[1].q_rad[1], std::numbers::pi);
+  EXPECT_GT(plan.points[1].q[1], std::numbers::pi);
 }
 
 TEST(PlanFile, IsRefusedWithLineAndColumn) {

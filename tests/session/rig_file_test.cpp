@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/sha256.h"
 #include "tests/session/bundle_text.h"
@@ -15,7 +17,9 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string shared_rig() { return read_file(test_paths::test_data() + "/sessions/00/rig.toml"); }
+std::string shared_rig() {
+  return read_file(test_paths::test_data() + "/sessions/00/rig.toml");
+}
 
 void expect_equal(const geometry::Rig& a, const geometry::Rig& b) {
   EXPECT_EQ(a.name, b.name);
@@ -225,6 +229,123 @@ TEST(RigFile, TakesAnyCharacterInQuotesAndComments) {
     const std::string text = with(shared_rig(), "\"five-bar rig\"", name);
     EXPECT_NO_THROW((void)parse_rig(text, "rig.toml")) << name;
   }
+}
+
+/// [robot] of the small rig, without a cuboid and without dials.
+std::string robot_alone() {
+  const std::string text = small_rig();
+  return text.substr(0, text.find("[cuboid]"));
+}
+
+TEST(RigFile, WithoutCuboidAndDialsIsOneOfPositions) {
+  const geometry::Rig rig = parse_rig(robot_alone(), "rig.toml");
+  EXPECT_EQ(rig.instrument.kind, "position");
+  EXPECT_TRUE(rig.dials.empty());
+  EXPECT_EQ(rig.robot.nominal, parse_rig(small_rig(), "rig.toml").robot.nominal);
+  const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");
+  expect_equal(again, rig);
+  EXPECT_EQ(again.instrument.kind, "position");
+}
+
+TEST(RigFile, NamesItsInstrument) {
+  const std::string text =
+      robot_alone() + "[instrument]\nkind = \"position\"\nsd_mm = 0.02\ndimensions = 3\n";
+  const geometry::Rig rig = parse_rig(text, "rig.toml");
+  EXPECT_EQ(rig.instrument.kind, "position");
+  EXPECT_EQ(rig.instrument.sd_mm, 0.02);
+  EXPECT_EQ(rig.instrument.dimensions, 3);
+  const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");
+  EXPECT_EQ(again.instrument.sd_mm, 0.02);
+  EXPECT_EQ(again.instrument.dimensions, 3);
+  EXPECT_THAT(
+      error_of([] {
+        (void)parse_rig(robot_alone() + "[instrument]\nkind = \"ruler\"\n", "rig.toml");
+      }).what(),
+      testing::AllOf(HasSubstr("not a known instrument"), HasSubstr("\"dials_on_cuboid\"")));
+}
+
+TEST(RigFile, ATableMisspeltIsNoRigOfPositions) {
+  EXPECT_THAT(
+      error_of([] { (void)parse_rig(robot_alone() + "[cubiod]\n", "rig.toml"); }).what(),
+      HasSubstr("nearest known key is 'cuboid'"));
+}
+
+// A robot kind that the program does not have: three joints, a key of its own.
+struct Slide {
+  std::string colour;
+};
+std::shared_ptr<const geometry::RobotModel> slide_of(std::string colour) {
+  auto robot = std::make_shared<geometry::RobotModel>();
+  robot->kind = geometry::find_robot_kind("slide");
+  robot->joints = {
+      {"x", geometry::JointKind::kPrismatic},
+      {"y", geometry::JointKind::kPrismatic},
+      {"z", geometry::JointKind::kPrismatic}};
+  robot->parameters = {
+      {"skew", "skew_deg", "deg", geometry::kDegPerRad, "rad", 0.01},
+      {"scale", "scale_mm", "mm", 1.0, "mm", 1.0, geometry::FileRange::kPositive, true}};
+  robot->nominal = Eigen::Vector2d(0.0, 100.0);
+  robot->frames = {"E"};
+  robot->assemblies = {{1, "the one"}};
+  robot->modes = {{0, "the one"}};
+  robot->details = std::make_shared<const Slide>(Slide{std::move(colour)});
+  return robot;
+}
+void add_slide() {
+  static constexpr std::array<std::string_view, 1> kKeys{"colour"};
+  if (geometry::find_robot_kind("slide") != nullptr) return;
+  geometry::add_robot_kind(
+      {.name = "slide",
+       .in_words = "three slides",
+       .example = [] { return slide_of("grey"); },
+       .from_file = [](const geometry::RobotFile& file)
+           -> tl::expected<
+               std::shared_ptr<const geometry::RobotModel>, geometry::RobotFileFault> {
+         const auto colour = file.robot.find("colour");
+         if (colour == file.robot.end()) return slide_of("grey");
+         const auto* text = std::get_if<std::string>(&colour->second.value);
+         if (text != nullptr) return slide_of(*text);
+         return tl::unexpected(
+             geometry::RobotFileFault{"colour", "is no colour", "write \"red\""});
+       },
+       .file_keys = kKeys,
+       .to_file =
+           [](const geometry::RobotModel& robot) {
+             return "colour = \"" + static_cast<const Slide*>(robot.details.get())->colour +
+                    "\"\n";
+           },
+       .forward = [](const geometry::RobotModel&, std::span<const double> v,
+                     std::span<const double> q, geometry::Assembly,
+                     std::span<geometry::Pose<double>> X) -> geometry::Reached {
+         X[0].p = Eigen::Vector3d(q[0], q[1] + v[0] * q[0], q[2]) * (v[1] / 100.0);
+         return {};
+       },
+       .forward_derivative = [](const geometry::RobotModel& robot, std::span<const double> v,
+                                std::span<const double> q, geometry::Assembly assembly,
+                                geometry::Frames& at) -> geometry::Reached {
+         return robot.kind->forward(robot, v, q, assembly, at.X);
+       }});
+}
+
+TEST(RigFile, TakesAnyRobotKindByItsName) {
+  add_slide();
+  const std::string text =
+      "name = \"mill\"\n[robot]\nmodel = \"slide\"\ncolour = \"red\"\nskew_deg = 0.5\n";
+  const geometry::Rig rig = parse_rig(text, "rig.toml");
+  EXPECT_EQ(rig.robot.model->joint_count(), 3);
+  ASSERT_EQ(rig.robot.nominal.size(), 2);
+  EXPECT_DOUBLE_EQ(rig.robot.nominal[0], 0.5 * geometry::kRadPerDeg);
+  EXPECT_EQ(rig.robot.nominal[1], 100.0);  // optional: the kind's own
+  EXPECT_EQ(static_cast<const Slide*>(rig.robot.model->details.get())->colour, "red");
+  const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");
+  EXPECT_EQ(again.robot.nominal, rig.robot.nominal);
+  EXPECT_EQ(static_cast<const Slide*>(again.robot.model->details.get())->colour, "red");
+  EXPECT_THAT(
+      error_of([&] { (void)parse_rig(with(text, "\"red\"", "3"), "rig.toml"); }).what(),
+      HasSubstr("is no colour"));
+  EXPECT_THAT(
+      error_of([&] { (void)parse_rig(with(text, "skew_deg", "skow_deg"), "rig.toml"); }).what(),
+      HasSubstr("the nearest known key is 'skew_deg'"));
 }
 
 TEST(RigFile, NamesAMissingTableAndASingleDialTable) {

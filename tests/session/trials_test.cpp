@@ -25,12 +25,12 @@ Sample ideal_sample(
       pose.p_WE, geometry::cuboid_angle(rig, reference, pose, clamp_rad)};
   Sample sample;
   sample.set = "G1";
-  sample.q_rad = q_rad;
+  sample.q = q_rad;
   for (const geometry::Dial& dial : rig.dials) {
     const auto contact = geometry::touch(dial.geometry, cuboid, rig.cuboid.side_mm);
-    DialValue value;
-    value.value_mm = contact ? contact->displacement_mm : 0.001;  // rests at its end stop
-    sample.dials.push_back(value);
+    ChannelValue value;
+    value.value = contact ? contact->displacement_mm : 0.001;  // rests at its end stop
+    sample.channels.push_back(value);
   }
   return sample;
 }
@@ -134,10 +134,10 @@ TEST(Trials, FindTheAssemblyByTargetPositionOrReadings) {
     (truth == Assembly::kLeft ? left : right) += 1;
     Sample sample = ideal_sample(rig, *q, truth, 0.01);
     EXPECT_EQ(assembly_of(rig, sample), truth) << "by readings";
-    for (DialValue& dial : sample.dials) dial.value_mm.reset();
-    sample.position_mm = target + Vector2d(2, -2);
+    for (ChannelValue& dial : sample.channels) dial.value.reset();
+    set_position(sample, rig.dials.size(), Vector2d(target + Vector2d(2, -2)));
     EXPECT_EQ(assembly_of(rig, sample), truth) << "by position";
-    sample.position_mm.reset();
+    set_position(sample, rig.dials.size(), std::nullopt);
     EXPECT_EQ(assembly_of(rig, sample), rig.robot.assembly) << "the rig's";
     sample.target_mm = target;
     EXPECT_EQ(assembly_of(rig, sample), truth) << "by target";
@@ -150,10 +150,10 @@ TEST(Trials, LeaveOutBadReadingsAndPlungersAtTheirEnds) {
   const geometry::Rig rig = geometry::default_rig();
   const auto q = geometry::inverse(rig.robot.nominal, Vector2d(28, 48), {+1, +1}).value();
   Sample sample = ideal_sample(rig, q, Assembly::kLeft, 0.0);
-  sample.dials[0].quality = Quality::kBad;
-  sample.dials[1].quality = Quality::kUncertain;
-  sample.dials[2].value_mm = 0.004;
-  sample.dials[3].value_mm = 50.795;
+  sample.channels[0].quality = Quality::kBad;
+  sample.channels[1].quality = Quality::kUncertain;
+  sample.channels[2].value = 0.004;
+  sample.channels[3].value = 50.795;
   const auto trial = trial_of(rig, sample);
   EXPECT_FALSE(trial.reading[0].has_value());
   EXPECT_TRUE(trial.reading[1].has_value());
@@ -168,7 +168,7 @@ TEST(Trials, KeepASampleThatAllowsNoPosition) {
   Session session;
   session.rig = rig;
   session.samples = {ideal_sample(rig, q, Assembly::kLeft, 0.0)};
-  for (const std::size_t i : {0U, 2U, 4U}) session.samples[0].dials[i].value_mm.reset();
+  for (const std::size_t i : {0U, 2U, 4U}) session.samples[0].channels[i].value.reset();
   const auto trials = trials_of(session, "G1");
   ASSERT_EQ(trials.size(), 1U);
   EXPECT_FALSE(trials[0].position_mm.has_value());
@@ -180,7 +180,7 @@ TEST(Trials, KeepASampleThatTheNominalRobotCannotTake) {
   const geometry::Rig rig = geometry::default_rig();
   const auto q = geometry::inverse(rig.robot.nominal, Vector2d(28, 48), {+1, +1}).value();
   Sample sample = ideal_sample(rig, q, Assembly::kLeft, 0.0);
-  sample.q_rad = {1.5, 0.1};
+  sample.q = Vector2d(1.5, 0.1);
   const auto trial = trial_of(rig, sample);
   EXPECT_FALSE(trial.position_mm.has_value());
   EXPECT_TRUE(trial.reading[0].has_value());
@@ -190,9 +190,9 @@ TEST(Trials, TakeAnInstrumentsPositionBeforeTheDials) {
   const geometry::Rig rig = geometry::default_rig();
   const auto q = geometry::inverse(rig.robot.nominal, Vector2d(28, 48), {+1, +1}).value();
   Sample sample = ideal_sample(rig, q, Assembly::kLeft, 0.0);
-  sample.position_mm = Vector2d(28.5, 48.5);
+  set_position(sample, 6, Vector2d(28.5, 48.5));
   const auto trial = trial_of(rig, sample);
-  EXPECT_EQ(trial.position_mm.value(), *sample.position_mm);
+  EXPECT_EQ(trial.position_mm.value(), position_of(sample, 6).value());
   EXPECT_TRUE(trial.position_channels.empty());
 }
 

@@ -43,7 +43,8 @@ TEST_P(WithMount, JacobianAgreesWithDifferences) {
     for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
       const double h = i < 7 ? 2e-3 : 2e-5;
       const auto at = [&](double step) -> Eigen::VectorXd {
-        return model.predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
+        return model
+            .predict(x + step * ModelVector::Unit(x.size(), i), q, geometry::Assembly::kLeft)
             ->reading;
       };
       slope.col(i) = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
@@ -68,7 +69,7 @@ TEST_P(WithMount, ReadingsGiveTheToolBack) {
         model.rig().dial_geometries(), readings, model.rig().cuboid.side_mm, seen.gamma_rad);
     if (!back) continue;
     ++solved;
-    ASSERT_LT((back->pose.p_WE - seen.pose.p_WE).norm(), kSolved_mm);
+    ASSERT_LT((back->pose.p_WE - seen.p_WE()).norm(), kSolved_mm);
     ASSERT_LT(std::abs(back->pose.gamma_rad - seen.gamma_rad), 1e-12);
   }
   EXPECT_GT(solved, 450);
@@ -105,7 +106,8 @@ TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
 
 TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {
   const ForwardModel model(geometry::default_rig());
-  const auto seen = model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
+  const auto seen =
+      model.predict(model.nominal(), Vector2d(3.1, 0.0), geometry::Assembly::kLeft);
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error(), geometry::KinematicTrouble::kOutOfReach);
 }

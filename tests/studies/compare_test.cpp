@@ -196,12 +196,14 @@ session::Session coaxial_session() {
   calibration::RandomSequence random(5, 1);
   for (session::Sample& sample : session.samples) {
     const Eigen::Vector2d target(random.uniform(-20, 20), random.uniform(60, 90));
-    sample.q_rad = geometry::inverse(nominal, target, {+1, -1}).value();
+    sample.q = geometry::inverse(nominal, target, {+1, -1}).value();
     sample.target_mm = target;
-    const auto assembly = geometry::assembly_at(nominal, sample.q_rad, target).value();
-    const auto pose = geometry::forward(robot, sample.q_rad, assembly).value();
-    sample.position_mm = pose.p_WE + 0.003 * Eigen::Vector2d(random.normal(), random.normal());
-    for (session::DialValue& dial : sample.dials) dial = {};
+    const auto assembly = geometry::assembly_at(nominal, sample.q, target).value();
+    const auto pose = geometry::forward(robot, sample.q, assembly).value();
+    for (session::ChannelValue& dial : sample.channels) dial = {};
+    session::set_position(
+        sample, session.rig.dials.size(),
+        Eigen::Vector2d(pose.p_WE + 0.003 * Eigen::Vector2d(random.normal(), random.normal())));
   }
   return session;
 }

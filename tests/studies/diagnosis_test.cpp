@@ -190,7 +190,7 @@ TEST(Diagnosis, TheJsonHasWhatTheContractAsksFor) {
   for (std::size_t i = 0; i < residuals["sample"].size(); ++i) {
     const auto& sample = session.samples[residuals["sample"][i].get<std::size_t>()];
     EXPECT_EQ(
-        sample.dials[dial_index(residuals["dial"][i])].value_mm,
+        sample.channels[dial_index(residuals["dial"][i])].value,
         residuals["measured_mm"][i].get<double>());
   }
   EXPECT_EQ(document["inputs"]["data_hash"], "sha256:" + session::data_sha256(session));
@@ -222,7 +222,7 @@ TEST(Diagnosis, OtherNamesAndAnotherOrderOfTheDialsChangeNothingButNames) {
   }
   for (std::size_t s = 0; s < session.samples.size(); ++s) {
     for (std::size_t i = 0; i < order.size(); ++i) {
-      other.samples[s].dials[i] = session.samples[s].dials[order[i]];
+      other.samples[s].channels[i] = session.samples[s].channels[order[i]];
     }
   }
   const Json before = quick(session);
@@ -274,9 +274,12 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
   session::Session session = session_of("01");
   const auto trials = session::trials_of(session, "");
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
-    session.samples[i].position_mm.reset();
-    if (trials[i].position_mm) session.samples[i].position_mm = *trials[i].position_mm;
-    for (session::DialValue& dial : session.samples[i].dials) dial.value_mm.reset();
+    session::Sample& sample = session.samples[i];
+    for (session::ChannelValue& dial : sample.channels) dial.value.reset();
+    if (trials[i].position_mm) {
+      session::set_position(
+          sample, session.rig.dials.size(), session::Point(*trials[i].position_mm));
+    }
   }
   const Json document = quick(session);
   EXPECT_EQ(names_of(document), std::set<std::string>{"joint_backlash@joint2"});
@@ -294,10 +297,10 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
 TEST(Diagnosis, GrossReadingsAndReadingsHandedOverTwiceAreToldApart) {
   session::Session session = session_of("00");
   for (const std::size_t sample : {20U, 55U, 90U}) {  // C shows what it showed before
-    session.samples[sample].dials[2] = session.samples[sample - 1].dials[2];
+    session.samples[sample].channels[2] = session.samples[sample - 1].channels[2];
   }
-  *session.samples[40].dials[0].value_mm += 0.3;
-  *session.samples[70].dials[1].value_mm -= 0.2;
+  *session.samples[40].channels[0].value += 0.3;
+  *session.samples[70].channels[1].value -= 0.2;
   const Json document = quick(session);
   EXPECT_EQ(
       names_of(document), (std::set<std::string>{"outliers@samples", "stale_reading@samples"}));

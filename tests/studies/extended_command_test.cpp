@@ -77,19 +77,18 @@ TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   int up = 0;
   for (std::size_t i = 1; i < plan.points.size(); ++i) {
     const session::PlanPoint& point = plan.points[i];
-    const Eigen::Vector2d way = point.q_rad - plan.points[i - 1].q_rad;
+    const Eigen::Vector2d way = point.q - plan.points[i - 1].q;
     const CommandMoment moment{.approach = {way[0] > 0 ? 1 : -1, way[1] > 0 ? 1 : -1}};
     up += way[1] > 0 ? 1 : 0;
-    const auto assembly =
-        geometry::assembly_at(rig.robot.nominal, point.q_rad, point.target_mm);
-    const auto there = command.position(point.q_rad, *assembly, moment);
+    const auto assembly = geometry::assembly_at(rig.robot.nominal, point.q, point.target_mm);
+    const auto there = command.position(point.q, *assembly, moment);
     ASSERT_TRUE(there);
     EXPECT_LT((*there - point.target_mm).norm(), kClosure_mm) << i;
   }
   EXPECT_GT(up, 10);
   EXPECT_LT(up, 30);
   session::Plan beyond = plan;
-  beyond.points[3].target_mm = {400, 0};
+  beyond.points[3].target_mm = Eigen::Vector2d(400, 0);
   EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), Error);
 }
 
@@ -153,7 +152,10 @@ TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
   const session::Plan g2 =
       session::plan_random(geometry::default_rig(), 15, plan_options).value();
   plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
-  client.call("collect.start", {{"session", "demo"}, {"plan_csv", session::plan_csv(plan)}});
+  client.call(
+      "collect.start",
+      {{"session", "demo"},
+       {"plan_csv", session::plan_csv(plan, session::layout_of(geometry::default_rig()))}});
   Json status;
   do {
     status = client.call("collect.wait", {{"timeout_s", 60}})["result"];

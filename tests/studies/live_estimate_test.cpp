@@ -42,8 +42,8 @@ TEST(LiveEstimate, SuspectsAWrongReadingOnceTenSamplesAreThere) {
   for (const int at : {10, 20, 35}) {
     session::Session session =
         measured(simple_world(3), session::plan_random(kRig, 40, {.seed = 4}).value());
-    for (auto& dial : session.samples[static_cast<std::size_t>(at)].dials) {
-      if (dial.value_mm) *dial.value_mm += 0.5;
+    for (auto& dial : session.samples[static_cast<std::size_t>(at)].channels) {
+      if (dial.value) *dial.value += 0.5;
     }
     LiveEstimate estimate(kRig, points_of(session));
     for (int i = 0; i <= at; ++i) {

@@ -97,7 +97,10 @@ TEST(Validation, OnTheRobotEachStepOfTheMethodBringsTheToolNearerToItsTargets) {
   const session::Plan g2 =
       session::plan_random(geometry::default_rig(), 15, plan_options).value();
   plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
-  client.call("collect.start", {{"session", "demo"}, {"plan_csv", session::plan_csv(plan)}});
+  client.call(
+      "collect.start",
+      {{"session", "demo"},
+       {"plan_csv", session::plan_csv(plan, session::layout_of(geometry::default_rig()))}});
   Json status;
   do {
     status = client.call("collect.wait", {{"timeout_s", 60}})["result"];
@@ -156,7 +159,7 @@ TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
     EXPECT_EQ(plan.points[i + 1].set, "G2.full");
     EXPECT_EQ(plan.points[i].target_mm, plan.points[i + 1].target_mm);
     EXPECT_EQ(plan.points[i].point, plan.points[i + 1].point);
-    EXPECT_GT((plan.points[i].q_rad - plan.points[i + 1].q_rad).norm(), 1e-3);
+    EXPECT_GT((plan.points[i].q - plan.points[i + 1].q).norm(), 1e-3);
   }
   request.set = "G9";
   EXPECT_THROW(validation_plan(session, calibration, request), Error);
@@ -180,7 +183,7 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
     const session::Sample& sample = session.samples[static_cast<std::size_t>(point.sample)];
     const Eigen::Vector2d learned = point.residual_mm.at(column("ekf_dqpso")).value() -
                                     point.residual_mm.at(column("ekf_dqpso+anfis")).value();
-    EXPECT_LT((full.correction(sample.q_rad) - learned).norm(), 1e-12);
+    EXPECT_LT((full.correction(sample.q) - learned).norm(), 1e-12);
   }
   EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), Error);
 }
@@ -190,17 +193,19 @@ TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
   const auto model = compensation_model(calibrate(session, quick()), CompensateBy::kKinematics);
   const session::Plan plan = session::plan_grid(session.rig, 7, 9).value();
   const session::Plan written = session::parse_plan(
-      session::plan_csv(compensated_plan(plan, model, session.rig)), "plan", session.rig);
+      session::plan_csv(
+          compensated_plan(plan, model, session.rig), session::layout_of(session.rig)),
+      "plan", session.rig);
   ASSERT_EQ(written.points.size(), plan.points.size());
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     EXPECT_EQ(written.points[i].target_mm, plan.points[i].target_mm);
     const auto pose =
-        geometry::forward(model.v, written.points[i].q_rad, session.rig.robot.assembly);
+        geometry::forward(model.v, written.points[i].q, session.rig.robot.assembly);
     ASSERT_TRUE(pose);
     EXPECT_LT((pose->p_WE - plan.points[i].target_mm).norm(), kPlanRounding_mm);
   }
   session::Plan beyond = plan;
-  beyond.points[3].target_mm = {400, 0};
+  beyond.points[3].target_mm = Eigen::Vector2d(400, 0);
   try {
     static_cast<void>(compensated_plan(beyond, model, session.rig));
     ADD_FAILURE() << "a target out of reach was accepted";

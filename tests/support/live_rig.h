@@ -60,7 +60,9 @@ inline Json create(LineClient& client, const Rig& rig) {
 
 inline Json start(LineClient& client, const session::Plan& plan) {
   return client.call(
-      "collect.start", {{"session", "live"}, {"plan_csv", session::plan_csv(plan)}});
+      "collect.start",
+      {{"session", "live"},
+       {"plan_csv", session::plan_csv(plan, session::layout_of(geometry::default_rig()))}});
 }
 
 inline Json wait_for_end(LineClient& client) {

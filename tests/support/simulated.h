@@ -26,7 +26,7 @@ inline session::Session measured(const mock_devices::World& world, const session
     pose.point = point.point;
     pose.repeat = point.repeat;
     pose.time_s = 8.0 * static_cast<double>(poses.size());
-    pose.q_rad = point.q_rad;
+    pose.q_rad = point.q;
     pose.target_mm = point.target_mm;
     pose.assembly = session::branch_of(world.rig, point).assembly;
     poses.push_back(pose);

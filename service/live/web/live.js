@@ -139,20 +139,22 @@
     showMap();
   }
 
+  // theta1 1.500000, theta2 3.000000 rad: the unit where it changes, and at the end.
+  const jointsInWords = (joints) => joints.map((each, i) => `${each.joint} ${fixed(each.value, 6)}${i + 1 < joints.length && joints[i + 1].unit === each.unit ? '' : ` ${each.unit}`}`).join(', ');
+
   function tellState() {
     const error = collect.error || {};
-    if (collect.state === 'paused' && /accept/.test(collect.message || '')) say(`❚❚ Paused: ${sentence(collect.message)} Mend it, then Continue (c) measures this point again. Accept (a) stores it with the fault, Skip (s) leaves it out.`);
-    else if (collect.state === 'paused' && collect.message) say(`❚❚ Paused: ${sentence(collect.message)} Then Continue (c).`);
+    if (collect.state === 'paused' && collect.pause_reason === 'dial_fault') say(`❚❚ Paused: ${sentence(collect.trouble)} Mend it, then Continue (c) measures this point again. Accept (a) stores it with the fault, Skip (s) leaves it out.`);
+    else if (collect.state === 'paused' && collect.trouble) say(`❚❚ Paused: ${sentence(collect.trouble)} Then Continue (c).`);
     else if (collect.state === 'paused') say('❚❚ Paused. Continue (c) goes on with the plan.');
     else if (collect.state === 'failed') say(`✕ The collection failed: ${sentence(error.message || collect.ended_because)} ${sentence((error.data || {}).hint)} What was stored is kept. Start (g) goes on at the next open point.`, true);
-    else if (collect.move_to_rad) say(`Move the robot to theta1 ${fixed(collect.move_to_rad[0], 6)}, theta2 ${fixed(collect.move_to_rad[1], 6)} rad, then: Moved (m).`);
+    else if (collect.move_to) say(`Move the robot to ${jointsInWords(collect.move_to)}, then: Moved (m).`);
     else if (collect.state === 'done' && collect.session === session) say('✓ The plan is finished: nothing is left to measure. Next: Calibrate (k), then Diagnose (d).');
     else if (collect.state === 'stopped' && collect.session === session) say('■ Stopped. What is stored is kept; Start (g) goes on at the next open point.');
     else say('');
   }
-  // The collector's words name its commands; the buttons stand beside.
   function sentence(text) {
-    const plain = (text || '').replace(/; resume [^;]*$/, '').trim();
+    const plain = (text || '').trim();
     return plain && !/[.!?]$/.test(plain) ? plain + '.' : plain;
   }
 
@@ -325,15 +327,15 @@
     if (!active) return 'nothing is being collected';
     if (name === 'pause' && collect.state !== 'running') return paused ? 'it is paused' : 'it is ' + collect.state;
     if (name === 'resume' && !paused) return 'it is not paused';
-    if (name === 'accept' && !(paused && /accept/.test(collect.message || ''))) return 'only while paused for a dial fault';
-    if (name === 'moved' && !collect.move_to_rad) return 'nobody was asked to move the robot';
+    if (name === 'accept' && !(paused && collect.pause_reason === 'dial_fault')) return 'only while paused for a dial fault';
+    if (name === 'moved' && !collect.move_to) return 'nobody was asked to move the robot';
     if (name === 'stop' && collect.state === 'stopping') return 'it is stopping';
     return '';
   }
   const jobRuns = () => !!job && (job.state === 'running' || job.state === 'queued');
   function seen(name) {
     const active = kActive.includes(collect.state), paused = collect.state === 'paused';
-    return { start: !active, pause: active && !paused, resume: paused, retake: active, skip: active, stop: active, accept: paused && !reason('accept'), moved: !!collect.move_to_rad, cancel: jobRuns() }[name] !== false;
+    return { start: !active, pause: active && !paused, resume: paused, retake: active, skip: active, stop: active, accept: paused && !reason('accept'), moved: !!collect.move_to, cancel: jobRuns() }[name] !== false;
   }
   function showButtons() {
     for (const button of document.querySelectorAll('button[data-do]')) {

@@ -25,6 +25,9 @@ extern constinit const DialProtocol plain{
     .identity_request = "",
     .request = request,
     .parse = parse,
-    .unasked = unasked};
+    .unasked = unasked,
+    .maker = "a maker",
+    .wiring = "dials with a plain cable each",
+    .example_port = "Plain_Cable"};
 
 }  // namespace sixdial::acquisition

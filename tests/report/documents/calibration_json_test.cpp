@@ -109,7 +109,7 @@ TEST_P(CalibrationByMethod, GoesThroughItsDocumentToTheSameRobotBitForBit) {
   const std::size_t full = result.methods.size() - 1;
   for (const studies::PointResiduals& point : loaded.points) {
     if (!has_model) break;
-    const auto& q_rad = session.samples[static_cast<std::size_t>(point.sample)].q_rad;
+    const auto& q_rad = session.samples[static_cast<std::size_t>(point.sample)].q;
     EXPECT_EQ(now.correction(q_rad), later.correction(q_rad));
     // What the model adds is what it takes from the residuals of the parameters alone.
     const Eigen::Vector2d learned =

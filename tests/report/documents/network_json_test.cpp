@@ -213,7 +213,7 @@ TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndRepo
   const auto later = studies::compensation_model(
       calibration_from_json(Json::parse(document.dump())), studies::CompensateBy::kFull);
   for (const session::Sample& sample : session.samples) {
-    EXPECT_EQ(now.correction(sample.q_rad), later.correction(sample.q_rad));
+    EXPECT_EQ(now.correction(sample.q), later.correction(sample.q));
   }
   const report::ReportData data = report::report_data(result, session, "somebody");
   const auto section =

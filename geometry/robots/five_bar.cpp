@@ -1,4 +1,4 @@
-#include "geometry/five_bar.h"
+#include "geometry/robots/five_bar.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -67,21 +67,38 @@ ForwardPose in_world(const ParameterVector& v, const Closure& closure) {
 
 }  // namespace
 
-const std::array<ParameterInfo, kParameterCount> kParameters{{
-    {"l11", "l11_mm", "mm", 1.0, "mm", 1.0},
-    {"l12", "l12_mm", "mm", 1.0, "mm", 1.0},
-    {"l21", "l21_mm", "mm", 1.0, "mm", 1.0},
-    {"l22", "l22_mm", "mm", 1.0, "mm", 1.0},
-    {"d", "d_mm", "mm", 1.0, "mm", 1.0},
-    {"x0", "x0_mm", "mm", 1.0, "mm", 1.0},
-    {"y0", "y0_mm", "mm", 1.0, "mm", 1.0},
-    {"alpha", "alpha_deg", "deg", kDegPerRad, "rad", kAngle_rad},
-    {"dtheta1", "theta1_offset_deg", "deg", kDegPerRad, "rad", kAngle_rad},
-    {"dtheta2", "theta2_offset_deg", "deg", kDegPerRad, "rad", kAngle_rad},
-}};
+namespace {
+
+ParameterInfo link(const char* name, const char* rig_key) {
+  return {name, rig_key, "mm", 1.0, "mm", 1.0, FileRange::kPositive};
+}
+ParameterInfo place(const char* name, const char* rig_key, FileRange range = FileRange::kAny) {
+  return {name, rig_key, "mm", 1.0, "mm", 1.0, range};
+}
+ParameterInfo turn(const char* name, const char* rig_key) {
+  return {name, rig_key, "deg", kDegPerRad, "rad", kAngle_rad};
+}
+
+std::array<ParameterInfo, kParameterCount> parameters() {
+  return {
+      link("l11", "l11_mm"),
+      link("l12", "l12_mm"),
+      link("l21", "l21_mm"),
+      link("l22", "l22_mm"),
+      place("d", "d_mm", FileRange::kNotNegative),
+      place("x0", "x0_mm"),
+      place("y0", "y0_mm"),
+      turn("alpha", "alpha_deg"),
+      turn("dtheta1", "theta1_offset_deg"),
+      turn("dtheta2", "theta2_offset_deg")};
+}
+
+}  // namespace
+
+const std::array<ParameterInfo, kParameterCount> kParameters = parameters();
 
 std::string to_string(WorkingMode mode) {
-  return {mode.leg1 > 0 ? '+' : '-', mode.leg2 > 0 ? '+' : '-'};
+  return {mode.leg(0) > 0 ? '+' : '-', mode.leg(1) > 0 ? '+' : '-'};
 }
 
 std::optional<WorkingMode> working_mode_from(std::string_view text) {
@@ -89,22 +106,6 @@ std::optional<WorkingMode> working_mode_from(std::string_view text) {
     if (to_string(mode) == text) return mode;
   }
   return std::nullopt;
-}
-
-std::string_view describe(KinematicTrouble trouble) {
-  switch (trouble) {
-    case KinematicTrouble::kOutOfReach:
-      return "the legs cannot reach this pose";
-    case KinematicTrouble::kStretched:
-      return "a leg is stretched straight there (singular)";
-    case KinematicTrouble::kFolded:
-      return "a leg is folded onto itself there (singular)";
-    case KinematicTrouble::kCoincidentElbows:
-      return "both elbows coincide there, so the tool is not determined";
-    case KinematicTrouble::kBadParameters:
-      return "a length is not positive or a number is not finite";
-  }
-  return "unknown kinematic trouble";
 }
 
 double ForwardPose::distal_angle(int leg) const {
@@ -188,7 +189,7 @@ tl::expected<Vector2d, KinematicTrouble> inverse(
     }
     // acos((la^2 + r^2 - lb^2)/(2 la r)) as an atan2, which keeps its digits near 0 and pi.
     const double inner = std::atan2(twice_sigma, (la * la + r * r - lb * lb) / 2);
-    const double side = leg == 0 ? mode.leg1 : mode.leg2;
+    const double side = mode.leg(leg);
     double angle = std::atan2(to_E.y(), to_E.x()) + side * inner;
     angle = std::remainder(angle, 2 * std::numbers::pi) - v[kOffset1 + leg];
     if (near) {
@@ -220,5 +221,128 @@ tl::expected<WorkingMode, KinematicTrouble> working_mode_of(
   const double side2 = cross(closure->p_E - half_base, closure->p_O4 - half_base);
   return WorkingMode{side1 >= 0 ? +1 : -1, side2 >= 0 ? +1 : -1};
 }
+
+namespace {
+
+enum Frame : std::size_t { kTool, kDistal1, kDistal2, kFrames };
+
+ParameterVector vector_of(std::span<const double> v) {
+  return Eigen::Map<const ParameterVector>(v.data());
+}
+
+/// d(p_WO3)/dv or d(p_WO4)/dv, 2x10, from equations (4), (5) and (1).
+ParameterJacobian elbow_J_v(
+    const ParameterVector& v, const ForwardPose& pose, const Vector2d& q, int leg) {
+  const int link = leg == 0 ? kL11 : kL21;
+  const double angle = v[kAlpha] + q[leg] + v[kOffset1 + leg];
+  const Vector2d along(std::cos(angle), std::sin(angle));
+  ParameterJacobian J = ParameterJacobian::Zero();
+  J.col(link) = along;
+  J.col(kD) = (leg == 0 ? -0.5 : 0.5) * Vector2d(std::cos(v[kAlpha]), std::sin(v[kAlpha]));
+  J(0, kX0) = 1.0;
+  J(1, kY0) = 1.0;
+  J.col(kAlpha) = turned_left((leg == 0 ? pose.p_WO3 : pose.p_WO4) - Vector2d(v[kX0], v[kY0]));
+  J.col(kOffset1 + leg) = v[link] * turned_left(along);
+  return J;
+}
+
+Eigen::Matrix3d about_z(double cosine, double sine) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  return R;
+}
+
+/// The tool is a pin: it turns with no link, so its frame is turned as B. A distal frame sits
+/// at its elbow, x towards E.
+void write_frames(
+    const ParameterVector& v, const ForwardPose& pose, std::span<Pose<double>> X) {
+  X[kTool].p << pose.p_WE, 0.0;
+  X[kTool].R = about_z(std::cos(v[kAlpha]), std::sin(v[kAlpha]));
+  const auto distal = [&](Frame frame, const Vector2d& p_WO) {
+    const Vector2d along = (pose.p_WE - p_WO).normalized();
+    X[frame].p << p_WO, 0.0;
+    X[frame].R = about_z(along.x(), along.y());
+  };
+  distal(kDistal1, pose.p_WO3);
+  distal(kDistal2, pose.p_WO4);
+}
+
+Reached frames_of(
+    const RobotModel& /*robot*/, std::span<const double> v, std::span<const double> q,
+    Assembly assembly, std::span<Pose<double>> X) {
+  const ParameterVector at = vector_of(v);
+  const auto pose = forward(at, {q[0], q[1]}, assembly);
+  if (!pose) return tl::unexpected(pose.error());
+  write_frames(at, *pose, X);
+  return {};
+}
+
+Reached frame_derivatives(
+    const RobotModel& /*robot*/, std::span<const double> v, std::span<const double> q,
+    Assembly assembly, Frames& at) {
+  const ParameterVector values = vector_of(v);
+  const auto d = forward_derivative(values, {q[0], q[1]}, assembly);
+  if (!d) return tl::unexpected(d.error());
+  write_frames(values, d->pose, at.X);
+  for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    at.by_q[frame].setZero();
+    at.by_v[frame].setZero();
+  }
+  at.by_v[kTool].topRows<2>() = d->J_v;
+  at.by_q[kTool].topRows<2>() = d->J_q;
+  at.by_v[kTool](5, kAlpha) = 1.0;
+  for (const int leg : {0, 1}) {
+    const std::size_t frame = leg == 0 ? kDistal1 : kDistal2;
+    at.by_v[frame].topRows<2>() = elbow_J_v(values, d->pose, {q[0], q[1]}, leg);
+    at.by_v[frame].row(5) = d->distal_J_v.row(leg);
+    at.by_q[frame].col(leg) = at.by_v[frame].col(kOffset1 + leg);
+    at.by_q[frame].row(5) = d->distal_J_q.row(leg);
+  }
+  return {};
+}
+
+tl::expected<Eigen::VectorXd, KinematicTrouble> joints_at(
+    const RobotModel& /*robot*/, std::span<const double> v, const Pose<double>& X_WE,
+    WorkingMode mode, std::span<const double> near) {
+  std::optional<Vector2d> turns;
+  if (!near.empty()) turns = Vector2d(near[0], near[1]);
+  const auto q = inverse(vector_of(v), X_WE.p.head<2>(), mode, turns);
+  if (!q) return tl::unexpected(q.error());
+  return Eigen::VectorXd(*q);
+}
+
+std::shared_ptr<const RobotModel> make_model() {
+  RobotModel robot;
+  robot.kind = &five_bar;
+  robot.joints = {
+      {"theta1", JointKind::kRevolute, 0.5, 2.6}, {"theta2", JointKind::kRevolute, 0.5, 2.6}};
+  const auto all = parameters();
+  robot.parameters.assign(all.begin(), all.end());
+  robot.nominal = Eigen::VectorXd::Zero(kParameterCount);
+  robot.nominal.head<5>() << 60, 60, 60, 60, 90;
+  robot.frames = {"E", "distal1", "distal2"};
+  robot.assemblies = {{+1, "left"}, {-1, "right"}};
+  for (const WorkingMode mode : kWorkingModes) {
+    robot.modes.push_back({mode.number, to_string(mode)});
+  }
+  robot.mode_in_words = "the elbow side of leg 1 and leg 2";
+  return std::make_shared<const RobotModel>(std::move(robot));
+}
+
+}  // namespace
+
+const std::shared_ptr<const RobotModel>& five_bar_model() {
+  static const std::shared_ptr<const RobotModel> model = make_model();
+  return model;
+}
+
+extern constinit const RobotKind five_bar{
+    .name = "five_bar",
+    .in_words = "planar five-bar",
+    .example = [] { return five_bar_model(); },
+    .forward = frames_of,
+    .forward_derivative = frame_derivatives,
+    .inverse = joints_at,
+};
 
 }  // namespace sixdial::geometry

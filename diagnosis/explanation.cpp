@@ -1,0 +1,168 @@
+#include "diagnosis/explanation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "diagnosis/thresholds.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+using simulation::ActiveEffect;
+
+/// What the search over a period or a sample costs, and its parameters.
+double cost_of(const Candidate& candidate) { return candidate.gain - candidate.evidence; }
+/// Of so many places and causes just this one: the prior that each further name must overcome.
+double prior_cost(std::size_t hypotheses) {
+  return std::log(static_cast<double>(std::max<std::size_t>(2, hypotheses)));
+}
+
+/// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
+/// a large effect is not refused, up to a hundred times what is usual.
+double implausibility(const ActiveEffect& active) {
+  double sum = 0.0;
+  for (int i = 0; i < linear_count(*active.effect); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto parameter = parameter_at(*active.effect, active.place, i);
+    if (parameter) sum += std::pow(active.x[k] / (kBelievedWidth * parameter->sigma), 2);
+  }
+  return sum > kAbsurdSize * kAbsurdSize ? kNever : std::log1p(sum);
+}
+
+/// A searched value that the fit moved out of the range of the search.
+bool out_of_range(const Readings& readings, const ActiveEffect& active) {
+  if (!active.effect->searched || !active.effect->searched_change) return false;
+  const std::vector<double> values =
+      active.effect->searched(readings.model().rig(), readings.circumstances(), active.place);
+  if (values.empty()) return true;
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  constexpr double kAtTheEdge = 0.05;
+  return active.x.back() < *low * (1 - kAtTheEdge) ||
+         active.x.back() > *high * (1 + kAtTheEdge);
+}
+
+}  // namespace
+
+std::vector<Candidate> Search::scored(const Explanation& with) const {
+  std::vector<Hypothesis> open;
+  for (const Hypothesis& each : hypotheses_) {
+    const bool used = std::any_of(
+        with.chosen.begin(), with.chosen.end(),
+        [&](const Chosen& chosen) { return chosen.candidate.hypothesis == each; });
+    if (!used) open.push_back(each);
+  }
+  return score_all(readings_, with.fit, open);
+}
+
+std::vector<Candidate> Search::scored_with_gross(const Explanation& with) const {
+  constexpr double kFewest = 3;
+  if ((1 - with.fit.weight.array()).sum() < kFewest) return {};
+  Explanation all = with;
+  all.fit.weight.setOnes();
+  std::vector<Candidate> result = scored(all);
+  std::erase_if(result, [&](const Candidate& each) {
+    return each.evidence < settings_.unknown_log_odds;
+  });
+  return result;
+}
+
+Explanation Search::explained(
+    const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
+    std::vector<UnknownCandidate> unknown, bool afresh) const {
+  Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
+  Eigen::MatrixXd random(readings_.count(), 0);
+  if (!result.unknown.empty()) {
+    random = readings_.nuisance();
+    for (const UnknownCandidate& each : result.unknown) {
+      const Eigen::Index before = random.cols();
+      random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
+      random.rightCols(each.columns.cols()) = each.columns;
+    }
+  }
+  result.fit =
+      fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
+  result.evidence = result.fit.log_likelihood;
+  for (const Chosen& each : result.chosen) result.evidence -= each.cost;
+  for (const ActiveEffect& each : result.fit.effects) {
+    result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
+  }
+  for (const UnknownCandidate& each : result.unknown) {
+    result.evidence -= each.cost + settings_.name_preference;
+  }
+  return result;
+}
+
+Explanation Search::without(const Explanation& all, std::size_t i) const {
+  std::vector<Chosen> chosen = all.chosen;
+  std::vector<ActiveEffect> sizes = all.fit.effects;
+  chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
+  sizes.erase(sizes.begin() + static_cast<std::ptrdiff_t>(i));
+  return explained(all.fit, std::move(chosen), std::move(sizes), all.unknown);
+}
+
+Explanation Search::without_unknown(const Explanation& all, std::size_t i) const {
+  std::vector<UnknownCandidate> unknown = all.unknown;
+  unknown.erase(unknown.begin() + static_cast<std::ptrdiff_t>(i));
+  return explained(all.fit, all.chosen, all.fit.effects, std::move(unknown));
+}
+
+std::vector<Explanation> Search::with_one_more(
+    const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
+    bool afresh) const {
+  std::vector<Explanation> result;
+  for (const Candidate& candidate : candidates) {
+    if (result.size() >= list.most ||
+        candidate.evidence < candidates.front().evidence - list.within) {
+      break;
+    }
+    std::vector<Chosen> chosen = before.chosen;
+    chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
+    std::vector<ActiveEffect> sizes = before.fit.effects;
+    sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
+    result.push_back(
+        explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
+  }
+  std::stable_sort(
+      result.begin(), result.end(),
+      [](const Explanation& a, const Explanation& b) { return a.evidence > b.evidence; });
+  return result;
+}
+
+Explanation Search::with_unknown(const Explanation& names) const {
+  constexpr std::size_t kMostUnknown = 2;
+  Explanation best = names;
+  while (best.unknown.size() < kMostUnknown) {
+    auto candidates = score_unknown(readings_, best.fit);
+    if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds) {
+      break;
+    }
+    std::vector<UnknownCandidate> unknown = best.unknown;
+    unknown.push_back(std::move(candidates.front()));
+    Explanation next = explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
+    if (next.evidence <= best.evidence) break;
+    best = std::move(next);
+  }
+  return best;
+}
+
+void Search::reconsider(Explanation& now) const {
+  for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size(); ++i) {
+    const Explanation less = without(now, i);
+    auto rivals = with_one_more(less, scored(less), kBetterRivals);
+    if (!rivals.empty() && rivals.front().evidence > now.evidence + 0.1) {
+      now = std::move(rivals.front());
+      i = 0;
+    }
+  }
+  for (std::size_t i = 0; i < now.chosen.size();) {
+    Explanation less = without(now, i);
+    if (less.evidence >= now.evidence - settings_.least_log_odds) {
+      now = std::move(less);
+    } else {
+      ++i;
+    }
+  }
+}
+
+}  // namespace sixdial::diagnosis

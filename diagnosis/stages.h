@@ -1,0 +1,19 @@
+// How a small error that nobody has named would show in every reading, by where it enters on
+// the way from joint values to readings.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diagnosis/joint_fit.h"
+
+namespace sixdial::diagnosis {
+
+enum class Stage { kJointAngle, kTool, kCuboidAngle, kCuboidSide };
+
+/// d(readings)/d(error at the stage), readings x 1; x 2 (x and y) for the tool. `simulated_mm`:
+/// the fitted model's answer. `joint` says which, at Stage::kJointAngle only.
+[[nodiscard]] Eigen::MatrixXd stage_columns(
+    const Readings& readings, const JointFit& fit, const Eigen::VectorXd& simulated_mm,
+    Stage stage, int joint = -1);
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,14 @@
+// Dials that scatter more than the others: one noise for all would make causes of theirs.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+
+namespace sixdial::diagnosis {
+
+/// Noise of each dial [mm] after all that was explained, if one differs from the others by more
+/// than chance (F test) and by enough to matter; else empty.
+[[nodiscard]] std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit);
+
+}  // namespace sixdial::diagnosis

@@ -1,0 +1,178 @@
+// The state of a collection as JSON, and its commands: from any thread, while it runs.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "report/documents/estimate_json.h"
+#include "service/collection_run.h"
+#include "session/sample_layout.h"
+
+namespace sixdial::service {
+namespace {
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace
+
+std::string_view to_string(CollectState state) {
+  switch (state) {
+    case CollectState::kIdle:
+      return "idle";
+    case CollectState::kStarting:
+      return "starting";
+    case CollectState::kRunning:
+      return "running";
+    case CollectState::kPaused:
+      return "paused";
+    case CollectState::kStopping:
+      return "stopping";
+    case CollectState::kDone:
+      return "done";
+    case CollectState::kStopped:
+      return "stopped";
+    case CollectState::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+bool is_active(CollectState state) {
+  return state == CollectState::kStarting || state == CollectState::kRunning ||
+         state == CollectState::kPaused || state == CollectState::kStopping;
+}
+
+std::optional<acquisition::ManualAnswer> Collection::ask_person(
+    const Eigen::VectorXd& q, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    asked_q_ = q;
+    answer_.reset();
+  }
+  publish("move");
+  std::unique_lock lock(mutex_);
+  answered_.wait(lock, stop, [&] { return answer_.has_value(); });
+  asked_q_.reset();
+  return std::exchange(answer_, std::nullopt);
+}
+
+Json Collection::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_locked();
+}
+
+Json Collection::status_locked() const {
+  Json status{
+      {"state", to_string(state_)},
+      {"session", session_},
+      {"operator", operator_name_},
+      {"done", progress_.done},
+      {"total", progress_.total},
+      {"stage", acquisition::to_string(progress_.stage)},
+      {"message", progress_.message},
+      {"pause_reason",
+       progress_.pause ? Json(acquisition::to_string(*progress_.pause)) : Json(nullptr)},
+      {"trouble", progress_.trouble},
+      {"eta_s", or_null(progress_.eta_s)},
+      {"stored_in_this_run", stored_},
+      {"skipped", skipped_},
+      {"failed", failed_},
+      {"left_out", left_out_},
+      {"estimate", estimate_ ? report::to_json(*estimate_) : Json(nullptr)},
+      {"ended_because", ended_because_.empty() ? Json(nullptr) : Json(ended_because_)},
+      {"troubles", troubles_},
+      {"clock_steps", clock_steps_},
+      {"point", nullptr},
+      {"move_to_rad", nullptr},
+      {"move_to", nullptr},
+      {"error", error_}};
+  if (progress_.plan_index && run_) {
+    const session::PlanPoint& point = run_->plan.points.at(*progress_.plan_index);
+    status["point"] = {
+        {"set", point.set},
+        {"point", point.point},
+        {"repeat", point.repeat},
+        {"target_mm", std::vector(point.target_mm.begin(), point.target_mm.end())}};
+  }
+  if (asked_q_ && run_) {
+    status["move_to_rad"] = std::vector(asked_q_->begin(), asked_q_->end());
+    const session::SampleLayout layout = session::layout_of(run_->rig);
+    Json joints = Json::array();
+    for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+      joints.push_back(
+          {{"joint", layout.joints[i].name},
+           {"unit", layout.joints[i].unit},
+           {"value", (*asked_q_)[static_cast<Eigen::Index>(i)]}});
+    }
+    status["move_to"] = std::move(joints);
+  }
+  return status;
+}
+
+bool Collection::active() const {
+  const std::lock_guard lock(mutex_);
+  return is_active(state_);
+}
+
+bool Collection::wait_for_end(
+    const std::stop_token& stop, std::chrono::milliseconds longest) const {
+  std::unique_lock lock(mutex_);
+  return ended_.wait_for(lock, stop, longest, [this] { return !is_active(state_); });
+}
+
+template <typename Command>
+void Collection::command(std::string_view name, Command command) {
+  const std::lock_guard lock(mutex_);
+  if (!is_active(state_) || !run_ || !run_->collector) {
+    throw Error(
+        ErrorCode::kWrongState, fmt::format("nothing is being collected, so no {}", name), {},
+        "collect.start begins, and goes on where an earlier run ended.");
+  }
+  command(*run_->collector);
+}
+
+void Collection::pause() {
+  command("pause", [](acquisition::Collector& collector) { collector.pause(); });
+}
+void Collection::resume() {
+  command("resume", [](acquisition::Collector& collector) { collector.resume(); });
+}
+void Collection::skip() {
+  command("skip", [](acquisition::Collector& collector) { collector.skip(); });
+}
+void Collection::retake() {
+  command("retake", [](acquisition::Collector& collector) { collector.retake(); });
+}
+void Collection::accept() {
+  command("accept", [](acquisition::Collector& collector) { collector.accept(); });
+}
+
+void Collection::moved(acquisition::ManualAnswer answer) {
+  command("moved", [&](acquisition::Collector&) {
+    if (!asked_q_) {
+      throw Error(ErrorCode::kWrongState, "nobody was asked to move the robot");
+    }
+    answer_ = std::move(answer);
+  });
+  answered_.notify_all();
+}
+
+void Collection::stop() {
+  command("stop", [this](acquisition::Collector&) {
+    state_ = CollectState::kStopping;
+    thread_.request_stop();
+  });
+}
+
+void Collection::stop_and_wait() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_active(state_)) state_ = CollectState::kStopping;
+    thread_.request_stop();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace sixdial::service

@@ -1,0 +1,34 @@
+// What one collection owns while it runs, and what is kept of it until the next. Only for the
+// sources of Collection.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "acquisition/clock_watch.h"
+#include "service/collection.h"
+#include "studies/live_estimate.h"
+
+namespace sixdial::service {
+
+struct Collection::Run {
+  explicit Run(const acquisition::Clock& clock) : clock_watch(clock) {}
+
+  db::SessionId id;
+  geometry::Rig rig;
+  session::Plan plan;
+  std::set<db::PointKey> done;
+  acquisition::CollectorSettings settings;
+  std::optional<double> stop_below_mm;
+  Caller caller;
+  std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
+  acquisition::ClockWatch clock_watch;
+  std::unique_ptr<acquisition::RobotPort> robot;
+  std::unique_ptr<acquisition::DialBank> dials;
+  std::unique_ptr<acquisition::Collector> collector;
+  std::jthread live;  // last: it looks at the dials
+};
+
+}  // namespace sixdial::service

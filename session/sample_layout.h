@@ -1,0 +1,60 @@
+// What one sample of a rig holds: a value for each joint of its robot, a value for each channel
+// of its instrument. Files, the store, the socket and the report take names and units from
+// here.
+//
+//   const SampleLayout layout = layout_of(session.rig);
+//   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+//     fmt::print("{} = {}\n", layout.joints[i].column(), sample.q[i]);  // theta1_rad = 1.5
+//   }
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "geometry/rig.h"
+#include "session/session.h"
+
+namespace sixdial::session {
+
+/// A joint's value is an angle [rad] or a length [mm].
+struct Joint {
+  std::string name;  // "theta1"
+  std::string unit;  // "rad" or "mm"
+  /// A file may give this angle in degrees too ("q1_deg").
+  bool degrees_too = false;
+  [[nodiscard]] std::string column() const { return name + '_' + unit; }
+};
+
+struct Channel {
+  std::string name;  // "dial_A"; "x", "y", "z": the tool's position as an instrument gives it
+  std::string unit;  // "mm"
+  double resolution = 0.0;  // in `unit`; 0: not known
+  [[nodiscard]] std::string column() const { return name + '_' + unit; }
+};
+
+struct SampleLayout {
+  std::vector<Joint> joints;
+  std::vector<Channel> channels;  // the dials in the rig's order, then the coordinates
+  std::size_t dials = 0;          // so many of `channels`
+  /// Of the tool's position and of a target: "x", "y" and, of a robot in space, "z".
+  std::vector<std::string> axes;
+};
+
+[[nodiscard]] SampleLayout layout_of(const geometry::Rig& rig);
+
+/// A layout from its parts, for any number of joints, dials and coordinates.
+[[nodiscard]] SampleLayout make_layout(
+    std::vector<Joint> joints, const std::vector<geometry::Dial>& dials,
+    std::vector<std::string> axes);
+
+/// "joint angles (1.5, 3) rad"; with lengths among them "joints (1.5 rad, 20 mm)".
+[[nodiscard]] std::string joints_in_words(const SampleLayout& layout, const Eigen::VectorXd& q);
+
+/// The tool's position [mm] in W as an instrument gave it: the channels after the `dials` first
+/// ones. Empty: the sample has none.
+[[nodiscard]] std::optional<Point> position_of(const Sample& sample, std::size_t dials);
+/// Puts it there; empty: takes it away.
+void set_position(Sample& sample, std::size_t dials, const std::optional<Point>& position_mm);
+
+}  // namespace sixdial::session

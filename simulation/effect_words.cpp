@@ -1,0 +1,108 @@
+#include "simulation/effect_words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "geometry/units.h"
+
+namespace sixdial::simulation {
+namespace {
+
+/// A value in the unit that people read, and that unit.
+struct Shown {
+  double factor;
+  std::string unit;  // with a space before it where one belongs
+};
+Shown as_read(std::string_view unit) {
+  if (unit == "rad") return {geometry::kDegPerRad, "\u00B0"};
+  if (unit == "1/K") return {1e6, " \u00B5m/(m\u00B7K)"};
+  if (unit == "rad/(N mm)") return {1e6, " \u00B5rad/(N\u00B7mm)"};
+  if (unit == "1") return {100.0, " %"};
+  return {1.0, unit.empty() ? std::string() : fmt::format(" {}", unit)};
+}
+
+int decimals_of(double resolved) {
+  if (!(resolved > 0.0) || !std::isfinite(resolved)) return 4;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(resolved))), 0, 7);
+}
+
+/// "a,b" -> the length of the vector of those that are there; empty if none is.
+std::string together(std::string_view names, std::span<const FoundParameter> found) {
+  std::vector<FoundParameter> parts;
+  while (!names.empty()) {
+    const std::string_view name = names.substr(0, names.find(','));
+    names.remove_prefix(std::min(names.size(), name.size() + 1));
+    const auto each = std::ranges::find(found, name, &FoundParameter::name);
+    if (each != found.end()) parts.push_back(*each);
+  }
+  if (parts.empty()) return "";
+  if (parts.size() == 1) {  // with its sign
+    return quantity_in_words(parts[0].value, parts[0].sd, parts[0].unit);
+  }
+  double square = 0.0;
+  double variance = 0.0;
+  for (const FoundParameter& each : parts) {
+    square += each.value * each.value;
+    variance += std::pow(each.value * each.sd, 2);
+  }
+  const double size = std::sqrt(square);
+  const double sd = size > 0.0 ? std::sqrt(variance) / size : parts[0].sd;
+  return quantity_in_words(size, sd, parts[0].unit);
+}
+
+/// "a" or "a:.2f" -> its value alone, with three digits or so many decimals; a whole number
+/// that has no unit as it is.
+std::string bare(std::string_view text, std::span<const FoundParameter> found) {
+  const std::string_view name = text.substr(0, text.find(':'));
+  const auto each = std::ranges::find(found, name, &FoundParameter::name);
+  if (each == found.end()) return "";
+  if (each->unit == "1") return fmt::format("{:.0f}", each->value);
+  const Shown shown = as_read(each->unit);
+  const std::string_view digits = text.size() > name.size() ? text.substr(name.size()) : ":.3g";
+  return fmt::format(
+      fmt::runtime(fmt::format("{{{}}}{{}}", digits)), each->value * shown.factor, shown.unit);
+}
+
+}  // namespace
+
+std::string quantity_in_words(double value, double sd, std::string_view unit) {
+  const Shown shown = as_read(unit);
+  const double size = value * shown.factor;
+  const double uncertain = sd * shown.factor;
+  if (!std::isfinite(uncertain) || !(uncertain > 0.0)) {
+    return fmt::format("{:.3g}{}", size, shown.unit);
+  }
+  const int decimals = decimals_of(uncertain);
+  return fmt::format(
+      "{:.{}f}{} \u00B1 {:.{}f}{}", size, decimals, shown.unit, uncertain, decimals,
+      shown.unit);
+}
+
+std::string size_in_words(const Effect& effect, std::span<const FoundParameter> found) {
+  std::string words;
+  if (effect.size.empty()) {
+    for (const FoundParameter& each : found) {
+      if (!words.empty()) words += ", ";
+      if (found.size() > 1) words += fmt::format("{} ", each.name);
+      words += quantity_in_words(each.value, each.sd, each.unit);
+    }
+    return words;
+  }
+  std::string_view rest = effect.size;
+  while (!rest.empty()) {
+    const std::size_t open = std::min(rest.find('{'), rest.size());
+    words += rest.substr(0, open);
+    rest.remove_prefix(open);
+    if (rest.empty()) break;
+    const std::size_t close = std::min(rest.find('}'), rest.size() - 1);
+    const std::string_view names = rest.substr(1, close - 1);
+    words += names.starts_with('=') ? bare(names.substr(1), found) : together(names, found);
+    rest.remove_prefix(close + 1);
+  }
+  return words;
+}
+
+}  // namespace sixdial::simulation
