@@ -37,7 +37,7 @@ TEST(CollectOverTheWire, GivesTheReadingsOfEachPose) {
       const auto bits = static_cast<std::uint32_t>(words.at(at)) << 16 | words.at(at + 1);
       return static_cast<double>(static_cast<std::int32_t>(bits)) * 1e-8;
     };
-    const auto expected = nominal.expected_at({angle(0), angle(2)});
+    const auto expected = nominal.expected_at(Eigen::Vector2d(angle(0), angle(2)));
     for (std::size_t k = 0; k < 6; ++k) {
       shown_um[k] = static_cast<int>(std::lround(*expected[k].displacement_mm * 1000));
     }

@@ -582,7 +582,7 @@ TEST(Plausible, SwappedDialsAreNamed) {
 TEST(Plausible, AFreeCuboidAllowsNoExpectation) {
   geometry::Rig rig = geometry::default_rig();
   rig.cuboid.mount = geometry::Mount::kFree;
-  for (const auto& each : Plausibility(rig, 5.0).expected_at({1.0, 2.0})) {
+  for (const auto& each : Plausibility(rig, 5.0).expected_at(Eigen::Vector2d(1.0, 2.0))) {
     EXPECT_FALSE(each.displacement_mm);
     EXPECT_FALSE(each.off_face);
   }

@@ -61,26 +61,26 @@ TEST_F(Robot, TheCountOfMovesMayRunOver) {
   controller_.table.input[5] = 65'535;
   ModbusTcpServer server(controller_.table);
   auto robot = connect(server);
-  EXPECT_TRUE(robot.move_to({0.1, 0.2}, 10s, {}));
+  EXPECT_TRUE(robot.move_to(Eigen::Vector2d(0.1, 0.2), 10s, {}));
 }
 
 TEST_F(Robot, AnUnreachableTargetIsRefusedAndTheNextMoveIsGood) {
   ModbusTcpServer server(controller_.table);
   auto robot = connect(server);
-  const auto refused = robot.move_to({5.0, 0.2}, 10s, {});
+  const auto refused = robot.move_to(Eigen::Vector2d(5.0, 0.2), 10s, {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, RobotFaultKind::kUnreachable);
-  EXPECT_TRUE(robot.move_to({0.1, 0.2}, 10s, {}));
-  EXPECT_EQ(robot.move_to({1e9, 0.2}, 10s, {}).error().kind, RobotFaultKind::kUnreachable);
+  EXPECT_TRUE(robot.move_to(Eigen::Vector2d(0.1, 0.2), 10s, {}));
+  EXPECT_EQ(robot.move_to(Eigen::Vector2d(1e9, 0.2), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
   EXPECT_EQ(
-      robot.move_to({std::nan(""), 0.2}, 10s, {}).error().kind, RobotFaultKind::kUnreachable);
+      robot.move_to(Eigen::Vector2d(std::nan(""), 0.2), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
 }
 
 TEST_F(Robot, AMoveThatDoesNotEndIsReportedAndHalted) {
   controller_.polls = 1'000'000;
   ModbusTcpServer server(controller_.table);
   auto robot = connect(server);
-  const auto late = robot.move_to({0.1, 0.2}, 100ms, {});
+  const auto late = robot.move_to(Eigen::Vector2d(0.1, 0.2), 100ms, {});
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().kind, RobotFaultKind::kNotThere);
   EXPECT_EQ(robot.state({})->motion, Motion::kFault);
@@ -97,7 +97,7 @@ TEST_F(Robot, AStoppedMoveHaltsTheRobotInTime) {
     stop.request_stop();
   });
   const auto before = steady_clock::now();
-  const auto stopped = robot.move_to({0.1, 0.2}, 60s, stop.get_token());
+  const auto stopped = robot.move_to(Eigen::Vector2d(0.1, 0.2), 60s, stop.get_token());
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, RobotFaultKind::kCancelled);
   EXPECT_LT(steady_clock::now() - before, 5s);
@@ -108,7 +108,7 @@ TEST_F(Robot, AControllerThatTakesNoCommandIsNoticed) {
   controller_.deaf = true;
   ModbusTcpServer server(controller_.table);
   auto robot = connect(server);
-  const auto deaf = robot.move_to({0.1, 0.2}, 60s, {});
+  const auto deaf = robot.move_to(Eigen::Vector2d(0.1, 0.2), 60s, {});
   ASSERT_FALSE(deaf);
   EXPECT_EQ(deaf.error().kind, RobotFaultKind::kController);
 }
@@ -119,7 +119,7 @@ TEST_F(Robot, ALostAnswerToTheStartDoesNotStartTwice) {
     if (k == 1) reply.clear();  // the start's
   });
   auto robot = connect(server);
-  const auto there = robot.move_to({0.1, 0.2}, 10s, {});
+  const auto there = robot.move_to(Eigen::Vector2d(0.1, 0.2), 10s, {});
   ASSERT_TRUE(there) << there.error().detail;
   EXPECT_EQ(there->moves, 1);
 }
