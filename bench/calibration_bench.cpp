@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "bench/simulated.h"
+#include "calibration/five_bar/spaces.h"
 #include "calibration/pipeline.h"
 #include "geometry/rig.h"
 
@@ -16,11 +17,12 @@ namespace {
 
 struct Data {
   geometry::ParameterVector nominal = geometry::default_rig().robot.nominal;
-  PositionObservations g1 = position_observations(bench::simulated(100, 1));
-  PositionObservations g2 = position_observations(bench::simulated(50, 2));
-  geometry::ParameterVector estimate = filter_positions(g1, nominal).v;
-  Eigen::MatrixXd inputs = g1.q_rad.transpose();
-  Eigen::Matrix2Xd residual = position_residuals(g1, fit_positions(g1, nominal).v);
+  ObservationSpace g1 =
+      position_space(position_observations(bench::simulated(100, 1)), nominal);
+  ObservationSpace g2 = position_space(position_observations(bench::simulated(50, 2)), nominal);
+  Eigen::VectorXd estimate = run_filter(g1).v;
+  Eigen::MatrixXd inputs = g1.joints.transpose();
+  Eigen::MatrixXd residual = position_errors(g1, fit_space(g1).v);
 };
 const Data& data() {
   static const Data instance;
@@ -29,7 +31,7 @@ const Data& data() {
 
 void ekf_once(benchmark::State& state) {
   for (auto _ : state) {
-    benchmark::DoNotOptimize(filter_positions(data().g1, data().nominal));
+    benchmark::DoNotOptimize(run_filter(data().g1));
   }
 }
 BENCHMARK(ekf_once)->Unit(benchmark::kMicrosecond);
@@ -39,7 +41,7 @@ void qpso1(benchmark::State& state, Linearisation linearisation, int threads) {
   settings.linearisation = linearisation;
   settings.threads = threads;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(search_noise(data().g1, data().nominal, settings));
+    benchmark::DoNotOptimize(search_noise(data().g1, settings));
   }
 }
 BENCHMARK_CAPTURE(qpso1, filter_at_nominal_50x100, Linearisation::kNominal, 1)
@@ -55,8 +57,7 @@ void qpso2(benchmark::State& state, SearchCoordinates coordinates, int threads) 
   settings.coordinates = coordinates;
   settings.threads = threads;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        search_parameters(data().g1, data().nominal, data().estimate, settings));
+    benchmark::DoNotOptimize(search_parameters(data().g1, data().estimate, settings));
   }
 }
 BENCHMARK_CAPTURE(qpso2, raw_50x400, SearchCoordinates::kRaw, 1)->Unit(benchmark::kMillisecond);
@@ -91,7 +92,7 @@ BENCHMARK(anfis_selection_x_and_y)->Unit(benchmark::kMillisecond);
 
 void levenberg_marquardt(benchmark::State& state) {
   for (auto _ : state) {
-    benchmark::DoNotOptimize(fit_positions(data().g1, data().nominal));
+    benchmark::DoNotOptimize(fit_space(data().g1));
   }
 }
 BENCHMARK(levenberg_marquardt)->Unit(benchmark::kMicrosecond);
@@ -100,7 +101,7 @@ void whole_method(benchmark::State& state, Profile profile, int threads) {
   Settings settings = settings_for(profile);
   settings.threads = threads;
   for (auto _ : state) {
-    auto result = run_dqpso_anfis(data().g1, data().g2, data().nominal, settings);
+    auto result = run_dqpso_anfis(data().g1, data().g2, settings);
     if (!result) state.SkipWithError(result.error().message.c_str());
     benchmark::DoNotOptimize(result);
   }
@@ -117,8 +118,7 @@ BENCHMARK_CAPTURE(whole_method, default_2_threads, Profile::kDefault, 2)
 /// What a user sees, in the form of Table 5.
 void print_table_5() {
   for (const Profile profile : {Profile::kPaper, Profile::kDefault}) {
-    const auto result =
-        run_dqpso_anfis(data().g1, data().g2, data().nominal, settings_for(profile));
+    const auto result = run_dqpso_anfis(data().g1, data().g2, settings_for(profile));
     if (!result) continue;
     std::printf(
         "profile %-8s QPSO-1 %.4f s, QPSO-2 %.4f s, ANFIS %.4f s, total %.4f s\n",

@@ -12,9 +12,10 @@
 #include <vector>
 
 #include "calibration/design.h"
+#include "calibration/five_bar/spaces.h"
 #include "calibration/online.h"
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
+#include "calibration/space_fit.h"
 #include "mock_devices/session_generator.h"
 #include "session/bundle.h"
 #include "session/plan.h"
@@ -66,8 +67,9 @@ double condition(const std::vector<DesignCandidate>& set) {
     observations.assembly.push_back(pose.assembly);
     observations.covariance_mm2.push_back(kR);
   }
-  return calibration::assess_positions(observations, kRig.robot.nominal, kRig.robot.nominal)
-      .fit.condition();
+  observations.target_mm.resize(set.size());
+  const auto space = calibration::position_space(observations, kRig.robot.nominal);
+  return calibration::assess_space(space, space.nominal).fit.condition();
 }
 
 double error_made(

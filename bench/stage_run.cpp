@@ -20,6 +20,7 @@
 
 #include "bench/simulated.h"
 #include "calibration/comparison.h"
+#include "calibration/five_bar/spaces.h"
 #include "calibration/pipeline.h"
 
 namespace sixdial::bench {
@@ -39,7 +40,7 @@ struct Options {
 
 struct Data {
   geometry::ParameterVector nominal = geometry::default_rig().robot.nominal;
-  PositionObservations g1, g2;
+  ObservationSpace g1, g2;
 };
 
 Data read(const std::string& path) {
@@ -69,8 +70,8 @@ Data read(const std::string& path) {
     trial.assembly = geometry::assembly_at(data.nominal, trial.q, *trial.target_mm).value();
     trials.push_back(trial);
   }
-  data.g1 = position_observations(g1);
-  data.g2 = position_observations(g2);
+  data.g1 = position_space(position_observations(g1), data.nominal);
+  data.g2 = position_space(position_observations(g2), data.nominal);
   return data;
 }
 
@@ -88,21 +89,20 @@ double noise_stage(const Data& data, const Options& options, Linearisation linea
   NoiseSearchSettings settings;
   settings.linearisation = linearisation;
   settings.threads = options.threads;
-  return search_noise(data.g1, data.nominal, settings).rmse_mm;
+  return search_noise(data.g1, settings).rmse_mm;
 }
 
 double parameter_stage(const Data& data, const Options& options, SearchCoordinates where) {
-  static const geometry::ParameterVector estimate = filter_positions(data.g1, data.nominal).v;
+  static const Eigen::VectorXd estimate = run_filter(data.g1).v;
   ParameterSearchSettings settings;
   settings.coordinates = where;
   settings.threads = options.threads;
-  return search_parameters(data.g1, data.nominal, estimate, settings).rmse_mm;
+  return search_parameters(data.g1, estimate, settings).rmse_mm;
 }
 
 double anfis_stage(const Data& data, const Options& options, bool cross_validate) {
-  static const Eigen::Matrix2Xd residual =
-      position_residuals(data.g1, fit_positions(data.g1, data.nominal).v);
-  const Eigen::MatrixXd inputs = data.g1.q_rad.transpose();
+  static const Eigen::MatrixXd residual = position_errors(data.g1, fit_space(data.g1).v);
+  const Eigen::MatrixXd inputs = data.g1.joints.transpose();
   AnfisLearning learning;
   learning.anfis.epochs = options.epochs;
   learning.cross_validate = cross_validate;
@@ -119,8 +119,7 @@ double anfis_stage(const Data& data, const Options& options, bool cross_validate
 }
 
 double whole(const Data& data, const Options& options, Profile profile) {
-  const auto result =
-      run_dqpso_anfis(data.g1, data.g2, data.nominal, settings_of(profile, options));
+  const auto result = run_dqpso_anfis(data.g1, data.g2, settings_of(profile, options));
   if (!result) throw std::runtime_error(result.error().message);
   return result->errors("ekf_dqpso+anfis").g1.rmse_mm;
 }
@@ -129,7 +128,7 @@ const std::vector<std::pair<std::string, Stage>>& stages() {
   static const std::vector<std::pair<std::string, Stage>> table{
       {"ekf_once",
        [](const Data& data, const Options&) {
-         return position_rmse(data.g1, filter_positions(data.g1, data.nominal).v);
+         return position_rmse(data.g1, run_filter(data.g1).v);
        }},
       {"qpso1_at_nominal",
        [](const Data& data, const Options& options) {
@@ -151,8 +150,7 @@ const std::vector<std::pair<std::string, Stage>>& stages() {
                          const Options& options) { return anfis_stage(data, options, false); }},
       {"anfis_chosen", [](const Data& data,
                           const Options& options) { return anfis_stage(data, options, true); }},
-      {"lm", [](const Data& data,
-                const Options&) { return fit_positions(data.g1, data.nominal).rmse_mm; }},
+      {"lm", [](const Data& data, const Options&) { return fit_space(data.g1).rmse_mm; }},
       {"whole_paper",
        [](const Data& data, const Options& options) {
          return whole(data, options, Profile::kPaper);
@@ -206,8 +204,7 @@ void print_table_6(const Data& data) {
   methods.reserve(kComparedMethods.size() + 1);
   for (const std::string_view id : kComparedMethods) methods.push_back(*method_choice(id));
   methods.push_back(*method_choice("ekf_dqpso+anfis_paper"));
-  const auto compared = compare_methods(
-      position_space(data.g1, data.nominal), data.g1, data.g2, data.nominal, methods);
+  const auto compared = compare_methods(data.g1, data.g1, data.g2, methods);
   if (!compared) throw std::runtime_error(compared.error().message);
   const char* comma = "";
   std::printf(" \"table6\": [");
@@ -227,8 +224,7 @@ void print_table_6(const Data& data) {
 void print_minimum(const Data& data, const Options& options) {
   std::printf(" \"above_minimum_mm\": {");
   for (const Profile profile : {Profile::kPaper, Profile::kDefault}) {
-    const auto result =
-        run_dqpso_anfis(data.g1, data.g2, data.nominal, settings_of(profile, options));
+    const auto result = run_dqpso_anfis(data.g1, data.g2, settings_of(profile, options));
     if (!result) throw std::runtime_error(result.error().message);
     std::printf(
         "%s\"%s\": %.3e", profile == Profile::kPaper ? "" : ", ",
@@ -240,13 +236,13 @@ void print_minimum(const Data& data, const Options& options) {
 int run(const Options& options) {
   Data data;
   if (options.data.empty()) {
-    data.g1 = position_observations(simulated(options.points, 1));
-    data.g2 = position_observations(simulated(50, 2));
+    data.g1 = position_space(position_observations(simulated(options.points, 1)), data.nominal);
+    data.g2 = position_space(position_observations(simulated(50, 2)), data.nominal);
   } else {
     data = read(options.data);
   }
   std::printf(
-      "{\"points\": %d, \"threads\": %d, \"runs\": %d,\n", data.g1.size(), options.threads,
+      "{\"points\": %d, \"threads\": %d, \"runs\": %d,\n", data.g1.samples(), options.threads,
       options.runs);
   if (options.table_6) {
     print_table_6(data);

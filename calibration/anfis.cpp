@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 namespace sixdial::calibration {
 namespace {
@@ -19,14 +20,15 @@ double membership_of(MembershipKind kind, double x, double c, double a, double b
 }
 
 int power(int base, int exponent) {
-  double result = 1.0;
-  for (int i = 0; i < exponent; ++i) result *= base;
-  if (result > kMostRules) {
+  if (!grid_can_be_trained(base, exponent)) {
     throw std::invalid_argument(
-        "ANFIS: functions^inputs is more rules than can be trained (4096); take fewer "
-        "functions");
+        "ANFIS: " + std::to_string(base) + " functions for each of " +
+        std::to_string(exponent) + " inputs are more rules than can be trained (" +
+        std::to_string(kMostRules) + "); take fewer functions or fewer inputs");
   }
-  return static_cast<int>(result);
+  int result = 1;
+  for (int i = 0; i < exponent; ++i) result *= base;
+  return result;
 }
 
 VectorXd clamped(const AnfisModel& model, const Eigen::Ref<const VectorXd>& input) {
@@ -58,6 +60,12 @@ VectorXd standardised(const AnfisModel& model, const VectorXd& input) {
 }
 
 }  // namespace
+
+bool grid_can_be_trained(int functions, int inputs) {
+  double rules = 1.0;
+  for (int i = 0; i < inputs; ++i) rules *= functions;
+  return rules <= kMostRules;
+}
 
 int AnfisModel::rules() const { return functions == 0 ? 0 : power(functions, inputs); }
 

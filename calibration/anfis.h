@@ -89,5 +89,7 @@ struct AnfisTraining {
 
 /// Largest grid that is trained; above it the number of rules is refused.
 inline constexpr int kMostRules = 4096;
+/// functions^inputs rules are not more than that.
+[[nodiscard]] bool grid_can_be_trained(int functions, int inputs);
 
 }  // namespace sixdial::calibration

@@ -40,4 +40,13 @@ AnfisReport learn_anfis(
   return report;
 }
 
+Eigen::VectorXd anfis_correction(
+    const std::vector<AnfisModel>& networks, const Eigen::VectorXd& joints) {
+  Eigen::VectorXd result(std::ssize(networks));
+  for (std::size_t k = 0; k < networks.size(); ++k) {
+    result[static_cast<Eigen::Index>(k)] = networks[k].predict(joints);
+  }
+  return result;
+}
+
 }  // namespace sixdial::calibration

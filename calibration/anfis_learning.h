@@ -8,7 +8,7 @@
 
 namespace sixdial::calibration {
 
-/// One network (for x or for y) and how it came about.
+/// One network, of one output, and how it came about.
 struct AnfisReport {
   AnfisModel model;
   std::optional<AnfisSelection> selection;  // where cross-validated
@@ -30,5 +30,9 @@ struct AnfisLearning {
 [[nodiscard]] AnfisReport learn_anfis(
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets,
     const AnfisLearning& settings, const std::stop_token& stop = {});
+
+/// What networks, one an output, have learned at joint values [mm]: add it to f(v).
+[[nodiscard]] Eigen::VectorXd anfis_correction(
+    const std::vector<AnfisModel>& networks, const Eigen::VectorXd& joints);
 
 }  // namespace sixdial::calibration

@@ -58,6 +58,7 @@ AnfisSelection select_anfis(
   AnfisCandidate best;
   VectorXd best_error = targets;
   for (const int functions : settings.functions) {
+    if (!grid_can_be_trained(functions, static_cast<int>(inputs.cols()))) continue;
     const AnfisModel model = initial_anfis(inputs, kind, functions);
     std::vector<double> ridges = settings.ridges;
     const bool printed = functions == settings.as_printed.functions;

@@ -27,66 +27,118 @@ HWY_INLINE HWY_ATTR V tanh_of(D d, V z) {
 
 HWY_INLINE HWY_ATTR double total(D d, V v) { return hn::GetLane(hn::SumOfLanes(d, v)); }
 
-HWY_ATTR double error(
-    int hidden, int padded, const double* x1, const double* x2, const double* yx,
-    const double* yy, const double* use, const double* weights, double* gradient,
-    double* scratch) {
-  const D d;
+/// A shape whose numbers the compiler knows, or (0, 0) one that is known at run time only.
+template <int Inputs, int Outputs>
+struct Network {
+  static constexpr std::size_t kMostOutputs = Outputs > 0 ? Outputs : kMostBpnnColumns;
+  static constexpr std::size_t kMostWeights =
+      Inputs > 0 ? Inputs + 1 + Outputs : 2 * kMostBpnnColumns + 1;
+  BpnnShape shape;
+  std::ptrdiff_t n;  // padded samples
+  const double* x;
+  const double* y;
+  const double* use;
+  const double* weights;
+  [[nodiscard]] int inputs() const { return Inputs > 0 ? Inputs : shape.inputs; }
+  [[nodiscard]] int outputs() const { return Outputs > 0 ? Outputs : shape.outputs; }
+  [[nodiscard]] const double* unit(std::ptrdiff_t h) const {
+    return weights + h * (inputs() + 1 + outputs());
+  }
+};
+
+/// Outputs minus targets into `error` (outputs x n), tanh of the hidden units into `activation`
+/// (hidden x n); returns the sum of squares lane by lane.
+template <int Inputs, int Outputs>
+HWY_INLINE HWY_ATTR V
+forward(D d, const Network<Inputs, Outputs>& net, double* error, double* activation) {
   const auto step = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-  const std::ptrdiff_t n = padded;
-  double* ex = scratch;
-  double* ey = scratch + n;
-  double* activation = scratch + 2 * n;  // hidden x n
-  const double* bias = weights + static_cast<std::ptrdiff_t>(hidden) * 5;
+  const int ins = net.inputs();
+  const int outs = net.outputs();
+  const double* bias = net.unit(net.shape.hidden);
   V squares = hn::Zero(d);
-  V sum_x = squares;
-  V sum_y = squares;
-  for (std::ptrdiff_t a = 0; a < n; a += step) {
-    const V u = hn::LoadU(d, x1 + a);
-    const V v = hn::LoadU(d, x2 + a);
-    V ox = hn::Set(d, bias[0]);
-    V oy = hn::Set(d, bias[1]);
-    for (std::ptrdiff_t h = 0; h < hidden; ++h) {
-      const double* w = weights + h * 5;
-      const V z =
-          hn::MulAdd(hn::Set(d, w[0]), u, hn::MulAdd(hn::Set(d, w[1]), v, hn::Set(d, w[2])));
+  for (std::ptrdiff_t a = 0; a < net.n; a += step) {
+    V sum[Network<Inputs, Outputs>::kMostOutputs];
+    for (int o = 0; o < outs; ++o) sum[o] = hn::Set(d, bias[o]);
+    for (std::ptrdiff_t h = 0; h < net.shape.hidden; ++h) {
+      const double* w = net.unit(h);
+      V z = hn::Set(d, w[ins]);
+      for (int i = ins - 1; i >= 0; --i) {
+        z = hn::MulAdd(hn::Set(d, w[i]), hn::LoadU(d, net.x + i * net.n + a), z);
+      }
       const V t = tanh_of(d, z);
-      hn::StoreU(t, d, activation + h * n + a);
-      ox = hn::MulAdd(hn::Set(d, w[3]), t, ox);
-      oy = hn::MulAdd(hn::Set(d, w[4]), t, oy);
+      hn::StoreU(t, d, activation + h * net.n + a);
+      for (int o = 0; o < outs; ++o) {
+        sum[o] = hn::MulAdd(hn::Set(d, w[ins + 1 + o]), t, sum[o]);
+      }
     }
-    const V used = hn::LoadU(d, use + a);
-    const V dx = hn::Mul(hn::Sub(ox, hn::LoadU(d, yx + a)), used);
-    const V dy = hn::Mul(hn::Sub(oy, hn::LoadU(d, yy + a)), used);
-    hn::StoreU(dx, d, ex + a);
-    hn::StoreU(dy, d, ey + a);
-    squares = hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, squares));
-    sum_x = hn::Add(sum_x, dx);
-    sum_y = hn::Add(sum_y, dy);
-  }
-  if (gradient == nullptr) return total(d, squares);
-  for (std::ptrdiff_t h = 0; h < hidden; ++h) {
-    const double* w = weights + h * 5;
-    V g[5] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    const V wx = hn::Set(d, w[3]);
-    const V wy = hn::Set(d, w[4]);
-    const V one = hn::Set(d, 1.0);
-    for (std::ptrdiff_t a = 0; a < n; a += step) {
-      const V t = hn::LoadU(d, activation + h * n + a);
-      const V dx = hn::LoadU(d, ex + a);
-      const V dy = hn::LoadU(d, ey + a);
-      const V back = hn::Mul(hn::MulAdd(wx, dx, hn::Mul(wy, dy)), hn::NegMulAdd(t, t, one));
-      g[0] = hn::MulAdd(back, hn::LoadU(d, x1 + a), g[0]);
-      g[1] = hn::MulAdd(back, hn::LoadU(d, x2 + a), g[1]);
-      g[2] = hn::Add(back, g[2]);
-      g[3] = hn::MulAdd(t, dx, g[3]);
-      g[4] = hn::MulAdd(t, dy, g[4]);
+    const V used = hn::LoadU(d, net.use + a);
+    for (int o = outs - 1; o >= 0; --o) {
+      const V e = hn::Mul(hn::Sub(sum[o], hn::LoadU(d, net.y + o * net.n + a)), used);
+      hn::StoreU(e, d, error + o * net.n + a);
+      squares = hn::MulAdd(e, e, squares);
     }
-    for (int k = 0; k < 5; ++k) gradient[h * 5 + k] = 2.0 * total(d, g[k]);
   }
-  gradient[static_cast<std::ptrdiff_t>(hidden) * 5] = 2.0 * total(d, sum_x);
-  gradient[static_cast<std::ptrdiff_t>(hidden) * 5 + 1] = 2.0 * total(d, sum_y);
+  return squares;
+}
+
+/// The gradient of the sum of squares.
+template <int Inputs, int Outputs>
+HWY_INLINE HWY_ATTR void backward(
+    D d, const Network<Inputs, Outputs>& net, const double* error, const double* activation,
+    double* gradient) {
+  const auto step = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const int ins = net.inputs();
+  const int outs = net.outputs();
+  const V one = hn::Set(d, 1.0);
+  for (std::ptrdiff_t h = 0; h < net.shape.hidden; ++h) {
+    const double* w = net.unit(h) + ins + 1;
+    V g[Network<Inputs, Outputs>::kMostWeights];
+    for (int k = 0; k < ins + 1 + outs; ++k) g[k] = hn::Zero(d);
+    for (std::ptrdiff_t a = 0; a < net.n; a += step) {
+      const V t = hn::LoadU(d, activation + h * net.n + a);
+      V back = hn::Mul(hn::Set(d, w[outs - 1]), hn::LoadU(d, error + (outs - 1) * net.n + a));
+      for (int o = outs - 2; o >= 0; --o) {
+        back = hn::MulAdd(hn::Set(d, w[o]), hn::LoadU(d, error + o * net.n + a), back);
+      }
+      back = hn::Mul(back, hn::NegMulAdd(t, t, one));
+      for (int i = 0; i < ins; ++i) {
+        g[i] = hn::MulAdd(back, hn::LoadU(d, net.x + i * net.n + a), g[i]);
+      }
+      g[ins] = hn::Add(back, g[ins]);
+      for (int o = 0; o < outs; ++o) {
+        g[ins + 1 + o] = hn::MulAdd(t, hn::LoadU(d, error + o * net.n + a), g[ins + 1 + o]);
+      }
+    }
+    double* of_unit = gradient + h * (ins + 1 + outs);
+    for (int k = 0; k < ins + 1 + outs; ++k) of_unit[k] = 2.0 * total(d, g[k]);
+  }
+  double* of_bias = gradient + static_cast<std::ptrdiff_t>(net.shape.hidden) * (ins + 1 + outs);
+  for (int o = 0; o < outs; ++o) {
+    V sum = hn::Zero(d);
+    for (std::ptrdiff_t a = 0; a < net.n; a += step) {
+      sum = hn::Add(sum, hn::LoadU(d, error + o * net.n + a));
+    }
+    of_bias[o] = 2.0 * total(d, sum);
+  }
+}
+
+template <int Inputs, int Outputs>
+HWY_INLINE HWY_ATTR double epoch(
+    const Network<Inputs, Outputs>& net, double* gradient, double* scratch) {
+  const D d;
+  double* activation = scratch + net.outputs() * net.n;
+  const V squares = forward(d, net, scratch, activation);
+  if (gradient != nullptr) backward(d, net, scratch, activation, gradient);
   return total(d, squares);
+}
+
+HWY_ATTR double error(
+    const BpnnShape& shape, int padded, const double* x, const double* y, const double* use,
+    const double* weights, double* gradient, double* scratch) {
+  if (shape.inputs == 2 && shape.outputs == 2) {
+    return epoch(Network<2, 2>{shape, padded, x, y, use, weights}, gradient, scratch);
+  }
+  return epoch(Network<0, 0>{shape, padded, x, y, use, weights}, gradient, scratch);
 }
 
 }  // namespace sixdial::calibration::HWY_NAMESPACE
@@ -98,11 +150,9 @@ namespace sixdial::calibration {
 HWY_EXPORT(error);
 
 double bpnn_error(
-    int hidden, int padded, const double* x1, const double* x2, const double* yx,
-    const double* yy, const double* use, const double* weights, double* gradient,
-    double* scratch) {
-  return HWY_DYNAMIC_DISPATCH(error)(
-      hidden, padded, x1, x2, yx, yy, use, weights, gradient, scratch);
+    const BpnnShape& shape, int padded, const double* x, const double* y, const double* use,
+    const double* weights, double* gradient, double* scratch) {
+  return HWY_DYNAMIC_DISPATCH(error)(shape, padded, x, y, use, weights, gradient, scratch);
 }
 
 }  // namespace sixdial::calibration

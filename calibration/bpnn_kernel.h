@@ -1,18 +1,26 @@
-// One epoch of a 2-hidden-2 network with tanh hidden and linear output, vectorised over
-// samples.
+// One epoch of a network with one hidden layer, tanh hidden and linear output, vectorised over
+// samples: any number of inputs and outputs, fastest for the paper's two of each.
 #pragma once
 
 namespace sixdial::calibration {
 
-/// Weights of one hidden unit: w1, w2, bias, output weights to x and y.
-inline constexpr int kUnitWeights = 5;
+struct BpnnShape {
+  int inputs = 2;
+  int hidden = 40;
+  int outputs = 2;
+  /// Weights of one hidden unit: of the inputs, bias, to the outputs.
+  [[nodiscard]] int unit_weights() const { return inputs + 1 + outputs; }
+  /// Of the units one after the other, then the biases of the outputs.
+  [[nodiscard]] int weights() const { return hidden * unit_weights() + outputs; }
+};
+/// Most inputs, and most outputs, that the kernel takes.
+inline constexpr int kMostBpnnColumns = 64;
 
 /// Sum of squared errors of the network, and unless null its gradient. Sample arrays are
-/// `padded` long (a multiple of 8) with use[a] = 0 in the padding. weights: hidden * 5, then
-/// the two output biases. scratch: (2 + hidden) * padded.
+/// `padded` long (a multiple of 8), x one for each input and y one for each output, with use[a]
+/// = 0 in the padding. scratch: (outputs + hidden) * padded.
 [[nodiscard]] double bpnn_error(
-    int hidden, int padded, const double* x1, const double* x2, const double* yx,
-    const double* yy, const double* use, const double* weights, double* gradient,
-    double* scratch);
+    const BpnnShape& shape, int padded, const double* x, const double* y, const double* use,
+    const double* weights, double* gradient, double* scratch);
 
 }  // namespace sixdial::calibration

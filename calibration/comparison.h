@@ -75,13 +75,18 @@ struct Comparison {
   double seconds = 0.0;
 };
 
-/// `space`: of G1, what identifiers fit. `g1` and `g2`: where errors are judged and residual
-/// models learn (g1 only). Cancelled: Trouble::kCancelled.
+/// `space`: of G1, what identifiers fit. `g1` and `g2`: position spaces, where errors are
+/// judged and residual models learn (g1 only); their parameters are those of `space`, or some
+/// of them, by name. Cancelled: Trouble::kCancelled.
 [[nodiscard]] tl::expected<Comparison, Trouble> compare_methods(
-    const ObservationSpace& space, const PositionObservations& g1,
-    const PositionObservations& g2, const geometry::ParameterVector& nominal,
+    const ObservationSpace& space, const ObservationSpace& g1, const ObservationSpace& g2,
     const std::vector<MethodChoice>& methods, const ComparisonSettings& settings = {},
     const std::function<void(const ComparisonProgress&)>& progress = {},
     const std::stop_token& stop = {});
+
+/// The parameters of `wanted` out of x, which is one of `space`, by name. Throws
+/// std::invalid_argument for a name that `space` does not have.
+[[nodiscard]] Eigen::VectorXd parameters_in(
+    const ObservationSpace& wanted, const ObservationSpace& space, const Eigen::VectorXd& x);
 
 }  // namespace sixdial::calibration

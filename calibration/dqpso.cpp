@@ -5,81 +5,130 @@
 #include <cmath>
 
 #include "calibration/random.h"
-#include "calibration/swarm_kernels.h"
 
 namespace sixdial::calibration {
 namespace {
 
-using geometry::kParameterCount;
-using geometry::ParameterMatrix;
-using geometry::ParameterVector;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-constexpr std::uint32_t kNoiseStream = 1;
-constexpr std::uint32_t kParameterStream = 2;
+// Of a space's two streams of random numbers.
+constexpr std::uint32_t kNoiseSearch = 0;
+constexpr std::uint32_t kParameterSearch = 1;
 constexpr std::uint32_t kStartStream = 16;  // added for the first positions
 // Whitening assumes at least this much noise, so that exact data do not give an empty spread.
 constexpr double kLeastNoise_mm = 1e-6;
 // Rounding leaves this much of a variance that is zero.
 constexpr double kFixedVariance = 1e-20;
 
-/// Calls compute(block of eight columns) for every eight particles; `columns` values each.
-template <int Rows, class Fill, class Compute>
-void by_lanes(Eigen::Index count, const Fill& fill, const Compute& compute) {
-  Lanes<Rows> lanes;
-  for (Eigen::Index first = 0; first < count; first += kLanes) {
-    const Eigen::Index used = std::min<Eigen::Index>(kLanes, count - first);
-    for (Eigen::Index lane = 0; lane < kLanes; ++lane) {
-      fill(first + std::min(lane, used - 1), lane, lanes);  // idle lanes repeat the last one
-    }
-    compute(first, used, lanes);
-  }
-}
+// ---- QPSO-1
 
-FilterNoise noise_from(const Eigen::VectorXd& log10_noise, const FixedParameters& fixed) {
-  FilterNoise noise;
-  for (int i = 0; i < kParameterCount; ++i) {
-    noise.q[i] = fixed[static_cast<std::size_t>(i)] ? 0.0 : std::pow(10.0, log10_noise[i]);
+/// Q and R of a particle, one below the other.
+VectorXd noise_of(
+    const Eigen::Ref<const VectorXd>& log10_noise, int parameters,
+    const std::vector<char>& fixed) {
+  VectorXd noise(log10_noise.size());
+  for (int i = 0; i < noise.size(); ++i) {
+    const bool still = i < parameters && is_fixed(fixed, i);
+    noise[i] = still ? 0.0 : std::pow(10.0, log10_noise[i]);
   }
-  noise.r = {std::pow(10.0, log10_noise[10]), std::pow(10.0, log10_noise[11])};
   return noise;
 }
 
-struct Whitening {
-  ParameterVector origin;  // the estimate, with what cannot be determined put back to nominal
-  ParameterMatrix L;       // v = origin + L z
+/// Where the filter with this noise ends; NaN where it broke.
+VectorXd filtered(
+    const ObservationSpace& space, const FilterSettings& like,
+    const Eigen::Ref<const VectorXd>& noise) {
+  FilterSettings settings = like;
+  settings.noise = {noise.head(space.parameters()), noise.tail(space.channels())};
+  return space.nominal + filter_errors(space, settings);
+}
+
+/// Equation (29) of each column of `noise`.
+void noise_objective(
+    const ObservationSpace& space, const FilterSettings& filter, const MatrixXd& noise,
+    Eigen::Ref<Eigen::ArrayXd> values) {
+  if (space.kernels && space.kernels->filter && space.kernels->rmse) {
+    MatrixXd x;
+    space.kernels->filter(filter.linearisation, filter.p0, noise, x);
+    x.colwise() += space.nominal;
+    space.kernels->rmse(x, values);
+    return;
+  }
+  for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+    const VectorXd x = filtered(space, filter, noise.col(i));
+    values[i] = x.allFinite() ? space.rmse(x) : HUGE_VAL;
+  }
+}
+
+/// First positions: all of the first particle at first_log10, the others around it.
+Eigen::ArrayXXd first_noise(
+    const NoiseSearchSettings& settings, int dimensions, std::uint32_t stream) {
+  Eigen::ArrayXXd start(settings.swarm.particles, dimensions);
+  start.setConstant(settings.first_log10);
+  for (int i = 1; i < settings.swarm.particles; ++i) {
+    for (int k = 0; k < dimensions; ++k) {
+      start(i, k) +=
+          settings.spread_decades * random_normal(
+                                        settings.seed, static_cast<std::uint32_t>(i), 0,
+                                        static_cast<std::uint32_t>(k), stream + kStartStream);
+    }
+  }
+  return start;
+}
+
+// ---- QPSO-2
+
+/// Search coordinates z, x = origin + L z.
+struct Coordinates {
+  VectorXd origin;  // the estimate, with what cannot be determined put back to nominal
+  MatrixXd L;
   int held = 0;
+  [[nodiscard]] VectorXd parameters(const VectorXd& z) const { return origin + L * z; }
 };
 
-Whitening whitening_at(
-    const PositionObservations& observations, const ParameterVector& nominal,
-    const ParameterVector& estimate, const ParameterSearchSettings& settings) {
-  // A filter without process noise at the estimate says what the data determine ...
-  const ParameterVector scale = parameter_scale();
+/// What a filter without process noise says at `estimate`: covariance of the parameters in
+/// units of their scale.
+MatrixXd scaled_covariance(
+    const ObservationSpace& space, const VectorXd& estimate,
+    const ParameterSearchSettings& settings) {
+  const VectorXd scale = space.scale();
   FilterSettings filter;
   filter.linearisation = Linearisation::kNominal;
-  filter.p0 = (settings.hold_uncertainty_mm * scale).cwiseAbs2();
-  for (int i = 0; i < kParameterCount; ++i) {
-    if (settings.fixed[static_cast<std::size_t>(i)]) filter.p0[i] = 0.0;
+  filter.p0 = diagonal_of(
+      (settings.hold_uncertainty_mm * scale).cwiseAbs2(), space.parameters(), 1.0,
+      settings.fixed);
+  filter.noise.q = VectorXd::Zero(space.parameters());
+  filter.noise.r = VectorXd::Constant(space.channels(), settings.noise_mm * settings.noise_mm);
+  if (settings.weighting != Weighting::kAlike) {
+    const double mean_sigma = space.mean_sigma();
+    for (int row = 0; row < space.rows(); ++row) {
+      const double sigma_mm = settings.noise_mm * space.sigma_mm[row] / mean_sigma;
+      filter.noise.r[space.channel[static_cast<std::size_t>(row)]] = sigma_mm * sigma_mm;
+    }
   }
-  filter.noise.q.setZero();
-  filter.noise.r.setConstant(settings.noise_mm * settings.noise_mm);
-  const ParameterMatrix P = filter_positions(observations, estimate, filter).P;
-  // ... and the residuals there, how far away the minimum may be.
-  const double rmse_mm = position_rmse(observations, estimate);
+  const MatrixXd P = run_filter_from(space, estimate, filter).P;
+  return scale.cwiseInverse().asDiagonal() * P * scale.cwiseInverse().asDiagonal();
+}
+
+/// The long valley becomes a bowl: `rmse_mm`, of the objective at the estimate, says how far
+/// away the minimum may be.
+Coordinates whitened_at(
+    const ObservationSpace& space, const VectorXd& estimate, double rmse_mm,
+    const ParameterSearchSettings& settings) {
+  const double rows_a_sample = static_cast<double>(space.rows()) / std::max(space.samples(), 1);
   const double widen =
       std::isfinite(rmse_mm)
-          ? std::max(rmse_mm / std::sqrt(2.0), kLeastNoise_mm) / settings.noise_mm
+          ? std::max(rmse_mm / std::sqrt(rows_a_sample), kLeastNoise_mm) / settings.noise_mm
           : HUGE_VAL;
-
-  const ParameterMatrix scaled =
-      scale.cwiseInverse().asDiagonal() * P * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<ParameterMatrix> eigen(scaled);
-  Whitening result;
-  result.origin = estimate;
-  result.L.setZero();
+  const VectorXd scale = space.scale();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      scaled_covariance(space, estimate, settings));
+  const int n = space.parameters();
+  Coordinates result{estimate, MatrixXd::Zero(n, n), 0};
   const double most = settings.hold_uncertainty_mm;
-  for (int k = 0; k < kParameterCount; ++k) {
-    const ParameterVector direction = eigen.eigenvectors().col(k);
+  for (int k = 0; k < n; ++k) {
+    const VectorXd direction = eigen.eigenvectors().col(k);
     const double variance = eigen.eigenvalues()[k];
     if (variance <= kFixedVariance * most * most) continue;  // a fixed parameter
     if (variance < most * most / 2) {
@@ -88,151 +137,148 @@ Whitening whitening_at(
     } else {
       // The data say little beyond what was assumed: hold it.
       ++result.held;
-      const double along = direction.dot((nominal - estimate).cwiseQuotient(scale));
+      const double along = direction.dot((space.nominal - estimate).cwiseQuotient(scale));
       result.origin += scale.cwiseProduct(direction) * along;
     }
   }
-  for (int i = 0; i < kParameterCount; ++i) {
-    if (!settings.fixed[static_cast<std::size_t>(i)]) continue;
+  for (int i = 0; i < n; ++i) {
+    if (!is_fixed(settings.fixed, i)) continue;
     result.L.row(i).setZero();
     result.origin[i] = estimate[i];
   }
   return result;
 }
 
+/// Equation (31) at x.
+double one_objective(
+    const ObservationSpace& space, const LeastSquaresProblem& problem, Weighting weighting,
+    const VectorXd& x) {
+  if (weighting == Weighting::kAlike) return space.rmse(x);
+  VectorXd r(space.rows());
+  return problem.evaluate(x, r, nullptr) ? std::sqrt(r.squaredNorm() / space.samples())
+                                         : HUGE_VAL;
+}
+
+/// Equation (31) of each column of x.
+void parameter_objective(
+    const ObservationSpace& space, const LeastSquaresProblem& problem, Weighting weighting,
+    const MatrixXd& x, Eigen::Ref<Eigen::ArrayXd> values) {
+  if (weighting == Weighting::kAlike && space.kernels && space.kernels->rmse) {
+    space.kernels->rmse(x, values);
+    return;
+  }
+  for (Eigen::Index i = 0; i < x.cols(); ++i) {
+    values[i] = one_objective(space, problem, weighting, x.col(i));
+  }
+}
+
+/// First positions: the estimate itself, the others around it.
+Eigen::ArrayXXd first_parameters(
+    const ObservationSpace& space, const ParameterSearchSettings& settings,
+    std::uint32_t stream) {
+  const bool raw = settings.coordinates == SearchCoordinates::kRaw;
+  const VectorXd spread = settings.raw_spread * space.scale();
+  Eigen::ArrayXXd start = Eigen::ArrayXXd::Zero(settings.swarm.particles, space.parameters());
+  for (int i = 1; i < settings.swarm.particles; ++i) {
+    for (int k = 0; k < space.parameters(); ++k) {
+      const auto a = static_cast<std::uint32_t>(i);
+      const auto c = static_cast<std::uint32_t>(k);
+      if (!raw) {
+        start(i, k) = settings.whitened_spread *
+                      random_normal(settings.seed, a, 0, c, stream + kStartStream);
+      } else if (!is_fixed(settings.fixed, k)) {
+        const auto w = random_words(settings.seed, a, 0, c, stream + kStartStream);
+        start(i, k) = spread[k] * (2.0 * open_unit(w[0], w[1]) - 1.0);
+      }
+    }
+  }
+  return start;
+}
+
+/// A box around nominal, for raw coordinates.
+void bound(
+    const ObservationSpace& space, const VectorXd& estimate,
+    const ParameterSearchSettings& settings, QpsoSettings& search) {
+  const VectorXd reach = settings.raw_bound * settings.raw_spread * space.scale();
+  const VectorXd offset = space.nominal - estimate;
+  search.lower = (offset - reach).cwiseMin(0.0);
+  search.upper = (offset + reach).cwiseMax(0.0);
+  for (int k = 0; k < space.parameters(); ++k) {
+    if (is_fixed(settings.fixed, k)) search.lower[k] = search.upper[k] = 0.0;
+  }
+}
+
 }  // namespace
 
 NoiseSearch search_noise(
-    const PositionObservations& observations, const ParameterVector& nominal,
-    const NoiseSearchSettings& settings, const SearchProgress& progress, std::stop_token stop) {
-  const SwarmTable table(observations, nominal);
-  const bool linear = settings.linearisation == Linearisation::kNominal;
-  ParameterVector p0 = settings.p0;
-  for (int i = 0; i < kParameterCount; ++i) {
-    if (settings.fixed[static_cast<std::size_t>(i)]) p0[i] = 0.0;
-  }
+    const ObservationSpace& space, const NoiseSearchSettings& settings,
+    const SearchProgress& progress, std::stop_token stop) {
+  const int n = space.parameters();
+  const int dimensions = n + space.channels();
+  FilterSettings filter;
+  filter.linearisation = settings.linearisation;
+  filter.p0 = diagonal_of(settings.p0, n, 1.0, settings.fixed);
 
   const auto objective = [&](const SwarmRows& particles, Eigen::Ref<Eigen::ArrayXd> values) {
-    by_lanes<12>(
-        particles.rows(),
-        [&](Eigen::Index i, Eigen::Index lane, NoiseLanes& noise) {
-          for (int k = 0; k < 12; ++k) {
-            const bool fixed =
-                k < kParameterCount && settings.fixed[static_cast<std::size_t>(k)];
-            noise(k, lane) = fixed ? 0.0 : std::pow(10.0, particles(i, k));
-          }
-        },
-        [&](Eigen::Index first, Eigen::Index used, const NoiseLanes& noise) {
-          ParameterLanes state;
-          if (linear) {
-            swarm_filter_nominal(table, p0, noise, state);
-          } else {
-            swarm_filter_estimate(table, p0, noise, state);
-          }
-          state.colwise() += nominal;
-          Lanes<1> rmse_mm;
-          swarm_rmse(table, state, rmse_mm);  // (29)
-          values.segment(first, used) = rmse_mm.head(used).transpose().array();
-        });
-  };
-
-  Eigen::ArrayXXd start(settings.swarm.particles, 12);
-  for (int i = 0; i < settings.swarm.particles; ++i) {
-    for (int k = 0; k < 12; ++k) {
-      start(i, k) = settings.first_log10;
-      if (i == 0) continue;
-      start(i, k) += settings.spread_decades * random_normal(
-                                                   settings.seed, static_cast<std::uint32_t>(i),
-                                                   0, static_cast<std::uint32_t>(k),
-                                                   kNoiseStream + kStartStream);
+    MatrixXd noise(dimensions, particles.rows());
+    for (Eigen::Index i = 0; i < particles.rows(); ++i) {
+      noise.col(i) = noise_of(particles.row(i).transpose(), n, settings.fixed);
     }
-  }
+    noise_objective(space, filter, noise, values);
+  };
   QpsoSettings search;
   search.iterations = settings.swarm.iterations;
   search.seed = settings.seed;
-  search.stream = kNoiseStream;
+  search.stream = space.random_stream + kNoiseSearch;
   search.threads = settings.threads;
-  search.lower = Eigen::VectorXd::Constant(12, settings.lower_log10);
-  search.upper = Eigen::VectorXd::Constant(12, settings.upper_log10);
+  search.lower = VectorXd::Constant(dimensions, settings.lower_log10);
+  search.upper = VectorXd::Constant(dimensions, settings.upper_log10);
 
   NoiseSearch result;
-  result.search = minimise_qpso(objective, start, search, progress, stop);
-  result.noise = noise_from(result.search.best, settings.fixed);
-  result.run =
-      filter_positions(observations, nominal, {settings.linearisation, p0, result.noise});
-  result.rmse_mm = position_rmse(observations, result.run.v);
+  result.search = minimise_qpso(
+      objective, first_noise(settings, dimensions, search.stream), search, progress, stop);
+  const VectorXd best = noise_of(result.search.best, n, settings.fixed);
+  filter.noise = result.noise = {best.head(n), best.tail(space.channels())};
+  result.run = run_filter(space, filter);
+  result.rmse_mm = space.rmse(result.run.v);
   return result;
 }
 
 ParameterSearch search_parameters(
-    const PositionObservations& observations, const ParameterVector& nominal,
-    const ParameterVector& estimate, const ParameterSearchSettings& settings,
-    const SearchProgress& progress, std::stop_token stop) {
-  const SwarmTable table(observations, nominal);
+    const ObservationSpace& space, const VectorXd& estimate,
+    const ParameterSearchSettings& settings, const SearchProgress& progress,
+    std::stop_token stop) {
+  const int n = space.parameters();
   const bool raw = settings.coordinates == SearchCoordinates::kRaw;
-  ParameterVector spread = ParameterVector::Constant(settings.raw_spread_mm);
-  spread.tail<3>().setConstant(settings.raw_spread_rad);
-
-  Whitening map{estimate, ParameterMatrix::Identity(), 0};
-  if (!raw) map = whitening_at(observations, nominal, estimate, settings);
-
-  const auto objective = [&](const SwarmRows& particles, Eigen::Ref<Eigen::ArrayXd> values) {
-    by_lanes<kParameterCount>(
-        particles.rows(),
-        [&](Eigen::Index i, Eigen::Index lane, ParameterLanes& z) {
-          for (int k = 0; k < kParameterCount; ++k) z(k, lane) = particles(i, k);
-        },
-        [&](Eigen::Index first, Eigen::Index used, const ParameterLanes& z) {
-          ParameterLanes v;
-          v.noalias() = map.L * z;
-          v.colwise() += map.origin;
-          Lanes<1> rmse_mm;
-          swarm_rmse(table, v, rmse_mm);  // (31)
-          values.segment(first, used) = rmse_mm.head(used).transpose().array();
-        });
-  };
-
-  Eigen::ArrayXXd start = Eigen::ArrayXXd::Zero(settings.swarm.particles, kParameterCount);
-  for (int i = 1; i < settings.swarm.particles; ++i) {
-    for (int k = 0; k < kParameterCount; ++k) {
-      const auto a = static_cast<std::uint32_t>(i);
-      const auto c = static_cast<std::uint32_t>(k);
-      if (raw) {
-        const auto w = random_words(settings.seed, a, 0, c, kParameterStream + kStartStream);
-        start(i, k) = spread[k] * (2.0 * open_unit(w[0], w[1]) - 1.0);
-      } else {
-        start(i, k) = settings.whitened_spread *
-                      random_normal(settings.seed, a, 0, c, kParameterStream + kStartStream);
-      }
-      if (settings.fixed[static_cast<std::size_t>(k)] && raw) start(i, k) = 0.0;
-    }
+  const LeastSquaresProblem problem = space.problem(settings.weighting);
+  Coordinates map{estimate, MatrixXd::Identity(n, n), 0};
+  if (!raw) {
+    map = whitened_at(
+        space, estimate, one_objective(space, problem, settings.weighting, estimate), settings);
   }
+  const auto objective = [&](const SwarmRows& particles, Eigen::Ref<Eigen::ArrayXd> values) {
+    MatrixXd x(n, particles.rows());
+    x.noalias() = map.L.lazyProduct(particles.matrix().transpose());
+    x.colwise() += map.origin;
+    parameter_objective(space, problem, settings.weighting, x, values);
+  };
   QpsoSettings search;
   search.iterations = settings.swarm.iterations;
   search.seed = settings.seed;
-  search.stream = kParameterStream;
+  search.stream = space.random_stream + kParameterSearch;
   search.threads = settings.threads;
   search.keep_positions = true;
-  if (raw) {
-    const ParameterVector offset = nominal - estimate;
-    search.lower = (offset - settings.raw_bound * spread).cwiseMin(0.0);
-    search.upper = (offset + settings.raw_bound * spread).cwiseMax(0.0);
-    for (int k = 0; k < kParameterCount; ++k) {
-      if (settings.fixed[static_cast<std::size_t>(k)]) search.lower[k] = search.upper[k] = 0.0;
-    }
-  }
+  if (raw) bound(space, estimate, settings, search);
 
   ParameterSearch result;
-  result.search = minimise_qpso(objective, start, search, progress, stop);
-  const auto in_parameters = [&](const Eigen::VectorXd& z) {
-    return ParameterVector(map.origin + map.L * z);
-  };
-  for (const Eigen::VectorXd& z : result.search.best_positions) {
-    result.history.push_back(in_parameters(z));
+  result.search = minimise_qpso(
+      objective, first_parameters(space, settings, search.stream), search, progress, stop);
+  for (const VectorXd& z : result.search.best_positions) {
+    result.history.push_back(map.parameters(z));
   }
   result.search.best_positions.clear();
-  result.v = in_parameters(result.search.best);
-  result.rmse_mm = position_rmse(observations, result.v);
+  result.v = map.parameters(result.search.best);
+  result.rmse_mm = space.rmse(result.v);
   result.held = map.held;
   return result;
 }

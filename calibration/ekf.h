@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calibration/observations.h"
+#include "calibration/observation_space.h"
 
 namespace sixdial::calibration {
 
@@ -28,36 +28,47 @@ class Ekf {
   Eigen::MatrixXd P_;
 };
 
-/// Where f and J are taken.
-enum class Linearisation {
-  kNominal,   // as printed, (11): a linear filter
-  kEstimate,  // at the current estimate: what "extended" means
-};
-
-/// Diagonals of Q (10) and R (2) in [mm^2], [rad^2].
+/// Diagonals of Q (by parameter) and R (by channel) in [mm^2], [rad^2]. An empty one stands for
+/// 1e-4 everywhere, the paper's.
 struct FilterNoise {
-  geometry::ParameterVector q = geometry::ParameterVector::Constant(1e-4);
-  Eigen::Vector2d r = Eigen::Vector2d::Constant(1e-4);
+  Eigen::VectorXd q;
+  Eigen::VectorXd r;
 };
 
 struct FilterSettings {
   Linearisation linearisation = Linearisation::kEstimate;
-  geometry::ParameterVector p0 = geometry::ParameterVector::Ones();  // diagonal of P0
+  Eigen::VectorXd p0;  // diagonal of P0; empty: 1 everywhere
   FilterNoise noise;
 };
 
 struct FilterRun {
-  geometry::ParameterVector v;  // nominal + estimated errors
-  geometry::ParameterMatrix P;
-  std::vector<geometry::ParameterVector>
-      history;  // estimated errors after each sample (Fig. 9)
-  std::vector<geometry::ParameterVector> variance;  // diagonal of P after each sample
+  Eigen::VectorXd v;  // nominal + estimated errors
+  Eigen::MatrixXd P;
+  std::vector<Eigen::VectorXd> history;   // estimated errors after each sample (Fig. 9)
+  std::vector<Eigen::VectorXd> variance;  // diagonal of P after each sample
   int unreachable = 0;  // samples without a pose at the linearisation point, passed over
 };
 
 /// One pass over the samples in order, state = parameter errors from 0.
-[[nodiscard]] FilterRun filter_positions(
-    const PositionObservations& observations, const geometry::ParameterVector& nominal,
-    const FilterSettings& settings = {});
+[[nodiscard]] FilterRun run_filter(
+    const ObservationSpace& space, const FilterSettings& settings = {});
+/// The same from `start` instead of the nominal parameters.
+[[nodiscard]] FilterRun run_filter_from(
+    const ObservationSpace& space, const Eigen::VectorXd& start,
+    const FilterSettings& settings);
+
+/// The answer of one pass alone, for searches that run it thousands of times: rows one after
+/// the other, which is equal to (20)-(22) up to rounding. Errors x - nominal after the last
+/// sample; NaN where a pose could not be reached. `unit_covariance`: of the errors for readings
+/// of mean sigma 1, to first order.
+[[nodiscard]] Eigen::VectorXd filter_errors(
+    const ObservationSpace& space, const FilterSettings& settings,
+    Eigen::MatrixXd* unit_covariance = nullptr);
+
+inline constexpr double kFirstVariance = 1e-4;  // Q and R as the paper starts with them
+/// `values`, or n times `otherwise` where there are none; 0 for fixed parameters.
+[[nodiscard]] Eigen::VectorXd diagonal_of(
+    const Eigen::VectorXd& values, Eigen::Index n, double otherwise,
+    const std::vector<char>& fixed = {});
 
 }  // namespace sixdial::calibration

@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include "calibration/five_bar/spaces.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -82,7 +84,7 @@ struct DialSigma {
 
 DialSigma robust_sigmas(const ObservationSpace& space, const VectorXd& r, int freedom) {
   const double inflate = std::sqrt(static_cast<double>(space.rows()) / freedom);
-  std::vector<std::vector<double>> sizes(static_cast<std::size_t>(space.channels));
+  std::vector<std::vector<double>> sizes(static_cast<std::size_t>(space.channels()));
   std::vector<double> all;
   for (int row = 0; row < space.rows(); ++row) {
     const auto channel = static_cast<std::size_t>(space.channel[static_cast<std::size_t>(row)]);
@@ -106,7 +108,7 @@ LeastSquaresFit robust_fit(
     int block) {
   LeastSquaresSettings core = core_settings(space, settings);
   core.loss_scale = 0.0;
-  const LeastSquaresProblem problem = space.problem(is_weighted(space, settings));
+  const LeastSquaresProblem problem = space.problem(weighting_of(space, settings));
   return solve_robustly(problem, start, core, Loss::kCauchy, block);
 }
 
@@ -139,7 +141,7 @@ struct DialErrors {
 std::vector<DialErrors> errors_by_dial(
     const std::map<int, const Trial*>& by_sample, const ObservationSpace& space,
     const VectorXd& x, std::vector<std::size_t>& place_of_row) {
-  std::vector<DialErrors> dials(static_cast<std::size_t>(space.channels));
+  std::vector<DialErrors> dials(static_cast<std::size_t>(space.channels()));
   VectorXd e;
   for (int i = 0; i < space.samples(); ++i) {
     e.resize(space.rows(i));
@@ -266,7 +268,7 @@ GrossErrorCheck check_dials(
     }
     start = result.x = fit.x;
     VectorXd r(space.rows());
-    static_cast<void>(space.problem(false).evaluate(fit.x, r, nullptr));
+    static_cast<void>(space.problem(Weighting::kAlike).evaluate(fit.x, r, nullptr));
     sigma = robust_sigmas(space, r, freedom);
     result.sigma_mm = sigma.pooled;
     result.limit_times_sigma = limit_of(space.rows(), freedom);
@@ -352,7 +354,7 @@ GrossErrorCheck judge_readings(
     const ObservationSpace space =
         position_space(position_observations(trials), rig.robot.nominal);
     result.readings = space.samples();
-    list_positions(space, lengths(space, fitted.x.head<geometry::kParameterCount>()), result);
+    list_positions(space, lengths(space, fitted.x.head(space.parameters())), result);
     judge_number(space.samples(), result);
     return result;
   }

@@ -1,6 +1,7 @@
 #include "calibration/identifiability.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
@@ -26,12 +27,21 @@ std::string list_of(const std::vector<std::string_view>& names) {
 constexpr std::string_view kCommonTurn =
     " (the frame's rotation against a common shift of both motors, exact where d = 0)";
 
+struct Part {
+  std::string_view name;
+  double size;
+};
+constexpr std::array kCommonTurnParts{
+    Part{"alpha", 1.0}, Part{"dtheta1", -1.0}, Part{"dtheta2", -1.0}};
+
 /// alpha against dtheta1 and dtheta2 by equal angles, and nothing else to speak of.
-bool is_common_turn(const Eigen::VectorXd& direction) {
-  if (direction.size() <= geometry::kOffset2) return false;
+bool is_common_turn(const Eigen::VectorXd& direction, std::span<const std::string_view> names) {
   Eigen::VectorXd turn = Eigen::VectorXd::Zero(direction.size());
-  turn[geometry::kAlpha] = 1.0;
-  turn[geometry::kOffset1] = turn[geometry::kOffset2] = -1.0;
+  for (const auto& [name, part] : kCommonTurnParts) {
+    const auto at = std::ranges::find(names, name);
+    if (at == names.end()) return false;
+    turn[at - names.begin()] = part;
+  }
   return std::abs(direction.dot(turn.normalized())) > kSameDirection;
 }
 
@@ -56,7 +66,7 @@ std::string words_for(
   text += rises.size() > 1 ? " rise while " : " rises while ";
   text += list_of(falls);
   text += falls.size() > 1 ? " fall" : " falls";
-  return is_common_turn(direction) ? text + std::string(kCommonTurn) : text;
+  return is_common_turn(direction, names) ? text + std::string(kCommonTurn) : text;
 }
 
 }  // namespace
@@ -91,12 +101,6 @@ Identifiability identifiability(
     return std::abs(a.coefficient) > std::abs(b.coefficient);
   });
   return result;
-}
-
-std::vector<std::string_view> parameter_names() {
-  std::vector<std::string_view> names;
-  for (const geometry::ParameterInfo& each : geometry::kParameters) names.push_back(each.name);
-  return names;
 }
 
 double student_95(int degrees_of_freedom) {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
 
@@ -40,10 +39,8 @@ struct Identifiability {
 [[nodiscard]] Identifiability identifiability(
     const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples);
 
-[[nodiscard]] std::vector<std::string_view> parameter_names();
-
 struct ParameterEstimate {
-  std::string_view name;
+  std::string name;
   double nominal = 0.0;  // stored units: mm, rad
   double value = 0.0;
   double sd = 0.0;

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <functional>
 #include <stop_token>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "calibration/dqpso.h"
 #include "calibration/observation_space.h"
@@ -44,18 +46,29 @@ struct Identified {
   bool cancelled = false;
 };
 
+using IdentifyFunction = std::function<Identified(
+    const ObservationSpace& space, const IdentifySettings& settings,
+    const SearchProgress& progress, const std::stop_token& stop)>;
+
+/// A row of the table: one for each file of identifiers/, and those that are added at run time.
 struct Identifier {
   std::string_view name;         // "ekf_dqpso"
   std::string_view title;        // as tables name it: "EKF-DQPSO"
   std::string_view description;  // for people
   Identified (*identify)(
       const ObservationSpace& space, const IdentifySettings& settings,
-      const SearchProgress& progress, const std::stop_token& stop);
+      const SearchProgress& progress, const std::stop_token& stop) = nullptr;
+  const IdentifyFunction* made = nullptr;  // of a row added at run time, instead of `identify`
 };
 
-[[nodiscard]] std::span<const Identifier* const> all_identifiers();
+/// The program's own rows, then those added at run time.
+[[nodiscard]] std::vector<const Identifier*> all_identifiers();
 /// Null if there is none of that name.
 [[nodiscard]] const Identifier* find_identifier(std::string_view name);
+/// Adds a row for as long as the program runs; every command takes it from then on. Throws
+/// std::invalid_argument where the name is taken or no name.
+const Identifier& add_identifier(
+    std::string name, std::string description, IdentifyFunction identify);
 
 /// Calls the identifier and adds what the data say at its answer (fit, covariance, rmse).
 [[nodiscard]] Identified identify(
@@ -68,21 +81,16 @@ struct Identifier {
 [[nodiscard]] LeastSquaresSettings core_settings(
     const ObservationSpace& space, const IdentifySettings& settings);
 [[nodiscard]] bool is_fixed(const IdentifySettings& settings, int parameter);
-[[nodiscard]] bool is_weighted(const ObservationSpace& space, const IdentifySettings& settings);
+/// How rows count: alike where they are a position's coordinates and the settings do not say
+/// otherwise, else by their sigma.
+[[nodiscard]] Weighting weighting_of(
+    const ObservationSpace& space, const IdentifySettings& settings);
 
-/// The filter over any space, rows one after the other with diagonal R by channel: errors x -
-/// nominal after the last sample; NaN where a pose could not be reached. `unit_covariance`: of
-/// the errors for readings of mean sigma 1, to first order.
-[[nodiscard]] Eigen::VectorXd filter_space(
-    const ObservationSpace& space, const Eigen::VectorXd& q, const Eigen::VectorXd& r,
-    const Eigen::VectorXd& p0, Linearisation linearisation,
-    Eigen::MatrixXd* unit_covariance = nullptr);
-
-/// QPSO-1 in any space: returns nominal + the filter's estimate with the best noise.
+/// QPSO-1: nominal + the filter's estimate with the best noise.
 [[nodiscard]] Identified qpso1_in(
     const ObservationSpace& space, const IdentifySettings& settings,
     const SearchProgress& progress, const std::stop_token& stop);
-/// QPSO-2 in any space, from an estimate.
+/// QPSO-2, from an estimate.
 [[nodiscard]] Identified qpso2_in(
     const ObservationSpace& space, const Eigen::VectorXd& estimate,
     const IdentifySettings& settings, const SearchProgress& progress,

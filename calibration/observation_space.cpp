@@ -1,120 +1,88 @@
 #include "calibration/observation_space.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "calibration/identifiability.h"
-#include "calibration/position_fit.h"
+#include <map>
 
 namespace sixdial::calibration {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using geometry::kParameterCount;
-using geometry::ParameterVector;
 
-constexpr double kClampScale_rad = 1.0 / 60.0;
-constexpr int kGammaIterations = 20;
-constexpr double kGammaSettled_rad = 1e-13;
+/// W with W'W = C^-1 times the mean variance of all rows, sample by sample; the identity where
+/// a sample has no covariance.
+std::vector<MatrixXd> whitening(const ObservationSpace& space) {
+  double sum_mm2 = 0.0;
+  for (const MatrixXd& C : space.covariance_mm2) sum_mm2 += C.trace();
+  const double mean_mm2 = sum_mm2 / std::max(space.rows(), 1);
+  std::vector<MatrixXd> result;
+  for (int i = 0; i < space.samples(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Eigen::Index n = space.rows(i);
+    result.emplace_back(MatrixXd::Identity(n, n));
+    if (k >= space.covariance_mm2.size() || space.covariance_mm2[k].rows() != n) continue;
+    const Eigen::LLT<MatrixXd> llt(space.covariance_mm2[k]);
+    if (llt.info() != Eigen::Success || !(llt.matrixLLT().diagonal().array() > 0.0).all()) {
+      continue;
+    }
+    result.back() = std::sqrt(mean_mm2) * llt.matrixL().solve(MatrixXd::Identity(n, n)).eval();
+  }
+  return result;
+}
 
-/// One sample's readings, ready to be predicted.
-struct DialSample {
-  Eigen::Vector2d q_rad;
-  geometry::Assembly assembly;
-  std::vector<int> dials;
-  std::vector<int> faces;
-  std::vector<double> measured_mm;
-  double gamma_guess_rad = 0.0;
+/// Squared deviations of values that should be the same, with their degrees of freedom.
+struct Pool {
+  double sum = 0.0;
+  int freedom = 0;
+  void add(const std::vector<double>& values) {
+    if (values.size() < 2) return;
+    double mean = 0.0;
+    for (const double value : values) mean += value / static_cast<double>(values.size());
+    for (const double value : values) sum += (value - mean) * (value - mean);
+    freedom += static_cast<int>(values.size()) - 1;
+  }
 };
-
-struct DialData {
-  geometry::Rig rig;
-  std::vector<geometry::DialGeometry> dials;
-  double reference_rad = 0.0;
-  std::vector<DialSample> samples;
-};
-
-/// e and the derivatives of the predicted displacements by (x, y, gamma): rows x 3.
-MatrixXd contact_errors(
-    const DialData& data, const DialSample& sample, const geometry::CuboidPose& pose,
-    Eigen::Ref<VectorXd> e) {
-  MatrixXd by_pose(e.size(), 3);
-  for (Eigen::Index row = 0; row < e.size(); ++row) {
-    const auto k = static_cast<std::size_t>(row);
-    const geometry::Contact contact = geometry::contact_on_face(
-        data.dials[static_cast<std::size_t>(sample.dials[k])], pose, data.rig.cuboid.side_mm,
-        sample.faces[k]);
-    e[row] = sample.measured_mm[k] - contact.displacement_mm;
-    by_pose.row(row) = contact.J;
-  }
-  return by_pose;
-}
-
-bool evaluate_mounted(
-    const DialData& data, const DialSample& sample, const VectorXd& x, Eigen::Ref<VectorXd> e,
-    MatrixXd* J) {
-  const ParameterVector v = x.head<kParameterCount>();
-  const int leg = data.rig.cuboid.mount == geometry::Mount::kDistal1 ? 0 : 1;
-  const auto d = geometry::forward_derivative(v, sample.q_rad, sample.assembly);
-  if (!d) return false;
-  const double gamma =
-      geometry::cuboid_angle(data.rig, data.reference_rad, d->pose, x[kParameterCount]);
-  const MatrixXd by_pose = contact_errors(data, sample, {d->pose.p_WE, gamma}, e);
-  if (J != nullptr) {
-    J->leftCols<kParameterCount>() =
-        by_pose.leftCols<2>() * d->J_v + by_pose.col(2) * d->distal_J_v.row(leg);
-    J->col(kParameterCount) = by_pose.col(2);
-  }
-  return true;
-}
-
-/// The rotation is this sample's own unknown: best gamma, then its direction taken out of e and
-/// J.
-bool evaluate_free(
-    const DialData& data, const DialSample& sample, const VectorXd& x, Eigen::Ref<VectorXd> e,
-    MatrixXd* J) {
-  const ParameterVector v = x;
-  const auto d = geometry::forward_derivative(v, sample.q_rad, sample.assembly);
-  if (!d) return false;
-  geometry::CuboidPose pose{d->pose.p_WE, sample.gamma_guess_rad};
-  MatrixXd by_pose;
-  for (int k = 0; k < kGammaIterations; ++k) {
-    by_pose = contact_errors(data, sample, pose, e);
-    const double step = by_pose.col(2).dot(e) / by_pose.col(2).squaredNorm();
-    pose.gamma_rad += step;
-    if (!std::isfinite(step)) return false;
-    if (std::abs(step) < kGammaSettled_rad) break;
-  }
-  by_pose = contact_errors(data, sample, pose, e);
-  const VectorXd g = by_pose.col(2).normalized();
-  e -= (g * g.dot(e)).eval();
-  if (J != nullptr) {
-    *J = by_pose.leftCols<2>() * d->J_v;
-    *J -= (g * (g.transpose() * *J)).eval();
-  }
-  return true;
-}
-
-double reading_sigma(const geometry::Dial& dial) {
-  const double rounding = dial.resolution_mm / std::sqrt(12.0);
-  return std::hypot(dial.repeatability_mm, rounding);
-}
 
 }  // namespace
 
-LeastSquaresProblem ObservationSpace::problem(bool weighted) const {
-  if (positions && !weighted) return position_problem(*positions);
+int ObservationSpace::block() const {
+  return rows_belong_together ? std::max(position_axes, 1) : 1;
+}
+
+VectorXd ObservationSpace::scale() const {
+  VectorXd result(parameters());
+  for (int i = 0; i < parameters(); ++i) {
+    result[i] = parameter_info[static_cast<std::size_t>(i)].change;
+  }
+  return result;
+}
+
+std::vector<std::string_view> ObservationSpace::parameter_names() const {
+  std::vector<std::string_view> names;
+  for (const ParameterInfo& each : parameter_info) names.emplace_back(each.name);
+  return names;
+}
+
+LeastSquaresProblem ObservationSpace::problem(Weighting weighting) const {
+  if (kernels && kernels->problem.evaluate && weighting == Weighting::kAlike) {
+    return kernels->problem;
+  }
   LeastSquaresProblem result;
   result.parameters = parameters();
   result.residuals = rows();
-  const VectorXd weight =
-      weighted ? VectorXd(mean_sigma() * sigma_mm.cwiseInverse()) : VectorXd::Ones(rows());
-  result.evaluate = [this, weight](const VectorXd& x, VectorXd& r, MatrixXd* J) {
+  const VectorXd weight = weighting == Weighting::kBySigma
+                              ? VectorXd(mean_sigma() * sigma_mm.cwiseInverse())
+                              : VectorXd::Ones(rows());
+  const std::vector<MatrixXd> whiten =
+      weighting == Weighting::kByCovariance ? whitening(*this) : std::vector<MatrixXd>{};
+  result.evaluate = [this, weight, whiten](const VectorXd& x, VectorXd& r, MatrixXd* J) {
     MatrixXd block;
     for (int i = 0; i < samples(); ++i) {
-      const int first = first_row[static_cast<std::size_t>(i)];
+      const auto k = static_cast<std::size_t>(i);
+      const int first = first_row[k];
       const int count = rows(i);
       auto part = r.segment(first, count);
       if (J != nullptr) block.resize(count, parameters());
@@ -122,6 +90,9 @@ LeastSquaresProblem ObservationSpace::problem(bool weighted) const {
       const auto w = weight.segment(first, count);
       part = -part.cwiseProduct(w).eval();
       if (J != nullptr) J->middleRows(first, count) = w.asDiagonal() * block;
+      if (whiten.empty()) continue;
+      part = (whiten[k] * part).eval();
+      if (J != nullptr) J->middleRows(first, count) = whiten[k] * block;
     }
     return true;
   };
@@ -129,15 +100,17 @@ LeastSquaresProblem ObservationSpace::problem(bool weighted) const {
 }
 
 double ObservationSpace::rmse(const VectorXd& x) const {
-  double sum = 0.0;
-  VectorXd e;
+  if (samples() == 0) return 0.0;
+  VectorXd e(rows());
   for (int i = 0; i < samples(); ++i) {
-    e.resize(rows(i));
-    if (!evaluate(i, x, e, nullptr)) return std::numeric_limits<double>::infinity();
-    sum += e.squaredNorm();
+    const int first = first_row[static_cast<std::size_t>(i)];
+    if (!evaluate(i, x, e.segment(first, rows(i)), nullptr)) {
+      return std::numeric_limits<double>::infinity();
+    }
   }
-  if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
-  return samples() > 0 ? std::sqrt(sum / samples()) : 0.0;
+  const double sum = e.squaredNorm();
+  return std::isfinite(sum) ? std::sqrt(sum / samples())
+                            : std::numeric_limits<double>::infinity();
 }
 
 double ObservationSpace::mean_sigma() const {
@@ -148,100 +121,51 @@ double ObservationSpace::mean_sigma() const {
 
 std::optional<int> ObservationSpace::find(std::string_view parameter) const {
   for (int i = 0; i < parameters(); ++i) {
-    if (parameter_names[static_cast<std::size_t>(i)] == parameter) return i;
+    if (parameter_info[static_cast<std::size_t>(i)].name == parameter) return i;
   }
   return std::nullopt;
 }
 
-ObservationSpace position_space(
-    PositionObservations observations, const ParameterVector& nominal, double noise_mm) {
-  ObservationSpace space;
-  space.name = "positions";
-  space.parameter_names = parameter_names();
-  space.nominal = nominal;
-  space.scale = parameter_scale();
-  space.first_row.push_back(0);
-  space.sigma_mm.resize(2 * observations.size());
-  for (int i = 0; i < observations.size(); ++i) {
-    const Eigen::Matrix2d& C = observations.covariance_mm2[static_cast<std::size_t>(i)];
-    for (int axis = 0; axis < 2; ++axis) {
-      space.channel.push_back(axis);
-      space.sigma_mm[2 * i + axis] = C(axis, axis) > 0.0 ? std::sqrt(C(axis, axis)) : noise_mm;
+MatrixXd position_errors(const ObservationSpace& space, const VectorXd& x) {
+  MatrixXd result(space.position_axes, space.samples());
+  for (int i = 0; i < space.samples(); ++i) {
+    if (!space.position_error(i, x, result.col(i))) {
+      result.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
     }
-    space.first_row.push_back(2 * (i + 1));
   }
-  space.sample = observations.sample;
-  space.positions = std::make_shared<const PositionObservations>(std::move(observations));
-  space.evaluate = [data = space.positions](
-                       int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
-    const auto assembly = data->assembly[static_cast<std::size_t>(i)];
-    const Eigen::Vector2d q = data->q_rad.col(i);
-    if (J == nullptr) {
-      const auto pose = geometry::forward(x, q, assembly);
-      if (!pose) return false;
-      e = data->p_WE.col(i) - pose->p_WE;
-      return true;
-    }
-    const auto d = geometry::forward_derivative(x, q, assembly);
-    if (!d) return false;
-    e = data->p_WE.col(i) - d->pose.p_WE;
-    *J = d->J_v;
-    return true;
-  };
-  return space;
+  return result;
 }
 
-ObservationSpace dial_space(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
-  auto data = std::make_shared<DialData>();
-  data->rig = rig;
-  data->dials = rig.dial_geometries();
-  data->reference_rad = geometry::reference_link_angle(rig).value_or(0.0);
-  const bool free = rig.cuboid.mount == geometry::Mount::kFree;
+double position_rmse(const ObservationSpace& space, const VectorXd& x) {
+  if (space.samples() == 0) return 0.0;
+  const double sum = position_errors(space, x).squaredNorm();
+  if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(sum / space.samples());
+}
 
-  ObservationSpace space;
-  space.name = "dials";
-  space.parameter_names = parameter_names();
-  const int n = kParameterCount + (free ? 0 : 1);
-  space.nominal = VectorXd::Zero(n);
-  space.scale = VectorXd::Constant(n, kClampScale_rad);
-  space.nominal.head<kParameterCount>() = rig.robot.nominal;
-  space.scale.head<kParameterCount>() = parameter_scale();
-  if (!free) space.parameter_names.push_back("clamp");
-  space.channels = static_cast<int>(rig.dials.size());
-  space.first_row.push_back(0);
-  std::vector<double> sigma;
-  for (const simulation::Trial& trial : trials) {
-    DialSample sample{trial.q, trial.assembly, {}, {}, {}, 0.0};
-    const auto nominal = geometry::forward(rig.robot.nominal, trial.q, trial.assembly);
-    if (free) {
-      sample.gamma_guess_rad = trial.gamma_rad.value_or(0.0);
-    } else if (nominal) {
-      sample.gamma_guess_rad = geometry::cuboid_angle(rig, data->reference_rad, *nominal, 0.0);
-    }
-    for (std::size_t k = 0; k < trial.reading.size() && k < rig.dials.size(); ++k) {
-      if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
-      sample.dials.push_back(static_cast<int>(k));
-      sample.faces.push_back(geometry::face_towards(data->dials[k], sample.gamma_guess_rad));
-      sample.measured_mm.push_back(*trial.reading[k]);
-    }
-    if (sample.dials.size() < (free ? 3U : 2U)) continue;
-    for (const int dial : sample.dials) {
-      space.channel.push_back(dial);
-      sigma.push_back(reading_sigma(rig.dials[static_cast<std::size_t>(dial)]));
-    }
-    space.first_row.push_back(static_cast<int>(sigma.size()));
-    space.sample.push_back(trial.sample);
-    data->samples.push_back(std::move(sample));
+std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space, double same_joints) {
+  std::map<int, std::vector<int>> by_point;
+  for (int i = 0; i < space.samples(); ++i) {
+    by_point[space.point[static_cast<std::size_t>(i)]].push_back(i);
   }
-  space.sigma_mm =
-      Eigen::Map<const VectorXd>(sigma.data(), static_cast<Eigen::Index>(sigma.size()));
-  space.evaluate = [data, free](int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
-    const DialSample& sample = data->samples[static_cast<std::size_t>(i)];
-    return free ? evaluate_free(*data, sample, x, e, J)
-                : evaluate_mounted(*data, sample, x, e, J);
-  };
-  return space;
+  Pool pool;
+  for (const auto& [point, members] : by_point) {
+    const auto first = space.joints.col(members.front());
+    const bool same_pose = std::ranges::all_of(members, [&](int i) {
+      return (space.joints.col(i) - first).cwiseAbs().maxCoeff() < same_joints;
+    });
+    if (!same_pose) continue;
+    std::map<int, std::vector<double>> values;  // by channel
+    for (const int i : members) {
+      const auto k = static_cast<std::size_t>(i);
+      for (int row = space.first_row[k]; row < space.first_row[k + 1]; ++row) {
+        values[space.channel[static_cast<std::size_t>(row)]].push_back(space.measured_mm[row]);
+      }
+    }
+    for (const auto& [channel, same] : values) pool.add(same);
+  }
+  if (pool.freedom == 0) return std::nullopt;
+  return RepeatNoise{std::sqrt(pool.sum / pool.freedom), pool.freedom};
 }
 
 tl::expected<std::vector<char>, std::string> fixed_by_name(
@@ -253,6 +177,11 @@ tl::expected<std::vector<char>, std::string> fixed_by_name(
     fixed[static_cast<std::size_t>(*index)] = 1;
   }
   return fixed;
+}
+
+bool is_fixed(const std::vector<char>& fixed, int parameter) {
+  const auto i = static_cast<std::size_t>(parameter);
+  return i < fixed.size() && fixed[i] != 0;
 }
 
 }  // namespace sixdial::calibration

@@ -1,12 +1,16 @@
-// One calibration problem as every identifier sees it: samples with rows of measured values
-// that a parameter vector x predicts. Two spaces: positions (x and y of each sample, ten
-// parameters) and dials (raw displacements of all dials in contact, with the clamp angle as an
-// eleventh parameter, or with the cuboid's rotation eliminated sample by sample where it is
-// held freely).
+// One calibration problem as every method sees it: samples with rows of measured values that a
+// parameter vector x predicts. Parameters, joints and channels are named lists of any length;
+// which robot and which instrument they belong to is known only to who made the space
+// (five_bar_space.h makes the five-bar's).
+//
+//   ObservationSpace space = position_space(observations, nominal);
+//   Identified found = identify(*find_identifier("lm"), space);
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,30 +20,97 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "calibration/observations.h"
-#include "geometry/rig.h"
+#include "geometry/parameter.h"
 
 namespace sixdial::calibration {
 
+using geometry::ParameterInfo;
+
+struct JointInfo {
+  std::string name;  // "q1", "shoulder"
+  std::string unit;  // "rad", "mm"
+};
+struct ChannelInfo {
+  std::string name;  // "x", or a dial's id
+  std::string unit;  // "mm"
+};
+
+/// Where a filter takes f and J.
+enum class Linearisation {
+  kNominal,   // as printed, (11): a linear filter
+  kEstimate,  // at the current estimate: what "extended" means
+};
+
+/// Many parameter vectors and all samples in one call: for speed only. Each does what the space
+/// does sample by sample, up to rounding; a law test holds them together. Called from several
+/// threads at once.
+struct BatchKernels {
+  /// ObservationSpace::rmse of each column of x (n x any).
+  std::function<void(const Eigen::MatrixXd& x, Eigen::Ref<Eigen::ArrayXd> rmse_mm)> rmse;
+  /// Equations (17)-(22) over all samples for each column of `noise` (diag Q, then R by
+  /// channel): errors x - nominal after the last sample, n x columns. A filter that breaks
+  /// leaves NaN. `p0`: diagonal of P0.
+  std::function<void(
+      Linearisation linearisation, const Eigen::VectorXd& p0, const Eigen::MatrixXd& noise,
+      Eigen::MatrixXd& errors)>
+      filter;
+  /// ObservationSpace::problem(Weighting::kAlike), with normal equations.
+  LeastSquaresProblem problem;
+};
+
+/// How rows count in a fit.
+enum class Weighting {
+  kAlike,         // every row the same, as (31)
+  kBySigma,       // each by its standard deviation
+  kByCovariance,  // a sample's rows by their covariance, correlations included
+};
+
 struct ObservationSpace {
-  std::string_view name;                          // "positions", "dials"
-  std::vector<std::string_view> parameter_names;  // n; the first ten as geometry::kParameters
-  Eigen::VectorXd nominal;                        // n
-  Eigen::VectorXd scale;                          // n: changes of about one millimetre
-  std::vector<int> first_row;                     // samples + 1: rows of sample i start at [i]
-  std::vector<int> channel;                       // by row: 0 x and 1 y, or the dial's index
-  int channels = 2;
-  Eigen::VectorXd sigma_mm;  // by row: standard deviation of the reading
-  std::vector<int> sample;   // row of the session, by sample
+  std::string name;                           // "positions", "dials"
+  std::vector<ParameterInfo> parameter_info;  // n
+  Eigen::VectorXd nominal;                    // n
+  std::vector<JointInfo> joint_info;
+  std::vector<ChannelInfo> channel_info;
+
+  // By sample.
+  Eigen::MatrixXd joints;   // joints x samples: what the encoders say
+  std::vector<int> sample;  // row of the session
+  std::vector<int> point;   // samples of one point are repeats of one pose
+  std::vector<int> repeat;
+  std::vector<int> first_row{0};  // samples + 1: rows of sample i start at [i]
+  /// Of a sample's rows; 0 x 0 where nobody knows. Empty list: of none.
+  std::vector<Eigen::MatrixXd> covariance_mm2;
+
+  // By row.
+  std::vector<int> channel;
+  Eigen::VectorXd measured_mm;
+  Eigen::VectorXd sigma_mm;  // standard deviation of the reading
+
   /// e = measured - predicted [mm] of one sample and, unless null, J = d(predicted)/dx (rows x
   /// n). Both come in with the right size. False if x cannot reach the pose.
   std::function<bool(
       int sample, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> e, Eigen::MatrixXd* J)>
       evaluate;
-  /// The same samples as positions, where this is that space: fast kernels exist for it.
-  std::shared_ptr<const PositionObservations> positions;
+
+  /// Where the instrument gives the tool's position: its coordinates, and measured - modelled
+  /// position of one sample. 0 and empty where it does not.
+  int position_axes = 0;
+  std::function<bool(int sample, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> e)>
+      position_error;
+  /// Measured position - target, position_axes x samples; NaN where a sample has no target.
+  Eigen::MatrixXd off_target_mm;
+
+  /// Rows of one sample belong together (a position's coordinates): a robust loss takes or
+  /// leaves them as a whole, and they count alike. Else every row by itself and by its sigma.
+  bool rows_belong_together = false;
+  /// Unknowns that evaluate() settles for each sample by itself (a freely held cuboid's angle).
+  int unknowns_per_sample = 0;
+  /// Searches draw from this random stream and the next one.
+  std::uint32_t random_stream = 3;
+  std::shared_ptr<const BatchKernels> kernels;  // null: none
 
   [[nodiscard]] int parameters() const { return static_cast<int>(nominal.size()); }
+  [[nodiscard]] int channels() const { return static_cast<int>(channel_info.size()); }
   [[nodiscard]] int samples() const { return static_cast<int>(first_row.size()) - 1; }
   [[nodiscard]] int rows() const { return first_row.back(); }
   /// Rows of one sample.
@@ -47,9 +118,15 @@ struct ObservationSpace {
     const auto i = static_cast<std::size_t>(of_sample);
     return first_row[i + 1] - first_row[i];
   }
-  /// Residuals predicted - measured of all rows; `weighted`: each times mean sigma / its sigma,
-  /// so that they stay in mm.
-  [[nodiscard]] LeastSquaresProblem problem(bool weighted) const;
+  /// Rows that a robust loss takes as one.
+  [[nodiscard]] int block() const;
+  /// ParameterInfo::change of each: directions of parameter space are measured in these.
+  [[nodiscard]] Eigen::VectorXd scale() const;
+  /// Views of ParameterInfo::name: valid as long as this space.
+  [[nodiscard]] std::vector<std::string_view> parameter_names() const;
+  /// Residuals predicted - measured of all rows. Weights are relative to the mean, so that
+  /// weighted residuals stay in mm. The space must outlive the problem.
+  [[nodiscard]] LeastSquaresProblem problem(Weighting weighting) const;
   /// Root of the mean over samples of the squared error length, unweighted [mm]; +inf if a pose
   /// cannot be reached.
   [[nodiscard]] double rmse(const Eigen::VectorXd& x) const;
@@ -59,19 +136,29 @@ struct ObservationSpace {
   [[nodiscard]] std::optional<int> find(std::string_view parameter) const;
 };
 
-/// `noise_mm`: sigma of an axis where the observations carry no covariance.
-[[nodiscard]] ObservationSpace position_space(
-    PositionObservations observations, const geometry::ParameterVector& nominal,
-    double noise_mm = 0.003);
+/// measured - modelled position, position_axes x samples [mm]; a column is NaN where x cannot
+/// reach the pose.
+[[nodiscard]] Eigen::MatrixXd position_errors(
+    const ObservationSpace& space, const Eigen::VectorXd& x);
+/// Equations (29), (31): root of the mean squared distance [mm]; +inf if a pose is out of
+/// reach.
+[[nodiscard]] double position_rmse(const ObservationSpace& space, const Eigen::VectorXd& x);
 
-/// Raw readings of all dials in contact. Trials with fewer readings than 2 (mounted) or 3
-/// (free) are left out.
-[[nodiscard]] ObservationSpace dial_space(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig);
+struct RepeatNoise {
+  double sigma_mm = 0.0;
+  int degrees_of_freedom = 0;
+};
+/// Standard deviation of one reading, pooled from readings of the same channel at the same
+/// point, where all its samples have joint values within `same_joints` of each other. Empty
+/// without repeats.
+[[nodiscard]] std::optional<RepeatNoise> repeat_noise(
+    const ObservationSpace& space, double same_joints = 1e-6);
 
 /// Which parameters keep their nominal value, from names such as "d" or "alpha". The error is
 /// the name that no parameter has.
 [[nodiscard]] tl::expected<std::vector<char>, std::string> fixed_by_name(
     const ObservationSpace& space, std::span<const std::string> names);
+/// `fixed` by parameter, 1 keeps nominal; a shorter list leaves the rest free.
+[[nodiscard]] bool is_fixed(const std::vector<char>& fixed, int parameter);
 
 }  // namespace sixdial::calibration

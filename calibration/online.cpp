@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/position_fit.h"
+#include "calibration/five_bar/spaces.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -54,8 +54,7 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
     here = geometry::forward_derivative(v_, trial.q, trial.assembly);
   }
   if (!here) return std::nullopt;
-  Taken taken{
-      trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), false};
+  Taken taken{trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), false};
   if (!(taken.R.trace() > 0.0)) {
     taken.R = settings_.noise_mm * settings_.noise_mm * Matrix2d::Identity();
   }

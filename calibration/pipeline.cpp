@@ -4,15 +4,16 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "calibration/workers.h"
 
 namespace sixdial::calibration {
 namespace {
 
-using geometry::ParameterVector;
-
 constexpr int kLeastSamples = 3;
+// Repeats arrive within encoder steps of each other; further apart they are different poses.
+constexpr double kSamePose_rad = 1e-4;
 // Shares of the whole, for the progress bar.
 constexpr double kAfterFilter = 0.01;
 constexpr double kAfterNoiseSearch = 0.45;
@@ -32,7 +33,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::vector<double> norms(const Eigen::Matrix2Xd& errors) {
+std::vector<double> norms(const Eigen::MatrixXd& errors) {
   std::vector<double> result;
   for (Eigen::Index i = 0; i < errors.cols(); ++i) result.push_back(errors.col(i).norm());
   return result;
@@ -40,43 +41,234 @@ std::vector<double> norms(const Eigen::Matrix2Xd& errors) {
 
 Trouble cancelled() { return {Trouble::Kind::kCancelled, "the calibration was cancelled"}; }
 
-}  // namespace
+/// One calibration in the order of its stages; each puts what it found into the result.
+class Run {
+ public:
+  Run(const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
+      const ProgressCallback& progress, std::stop_token stop);
 
-Eigen::Matrix2Xd errors_before(
-    const PositionObservations& observations, const ParameterVector& nominal, bool targets) {
-  if (!targets) return position_residuals(observations, nominal);
-  Eigen::Matrix2Xd errors(2, observations.size());
-  for (int i = 0; i < observations.size(); ++i) {
-    errors.col(i) =
-        observations.p_WE.col(i) - *observations.target_mm[static_cast<std::size_t>(i)];
+  void filter();
+  /// The searches and the networks: false if cancelled.
+  [[nodiscard]] bool search_noise();
+  [[nodiscard]] bool search_parameters();
+  void fit_reference();
+  [[nodiscard]] bool learn_residual();
+  /// What the data say about the parameters.
+  void assess();
+  /// Table 6.
+  void judge();
+  [[nodiscard]] Result take();
+
+ private:
+  void tell(Stage stage, double fraction, const QpsoProgress& search, double rmse_mm) const {
+    if (progress_) {
+      progress_({stage, fraction, search.iteration, search.iterations, rmse_mm});
+    }
   }
-  return errors;
+  [[nodiscard]] SearchProgress searching(Stage stage, double from, double to) const {
+    return [this, stage, from, to](const QpsoProgress& search) {
+      const double part = static_cast<double>(search.iteration) / search.iterations;
+      tell(stage, from + (to - from) * part, search, search.best);
+    };
+  }
+  void add_stage(std::string name, const Eigen::VectorXd& v, double rmse_mm) {
+    result_.stages.push_back({std::move(name), v, rmse_mm, watch_.lap()});
+  }
+  [[nodiscard]] SpaceFitSettings reference_settings() const {
+    SpaceFitSettings reference;
+    reference.fixed = result_.settings.fixed;
+    reference.noise_mm = noise_mm_;
+    return reference;
+  }
+
+  const ObservationSpace& g1_;
+  const ObservationSpace& g2_;
+  const ProgressCallback& progress_;
+  std::stop_token stop_;
+  double noise_mm_;  // of one measured axis
+  Stopwatch whole_, watch_;
+  Result result_;
+};
+
+/// Settings with every list at its full length.
+Settings completed(const ObservationSpace& space, Settings settings) {
+  const int n = space.parameters();
+  settings.fixed.resize(static_cast<std::size_t>(n), 0);
+  settings.p0 = diagonal_of(settings.p0, n, 1.0);
+  settings.first_noise.q = diagonal_of(settings.first_noise.q, n, kFirstVariance);
+  settings.first_noise.r =
+      diagonal_of(settings.first_noise.r, space.channels(), kFirstVariance);
+  return settings;
 }
 
-bool all_have_targets(const PositionObservations& observations) {
-  return std::ranges::all_of(
-      observations.target_mm, [](const auto& target) { return target.has_value(); });
+Run::Run(
+    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
+    const ProgressCallback& progress, std::stop_token stop)
+    : g1_(g1),
+      g2_(g2),
+      progress_(progress),
+      stop_(std::move(stop)),
+      noise_mm_(settings.noise_mm) {
+  const auto repeats = repeat_noise(g1, kSamePose_rad);
+  if (repeats && repeats->sigma_mm > 0.0) noise_mm_ = repeats->sigma_mm;
+  result_.settings = completed(g1, settings);
+  result_.nominal = g1.nominal;
+}
+
+void Run::filter() {
+  tell(Stage::kFilter, 0.0, {}, 0.0);
+  const Settings& settings = result_.settings;
+  FilterSettings filter;
+  filter.linearisation = settings.linearisation;
+  filter.p0 = diagonal_of(settings.p0, g1_.parameters(), 1.0, settings.fixed);
+  filter.noise = settings.first_noise;
+  filter.noise.q =
+      diagonal_of(filter.noise.q, g1_.parameters(), kFirstVariance, settings.fixed);
+  const FilterRun run = run_filter(g1_, filter);
+  add_stage("ekf", run.v, position_rmse(g1_, run.v));
+}
+
+bool Run::search_noise() {
+  const Settings& settings = result_.settings;
+  NoiseSearchSettings noise;
+  noise.swarm = settings.qpso1;
+  noise.linearisation = settings.linearisation;
+  noise.p0 = settings.p0;
+  noise.fixed = settings.fixed;
+  noise.seed = settings.seed;
+  noise.threads = settings.threads;
+  const NoiseSearch tuned = calibration::search_noise(
+      g1_, noise, searching(Stage::kNoiseSearch, kAfterFilter, kAfterNoiseSearch), stop_);
+  if (tuned.search.cancelled) return false;
+  add_stage("ekf_qpso1", tuned.run.v, tuned.rmse_mm);
+  result_.noise = tuned.noise;
+  result_.qpso1_history_mm = tuned.search.history;
+  result_.filter_history = tuned.run.history;
+  result_.not_finite = tuned.search.not_finite;
+  return true;
+}
+
+bool Run::search_parameters() {
+  const Settings& settings = result_.settings;
+  ParameterSearchSettings search;
+  search.swarm = settings.qpso2;
+  search.coordinates = settings.coordinates;
+  search.fixed = settings.fixed;
+  search.noise_mm = noise_mm_;
+  search.seed = settings.seed;
+  search.threads = settings.threads;
+  const ParameterSearch found = calibration::search_parameters(
+      g1_, result_.stage("ekf_qpso1").v, search,
+      searching(Stage::kParameterSearch, kAfterNoiseSearch, kAfterParameterSearch), stop_);
+  if (found.search.cancelled) return false;
+  add_stage("ekf_dqpso", found.v, found.rmse_mm);
+  result_.v = found.v;
+  result_.qpso2_history_mm = found.search.history;
+  for (const Eigen::VectorXd& v : found.history) {
+    result_.qpso2_history.push_back(v - g1_.nominal);
+  }
+  result_.not_finite += found.search.not_finite;
+  return true;
+}
+
+void Run::fit_reference() {
+  const double found_mm = result_.stage("ekf_dqpso").rmse_g1_mm;
+  tell(Stage::kReference, kAfterParameterSearch, {}, found_mm);
+  const SpaceFit lm = fit_space(g1_, reference_settings());
+  add_stage("lm", lm.v, lm.rmse_mm);
+  result_.lm_status = lm.fit.status;
+  result_.lm_iterations = lm.fit.iterations;
+  result_.above_minimum_mm = found_mm - lm.rmse_mm;
+}
+
+bool Run::learn_residual() {
+  const Settings& settings = result_.settings;
+  tell(Stage::kResidual, kAfterReference, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
+  const Eigen::MatrixXd inputs = g1_.joints.transpose();
+  const Eigen::MatrixXd residual = position_errors(g1_, result_.v);
+  const AnfisLearning learning{
+      settings.anfis, settings.cross_validate, settings.holdout_fraction, settings.seed};
+  result_.networks.resize(static_cast<std::size_t>(g1_.position_axes));
+  Workers workers(std::min(settings.threads, g1_.position_axes));
+  watch_.lap();
+  workers.run(g1_.position_axes, [&](int axis) {
+    result_.networks[static_cast<std::size_t>(axis)] =
+        learn_anfis(inputs, residual.row(axis).transpose(), learning, stop_);
+  });
+  if (stop_.stop_requested()) return false;
+  result_.anfis_seconds = watch_.lap();
+  return true;
+}
+
+void Run::assess() {
+  tell(Stage::kReport, 1.0, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
+  const SpaceFit assessed = assess_space(g1_, result_.v, reference_settings());
+  result_.covariance = assessed.covariance;
+  result_.sigma_mm = assessed.sigma_mm;
+  result_.degrees_of_freedom = assessed.fit.degrees_of_freedom();
+  const auto names = g1_.parameter_names();
+  result_.parameters =
+      parameter_estimates(assessed.fit, g1_.nominal, assessed.covariance, names);
+  result_.identifiability = identifiability(assessed.fit, names, g1_.samples());
+}
+
+void Run::judge() {
+  result_.before_uses_targets = all_have_targets(g1_) && all_have_targets(g2_);
+  result_.table_6.push_back(method_errors(
+      "before", errors_before(g1_, result_.before_uses_targets),
+      errors_before(g2_, result_.before_uses_targets)));
+  for (const StageResult& stage : result_.stages) {
+    result_.table_6.push_back(method_errors(
+        stage.name, position_errors(g1_, stage.v), position_errors(g2_, stage.v)));
+  }
+  std::vector<AnfisModel> networks;
+  for (const AnfisReport& each : result_.networks) networks.push_back(each.model);
+  const auto compensated = [&](const ObservationSpace& set) {
+    Eigen::MatrixXd errors = position_errors(set, result_.v);
+    for (int i = 0; i < set.samples(); ++i) {
+      errors.col(i) -= anfis_correction(networks, set.joints.col(i));
+    }
+    return errors;
+  };
+  result_.table_6.push_back(
+      method_errors("ekf_dqpso+anfis", compensated(g1_), compensated(g2_)));
+  result_.g1_sample = g1_.sample;
+  result_.g2_sample = g2_.sample;
+}
+
+Result Run::take() {
+  result_.total_seconds = whole_.lap();
+  return std::move(result_);
+}
+
+}  // namespace
+
+Eigen::MatrixXd errors_before(const ObservationSpace& space, bool targets) {
+  return targets ? space.off_target_mm : position_errors(space, space.nominal);
+}
+
+bool all_have_targets(const ObservationSpace& space) {
+  return space.off_target_mm.cols() == space.samples() && space.off_target_mm.allFinite();
 }
 
 MethodErrors method_errors(
-    std::string method, const Eigen::Matrix2Xd& g1, const Eigen::Matrix2Xd& g2) {
+    std::string method, const Eigen::MatrixXd& g1, const Eigen::MatrixXd& g2) {
   MethodErrors result{std::move(method), norms(g1), norms(g2), {}, {}};
   result.g1 = error_stats(result.g1_mm);
   result.g2 = error_stats(result.g2_mm);
   return result;
 }
 
-std::optional<Trouble> trouble_with(
-    const PositionObservations& g1, const ParameterVector& nominal) {
-  if (g1.size() < kLeastSamples) {
+std::optional<Trouble> trouble_with(const ObservationSpace& g1) {
+  if (g1.samples() < kLeastSamples) {
     return Trouble{
         Trouble::Kind::kTooFewSamples,
-        "G1 has " + std::to_string(g1.size()) + " samples with a position; at least " +
+        "G1 has " + std::to_string(g1.samples()) + " samples with a position; at least " +
             std::to_string(kLeastSamples) +
             " are needed (measure more points, or check that three dials touch)"};
   }
-  const Eigen::Matrix2Xd errors = position_residuals(g1, nominal);
-  for (int i = 0; i < g1.size(); ++i) {
+  const Eigen::MatrixXd errors = position_errors(g1, g1.nominal);
+  for (int i = 0; i < g1.samples(); ++i) {
     if (errors.col(i).allFinite()) continue;
     const auto k = static_cast<std::size_t>(i);
     return Trouble{
@@ -167,134 +359,19 @@ const MethodErrors& Result::errors(std::string_view method) const {
   throw std::out_of_range("calibration::Result: no method '" + std::string(method) + "'");
 }
 
-Eigen::Vector2d anfis_correction(
-    const AnfisModel& x, const AnfisModel& y, const Eigen::Vector2d& q_rad) {
-  return {x.predict(q_rad), y.predict(q_rad)};
-}
-
 tl::expected<Result, Trouble> run_dqpso_anfis(
-    const PositionObservations& g1, const PositionObservations& g2,
-    const ParameterVector& nominal, const Settings& settings, const ProgressCallback& progress,
-    std::stop_token stop) {
-  if (auto trouble = trouble_with(g1, nominal)) return tl::unexpected(*std::move(trouble));
-  const auto repeats = noise_from_repeats(g1);
-  const double noise_mm =
-      repeats && repeats->sigma_mm > 0.0 ? repeats->sigma_mm : settings.noise_mm;
-  Stopwatch whole;
-  Stopwatch watch;
-  Result result;
-  result.settings = settings;
-  result.nominal = nominal;
-  const auto tell = [&](Stage stage, double fraction, const QpsoProgress& search, double rmse) {
-    if (progress) {
-      progress({stage, fraction, search.iteration, search.iterations, rmse});
-    }
-  };
-  const auto searching = [&](Stage stage, double from, double to) {
-    return [&tell, stage, from, to](const QpsoProgress& search) {
-      const double part = static_cast<double>(search.iteration) / search.iterations;
-      tell(stage, from + (to - from) * part, search, search.best);
-    };
-  };
-
-  tell(Stage::kFilter, 0.0, {}, 0.0);
-  ParameterVector p0 = settings.p0;
-  FilterNoise first_noise = settings.first_noise;
-  for (int i = 0; i < geometry::kParameterCount; ++i) {
-    if (settings.fixed[static_cast<std::size_t>(i)]) p0[i] = first_noise.q[i] = 0.0;
-  }
-  const FilterRun filter =
-      filter_positions(g1, nominal, {settings.linearisation, p0, first_noise});
-  result.stages.push_back({"ekf", filter.v, position_rmse(g1, filter.v), watch.lap()});
-
-  NoiseSearchSettings noise;
-  noise.swarm = settings.qpso1;
-  noise.linearisation = settings.linearisation;
-  noise.p0 = p0;
-  noise.fixed = settings.fixed;
-  noise.seed = settings.seed;
-  noise.threads = settings.threads;
-  const NoiseSearch tuned = search_noise(
-      g1, nominal, noise, searching(Stage::kNoiseSearch, kAfterFilter, kAfterNoiseSearch),
-      stop);
-  if (tuned.search.cancelled) return tl::unexpected(cancelled());
-  result.stages.push_back({"ekf_qpso1", tuned.run.v, tuned.rmse_mm, watch.lap()});
-  result.noise = tuned.noise;
-  result.qpso1_history_mm = tuned.search.history;
-  result.filter_history = tuned.run.history;
-  result.not_finite = tuned.search.not_finite;
-
-  ParameterSearchSettings search;
-  search.swarm = settings.qpso2;
-  search.coordinates = settings.coordinates;
-  search.fixed = settings.fixed;
-  search.noise_mm = noise_mm;
-  search.seed = settings.seed;
-  search.threads = settings.threads;
-  const ParameterSearch found = search_parameters(
-      g1, nominal, tuned.run.v, search,
-      searching(Stage::kParameterSearch, kAfterNoiseSearch, kAfterParameterSearch), stop);
-  if (found.search.cancelled) return tl::unexpected(cancelled());
-  result.stages.push_back({"ekf_dqpso", found.v, found.rmse_mm, watch.lap()});
-  result.v = found.v;
-  result.qpso2_history_mm = found.search.history;
-  for (const ParameterVector& v : found.history) result.qpso2_history.push_back(v - nominal);
-  result.not_finite += found.search.not_finite;
-
-  tell(Stage::kReference, kAfterParameterSearch, {}, found.rmse_mm);
-  PositionFitSettings reference;
-  reference.fixed = settings.fixed;
-  reference.noise_mm = noise_mm;
-  const PositionFit lm = fit_positions(g1, nominal, reference);
-  result.stages.push_back({"lm", lm.v, lm.rmse_mm, watch.lap()});
-  result.lm_status = lm.fit.status;
-  result.lm_iterations = lm.fit.iterations;
-  result.above_minimum_mm = found.rmse_mm - lm.rmse_mm;
-
-  tell(Stage::kResidual, kAfterReference, {}, found.rmse_mm);
-  const Eigen::MatrixXd inputs = g1.q_rad.transpose();
-  const Eigen::Matrix2Xd residual = position_residuals(g1, found.v);
-  const AnfisLearning learning{
-      settings.anfis, settings.cross_validate, settings.holdout_fraction, settings.seed};
-  Workers workers(std::min(settings.threads, 2));
-  watch.lap();
-  workers.run(2, [&](int axis) {
-    (axis == 0 ? result.anfis_x : result.anfis_y) =
-        learn_anfis(inputs, residual.row(axis).transpose(), learning, stop);
-  });
-  if (stop.stop_requested()) return tl::unexpected(cancelled());
-  result.anfis_seconds = watch.lap();
-
-  tell(Stage::kReport, 1.0, {}, found.rmse_mm);
-  const PositionFit assessed = assess_positions(g1, nominal, found.v, reference);
-  result.covariance = assessed.covariance;
-  result.sigma_mm = assessed.sigma_mm;
-  result.degrees_of_freedom = assessed.fit.degrees_of_freedom();
-  const auto names = parameter_names();
-  result.parameters = parameter_estimates(assessed.fit, nominal, assessed.covariance, names);
-  result.identifiability = identifiability(assessed.fit, names, g1.size());
-
-  result.before_uses_targets = all_have_targets(g1) && all_have_targets(g2);
-  result.table_6.push_back(method_errors(
-      "before", errors_before(g1, nominal, result.before_uses_targets),
-      errors_before(g2, nominal, result.before_uses_targets)));
-  for (const StageResult& stage : result.stages) {
-    result.table_6.push_back(method_errors(
-        stage.name, position_residuals(g1, stage.v), position_residuals(g2, stage.v)));
-  }
-  const auto compensated = [&](const PositionObservations& set) {
-    Eigen::Matrix2Xd errors = position_residuals(set, found.v);
-    for (int i = 0; i < set.size(); ++i) {
-      errors.col(i) -=
-          anfis_correction(result.anfis_x.model, result.anfis_y.model, set.q_rad.col(i));
-    }
-    return errors;
-  };
-  result.table_6.push_back(method_errors("ekf_dqpso+anfis", compensated(g1), compensated(g2)));
-  result.g1_sample = g1.sample;
-  result.g2_sample = g2.sample;
-  result.total_seconds = whole.lap();
-  return result;
+    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
+    const ProgressCallback& progress, std::stop_token stop) {
+  if (auto trouble = trouble_with(g1)) return tl::unexpected(*std::move(trouble));
+  Run run(g1, g2, settings, progress, std::move(stop));
+  run.filter();
+  if (!run.search_noise()) return tl::unexpected(cancelled());
+  if (!run.search_parameters()) return tl::unexpected(cancelled());
+  run.fit_reference();
+  if (!run.learn_residual()) return tl::unexpected(cancelled());
+  run.assess();
+  run.judge();
+  return run.take();
 }
 
 }  // namespace sixdial::calibration

@@ -1,5 +1,9 @@
-// The paper's method from beginning to end: EKF, QPSO-1, QPSO-2, ANFIS for x and for y, beside
-// the least-squares minimum that the same objective has. G1 is fitted, G2 only judged.
+// The paper's method from beginning to end: EKF, QPSO-1, QPSO-2, an ANFIS for each coordinate
+// of the position, beside the least-squares minimum that the same objective has. G1 is fitted,
+// G2 only judged.
+//
+//   const auto result = run_dqpso_anfis(position_space(g1, nominal), position_space(g2,
+//   nominal)); if (result) use(result->v, result->networks);
 #pragma once
 
 #include <cstdint>
@@ -30,14 +34,14 @@ struct Settings {
   int threads = 1;
   Linearisation linearisation = Linearisation::kEstimate;
   SearchCoordinates coordinates = SearchCoordinates::kWhitened;
-  FilterNoise first_noise;  // Q and R before QPSO-1
-  geometry::ParameterVector p0 = geometry::ParameterVector::Ones();
+  FilterNoise first_noise;  // Q and R before QPSO-1; empty: 1e-4
+  Eigen::VectorXd p0;       // diagonal of P0; empty: 1 everywhere
   SwarmSize qpso1{50, 100};
   SwarmSize qpso2{50, 400};
   AnfisSettings anfis;            // functions and ridge are replaced where cross_validate
   bool cross_validate = true;     // choose functions, ridge or no network at all
   double holdout_fraction = 0.2;  // of G1, for choosing the epoch
-  FixedParameters fixed{};
+  std::vector<char> fixed;        // by parameter, 1: keeps its nominal value; empty: all free
   /// Standard deviation of one measured axis, to judge what can be determined, where there are
   /// no repeats to tell.
   double noise_mm = 0.003;
@@ -76,23 +80,24 @@ struct MethodErrors {
   ErrorStats g2;
 };
 
+/// From errors coordinate by coordinate, axes x samples.
 [[nodiscard]] MethodErrors method_errors(
-    std::string method, const Eigen::Matrix2Xd& g1_mm, const Eigen::Matrix2Xd& g2_mm);
+    std::string method, const Eigen::MatrixXd& g1_mm, const Eigen::MatrixXd& g2_mm);
 
 struct StageResult {
   std::string name;  // "ekf", "ekf_qpso1", "ekf_dqpso", "lm"
-  geometry::ParameterVector v = geometry::ParameterVector::Zero();
+  Eigen::VectorXd v;
   double rmse_g1_mm = 0.0;
   double seconds = 0.0;  // of this stage alone
 };
 
 struct Result {
-  Settings settings;
-  geometry::ParameterVector nominal = geometry::ParameterVector::Zero();
+  Settings settings;  // as used: p0, first_noise and fixed have their full length
+  Eigen::VectorXd nominal;
   std::vector<StageResult> stages;
-  FilterNoise noise;                                                // of QPSO-1
-  geometry::ParameterVector v = geometry::ParameterVector::Zero();  // identified (QPSO-2)
-  geometry::ParameterMatrix covariance = geometry::ParameterMatrix::Zero();
+  FilterNoise noise;  // of QPSO-1
+  Eigen::VectorXd v;  // identified (QPSO-2)
+  Eigen::MatrixXd covariance;
   double sigma_mm = 0.0;  // of one measured axis, from the residuals
   int degrees_of_freedom = 0;
   std::vector<ParameterEstimate> parameters;  // Table 2
@@ -104,12 +109,11 @@ struct Result {
 
   std::vector<double> qpso1_history_mm;  // Fig. 8; entry 0 is the start
   std::vector<double> qpso2_history_mm;
-  std::vector<geometry::ParameterVector> filter_history;  // Fig. 9: errors after each sample
-  std::vector<geometry::ParameterVector> qpso2_history;   // parameter errors by iteration
-  std::int64_t not_finite = 0;  // particles that counted as infinitely bad
+  std::vector<Eigen::VectorXd> filter_history;  // Fig. 9: errors after each sample
+  std::vector<Eigen::VectorXd> qpso2_history;   // parameter errors by iteration
+  std::int64_t not_finite = 0;                  // particles that counted as infinitely bad
 
-  AnfisReport anfis_x;
-  AnfisReport anfis_y;
+  std::vector<AnfisReport> networks;  // by coordinate of the position
   std::vector<MethodErrors> table_6;
   std::vector<int> g1_sample;  // rows of the session, as the errors
   std::vector<int> g2_sample;
@@ -122,28 +126,21 @@ struct Result {
 };
 
 struct Trouble {
-  enum class Kind { kTooFewSamples, kUnreachable, kCancelled } kind;
+  enum class Kind { kTooFewSamples, kUnreachable, kNotPossible, kCancelled } kind;
   std::string message;  // what, where, what to do
 };
 
+/// Both spaces are of positions, with the same parameters.
 [[nodiscard]] tl::expected<Result, Trouble> run_dqpso_anfis(
-    const PositionObservations& g1, const PositionObservations& g2,
-    const geometry::ParameterVector& nominal, const Settings& settings = {},
+    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings = {},
     const ProgressCallback& progress = {}, std::stop_token stop = {});
 
 /// Why these samples cannot be calibrated with; empty: they can.
-[[nodiscard]] std::optional<Trouble> trouble_with(
-    const PositionObservations& g1, const geometry::ParameterVector& nominal);
+[[nodiscard]] std::optional<Trouble> trouble_with(const ObservationSpace& g1);
 
-/// The errors that a robot has before it is calibrated, 2xn [mm]: measured minus target where
-/// `targets`, else minus the nominal model.
-[[nodiscard]] Eigen::Matrix2Xd errors_before(
-    const PositionObservations& observations, const geometry::ParameterVector& nominal,
-    bool targets);
-[[nodiscard]] bool all_have_targets(const PositionObservations& observations);
-
-/// The learned correction at joint angles [mm]: add it to f(v).
-[[nodiscard]] Eigen::Vector2d anfis_correction(
-    const AnfisModel& x, const AnfisModel& y, const Eigen::Vector2d& q_rad);
+/// The errors that a robot has before it is calibrated, axes x samples [mm]: measured minus
+/// target where `targets`, else minus the nominal model.
+[[nodiscard]] Eigen::MatrixXd errors_before(const ObservationSpace& space, bool targets);
+[[nodiscard]] bool all_have_targets(const ObservationSpace& space);
 
 }  // namespace sixdial::calibration

@@ -5,8 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "calibration/lanes.h"
+#include "calibration/logarithms.h"
 #include "calibration/random.h"
-#include "calibration/swarm_kernels.h"
 #include "calibration/workers.h"
 
 namespace sixdial::calibration {

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "calibration/random.h"
+#include "calibration/registry.h"
 
 namespace sixdial::calibration {
 
@@ -19,26 +22,74 @@ extern const ResidualModel rbf;
 
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 constexpr std::array kTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_paper,
                             &gaussian_process,  &rbf};
 constexpr std::uint32_t kHoldoutStream = 32;
 constexpr double kMargin = 0.1;  // of the residuals' range, allowed beyond it
+constexpr Eigen::Index kLeastSamples = 5;
+constexpr double kMostOutputs = 1000;  // of a stored model
+constexpr double kMostInput = 1e6;     // index of a joint in a stored model
 
-/// The model with angles clamped to the trained box and the output to the learned range.
+using Models = Registry<ResidualModel, MadeResidualModel>;
+Models& models() {
+  static Models registry(kTable);
+  return registry;
+}
+
+void check(
+    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings) {
+  if (joints.rows() != residual_mm.rows() || joints.rows() < kLeastSamples ||
+      !joints.allFinite() || !residual_mm.allFinite()) {
+    throw std::invalid_argument(
+        "train_residual: at least five samples with finite joint values and residuals are "
+        "needed");
+  }
+  if (joints.cols() == 0 || residual_mm.cols() == 0) {
+    throw std::invalid_argument("train_residual: a joint and a channel at least are needed");
+  }
+  for (const int input : settings.inputs) {
+    if (input < 0 || input >= joints.cols()) {
+      throw std::invalid_argument(
+          "train_residual: there is no joint " + std::to_string(input + 1) + " of " +
+          std::to_string(joints.cols()));
+    }
+  }
+}
+
+/// Which of a space's joints a stored model sees.
+std::vector<int> saved_inputs(const SavedResidual& saved) {
+  std::vector<int> inputs;
+  for (const double each : saved_matrix(saved, "inputs", 1, -1).reshaped()) {
+    if (!(each >= 0.0) || each > kMostInput) {
+      throw std::invalid_argument("\"inputs\" names no joint");
+    }
+    inputs.push_back(static_cast<int>(each));
+  }
+  return inputs;
+}
+
+/// The model with its inputs picked out and clamped to the trained box, and the output clamped
+/// to the learned range.
 TrainedResidual bounded(TrainedResidual result, const SavedResidual& saved) {
-  const auto pair = [&](const char* name) {
-    return Eigen::Vector2d(saved_matrix(saved, name, 1, 2).transpose());
+  const std::vector<int> inputs = saved_inputs(saved);
+  const auto column = [&](const char* name, Eigen::Index size) {
+    return VectorXd(saved_matrix(saved, name, 1, size).transpose());
   };
-  const auto inside = [low = pair("box_low"),
-                       high = pair("box_high")](const Eigen::Vector2d& q) {
-    return Eigen::Vector2d(q.cwiseMax(low).cwiseMin(high));
+  const Eigen::Index outputs = result.effective_parameters.size();
+  const auto inside = [inputs, low = column("box_low", std::ssize(inputs)),
+                       high = column("box_high", std::ssize(inputs))](const VectorXd& q) {
+    return VectorXd(VectorXd(q(inputs)).cwiseMax(low).cwiseMin(high));
   };
-  result.correction = [inner = std::move(result.correction), inside, low = pair("output_low"),
-                       high = pair("output_high")](const Eigen::Vector2d& q) {
-    return Eigen::Vector2d(inner(inside(q)).cwiseMax(low).cwiseMin(high));
+  result.correction = [inner = std::move(result.correction), inside,
+                       low = column("output_low", outputs),
+                       high = column("output_high", outputs)](const VectorXd& q) {
+    return VectorXd(inner(inside(q)).cwiseMax(low).cwiseMin(high));
   };
   if (result.sd) {
-    result.sd = [inner = std::move(result.sd), inside](const Eigen::Vector2d& q) {
+    result.sd = [inner = std::move(result.sd), inside](const VectorXd& q) {
       return inner(inside(q));
     };
   }
@@ -47,30 +98,36 @@ TrainedResidual bounded(TrainedResidual result, const SavedResidual& saved) {
 
 }  // namespace
 
-std::span<const ResidualModel* const> all_residual_models() { return kTable; }
+std::vector<const ResidualModel*> all_residual_models() { return models().all(); }
 
-const ResidualModel* find_residual_model(std::string_view name) {
-  for (const ResidualModel* each : kTable) {
-    if (each->name == name) return each;
-  }
-  return nullptr;
+const ResidualModel* find_residual_model(std::string_view name) { return models().find(name); }
+
+const ResidualModel& add_residual_model(
+    std::string name, std::string description, TrainFunction train, LoadFunction load) {
+  return models().add(
+      std::move(name), std::move(description), {std::move(train), std::move(load)});
 }
 
 TrainedResidual train_residual(
-    const ResidualModel& model, const Eigen::MatrixX2d& q_rad,
-    const Eigen::MatrixX2d& residual_mm, const ResidualSettings& settings,
-    const std::stop_token& stop) {
-  if (q_rad.rows() != residual_mm.rows() || q_rad.rows() < 5 || !q_rad.allFinite() ||
-      !residual_mm.allFinite()) {
-    throw std::invalid_argument(
-        "train_residual: at least five samples with finite angles and residuals are needed");
+    const ResidualModel& model, const MatrixXd& joints, const MatrixXd& residual_mm,
+    const ResidualSettings& settings, const std::stop_token& stop) {
+  check(joints, residual_mm, settings);
+  std::vector<int> inputs = settings.inputs;
+  if (inputs.empty()) {
+    inputs.resize(static_cast<std::size_t>(joints.cols()));
+    std::iota(inputs.begin(), inputs.end(), 0);
   }
-  TrainedResidual result = model.train(q_rad, residual_mm, settings, stop);
-  const Eigen::RowVector2d low = residual_mm.colwise().minCoeff();
-  const Eigen::RowVector2d high = residual_mm.colwise().maxCoeff();
-  const Eigen::RowVector2d margin = kMargin * (high - low);
-  result.saved["box_low"] = q_rad.colwise().minCoeff();
-  result.saved["box_high"] = q_rad.colwise().maxCoeff();
+  const MatrixXd seen = joints(Eigen::all, inputs);
+  TrainedResidual result = model.made != nullptr
+                               ? model.made->train(seen, residual_mm, settings, stop)
+                               : model.train(seen, residual_mm, settings, stop);
+  const Eigen::RowVectorXd low = residual_mm.colwise().minCoeff();
+  const Eigen::RowVectorXd high = residual_mm.colwise().maxCoeff();
+  const Eigen::RowVectorXd margin = kMargin * (high - low);
+  result.saved["inputs"] =
+      Eigen::Map<const Eigen::RowVectorXi>(inputs.data(), std::ssize(inputs)).cast<double>();
+  result.saved["box_low"] = seen.colwise().minCoeff();
+  result.saved["box_high"] = seen.colwise().maxCoeff();
   // Zero stays allowed: "no correction" is never out of bounds.
   result.saved["output_low"] = (low - margin).cwiseMin(0.0);
   result.saved["output_high"] = (high + margin).cwiseMax(0.0);
@@ -79,17 +136,21 @@ TrainedResidual train_residual(
 }
 
 TrainedResidual load_residual(const ResidualModel& model, const SavedResidual& saved) {
-  TrainedResidual result = model.load(saved);
+  if (model.made != nullptr && !model.made->load) {
+    throw std::invalid_argument(
+        "what \"" + std::string(model.name) + "\" learned cannot be stored");
+  }
+  TrainedResidual result = model.made != nullptr ? model.made->load(saved) : model.load(saved);
   result.saved = saved;
   return bounded(std::move(result), saved);
 }
 
-const Eigen::MatrixXd& saved_matrix(
+const MatrixXd& saved_matrix(
     const SavedResidual& saved, const std::string& name, Eigen::Index rows,
     Eigen::Index columns) {
   const auto found = saved.find(name);
   if (found == saved.end()) throw std::invalid_argument("there is no \"" + name + "\"");
-  const Eigen::MatrixXd& matrix = found->second;
+  const MatrixXd& matrix = found->second;
   if ((rows >= 0 && matrix.rows() != rows) || (columns >= 0 && matrix.cols() != columns)) {
     throw std::invalid_argument(
         "\"" + name + "\" has " + std::to_string(matrix.rows()) + " x " +
@@ -103,6 +164,24 @@ const Eigen::MatrixXd& saved_matrix(
 
 double saved_number(const SavedResidual& saved, const std::string& name) {
   return saved_matrix(saved, name, 1, 1)(0, 0);
+}
+
+MatrixXd number_to_save(double value) { return MatrixXd::Constant(1, 1, value); }
+
+void save_outputs(Eigen::Index outputs, SavedResidual& saved) {
+  saved["outputs"] = number_to_save(static_cast<double>(outputs));
+}
+
+Eigen::Index saved_outputs(const SavedResidual& saved) {
+  const double outputs = saved_number(saved, "outputs");
+  if (!(outputs >= 1.0) || outputs > kMostOutputs || outputs != std::floor(outputs)) {
+    throw std::invalid_argument("\"outputs\" is no number of outputs");
+  }
+  return static_cast<Eigen::Index>(outputs);
+}
+
+std::string output_prefix(Eigen::Index output) {
+  return "output" + std::to_string(output + 1) + ".";
 }
 
 HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
@@ -122,7 +201,7 @@ HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
   return split;
 }
 
-Standardiser::Standardiser(const Eigen::MatrixX2d& columns) {
+Standardiser::Standardiser(const MatrixXd& columns) {
   mean = columns.colwise().mean();
   const auto n = static_cast<double>(columns.rows());
   scale = ((columns.rowwise() - mean).colwise().squaredNorm() / n).cwiseSqrt();
@@ -132,12 +211,25 @@ Standardiser::Standardiser(const Eigen::MatrixX2d& columns) {
 }
 
 Standardiser::Standardiser(const SavedResidual& saved)
-    : mean(saved_matrix(saved, "input_mean", 1, 2)),
-      scale(saved_matrix(saved, "input_scale", 1, 2)) {}
+    : mean(saved_matrix(saved, "input_mean", 1, -1)),
+      scale(saved_matrix(saved, "input_scale", 1, mean.size())) {}
 
 void Standardiser::save(SavedResidual& saved) const {
   saved["input_mean"] = mean;
   saved["input_scale"] = scale;
+}
+
+std::string by_output(
+    const ResidualSettings& settings, Eigen::Index outputs,
+    const std::function<std::string(Eigen::Index output)>& words) {
+  std::string text;
+  for (Eigen::Index k = 0; k < outputs; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (k > 0) text += "; ";
+    text += i < settings.output_names.size() ? settings.output_names[i] : std::to_string(k + 1);
+    text += ": " + words(k);
+  }
+  return text;
 }
 
 }  // namespace sixdial::calibration

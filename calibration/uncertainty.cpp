@@ -5,8 +5,9 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
+
+#include "calibration/five_bar/spaces.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -15,23 +16,9 @@ using simulation::Trial;
 
 constexpr int kEnoughRepeats = 10;  // degrees of freedom
 constexpr int kEnoughResiduals = 10;
-constexpr double kSamePose_rad = 1e-6;
 constexpr double kNormal_95 = 1.959963984540054;
 // Two axes at once: chi-square with two degrees of freedom, sqrt(-2 ln 0.05), over 1.96.
 constexpr double kCircleOverInterval = 2.447746830680816 / kNormal_95;
-
-/// Squared deviations of values that should be the same, with their degrees of freedom.
-struct Pool {
-  double sum = 0.0;
-  int freedom = 0;
-  void add(const std::vector<double>& values) {
-    if (values.size() < 2) return;
-    double mean = 0.0;
-    for (const double value : values) mean += value / static_cast<double>(values.size());
-    for (const double value : values) sum += (value - mean) * (value - mean);
-    freedom += static_cast<int>(values.size()) - 1;
-  }
-};
 
 std::string um(double mm) {
   const auto tenths = static_cast<long>(std::lround(1e4 * mm));
@@ -80,39 +67,11 @@ std::string_view to_string(NoiseSource source) {
   return "unknown";
 }
 
-std::optional<RepeatNoise> repeat_noise(std::span<const Trial> trials, bool dials) {
-  std::map<int, std::vector<const Trial*>> by_point;
-  for (const Trial& trial : trials) by_point[trial.point].push_back(&trial);
-  Pool pool;
-  for (const auto& [point, members] : by_point) {
-    const bool same_pose = std::ranges::all_of(members, [&](const Trial* each) {
-      return (each->q - members.front()->q).cwiseAbs().maxCoeff() < kSamePose_rad;
-    });
-    if (!same_pose) continue;
-    std::map<std::size_t, std::vector<double>> values;  // by dial, or by axis
-    for (const Trial* each : members) {
-      if (!dials && each->position_mm) {
-        values[0].push_back(each->position_mm->x());
-        values[1].push_back(each->position_mm->y());
-      }
-      for (std::size_t k = 0; dials && k < each->reading.size(); ++k) {
-        if (each->reading[k]) values[k].push_back(*each->reading[k]);
-      }
-    }
-    for (const auto& [channel, same] : values) pool.add(same);
-  }
-  if (pool.freedom == 0) return std::nullopt;
-  return RepeatNoise{std::sqrt(pool.sum / pool.freedom), pool.freedom};
-}
-
-NoiseEstimate noise_estimate(
-    const ObservationSpace& space, std::span<const Trial> trials, const LeastSquaresFit& fit) {
+NoiseEstimate noise_estimate(const ObservationSpace& space, const LeastSquaresFit& fit) {
   NoiseEstimate noise;
   noise.rig_file_mm = space.mean_sigma();
-  noise.repeats = repeat_noise(trials, !space.positions);
-  // In the dial space of a freely held cuboid each sample has its own rotation as an unknown.
-  const bool free = !space.positions && space.parameters() == geometry::kParameterCount;
-  const int freedom = fit.degrees_of_freedom() - (free ? space.samples() : 0);
+  noise.repeats = repeat_noise(space);
+  const int freedom = fit.degrees_of_freedom() - space.unknowns_per_sample * space.samples();
   if (freedom > 0) noise.residual = RepeatNoise{std::sqrt(fit.rss / freedom), freedom};
   const auto usable = [](const std::optional<RepeatNoise>& from, int enough) {
     return from && from->degrees_of_freedom >= enough && from->sigma_mm > 0.0;
@@ -148,7 +107,7 @@ std::vector<ParameterEstimate> estimates_with_noise(
     const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
     Eigen::MatrixXd& covariance) {
   covariance = noise.sigma_mm * noise.sigma_mm * fit.unit_covariance();
-  auto result = parameter_estimates(fit, space.nominal, covariance, space.parameter_names);
+  auto result = parameter_estimates(fit, space.nominal, covariance, space.parameter_names());
   const double quantile = quantile_95(noise);
   for (ParameterEstimate& each : result) {
     each.low_95 = each.value - quantile * each.sd;

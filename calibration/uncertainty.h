@@ -36,16 +36,10 @@ struct NoiseEstimate {
   std::string words;  // which, why, and the warning
 };
 
-/// Pooled from readings of the same dial at the same point and angles; `dials`: else of
-/// positions. Empty without repeats.
-[[nodiscard]] std::optional<RepeatNoise> repeat_noise(
-    std::span<const simulation::Trial> trials, bool dials);
-
 /// Repeats if there are enough, else the residual of the fit, else the space's own sigma (from
 /// the rig file).
 [[nodiscard]] NoiseEstimate noise_estimate(
-    const ObservationSpace& space, std::span<const simulation::Trial> trials,
-    const LeastSquaresFit& fit);
+    const ObservationSpace& space, const LeastSquaresFit& fit);
 
 /// 95 % quantile for an estimate's degrees of freedom; 1.96 where the noise is taken as known.
 [[nodiscard]] double quantile_95(const NoiseEstimate& noise);

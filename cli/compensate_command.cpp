@@ -7,6 +7,7 @@
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/words/validation_words.h"
@@ -70,20 +71,20 @@ void print_plan(
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
-  Json document;
+  studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
     request.seed = options.seed;
     request.bootstrap = 0;
     request.with_gain = false;
-    document =
+    diagnosis =
         run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
           return studies::diagnose(session, request, progress, std::move(stop));
         });
   } else {
-    document = read_document(options.diagnosis_file);
+    diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
   }
-  const studies::ExtendedCommand command(document, session.rig);
+  const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::extended_plan(
         session::read_plan(options.plan_file, session.rig), command, session.rig, "",

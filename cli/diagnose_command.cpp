@@ -6,12 +6,13 @@
 #include "cli/cli.h"
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/sections/sections_of_studies.h"
+#include "report/words/diagnosis_text.h"
 #include "service/socket/server.h"
 #include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/diagnose.h"
-#include "studies/diagnosis_words.h"
 
 namespace sixdial::cli {
 namespace {
@@ -23,34 +24,35 @@ struct DiagnoseOptions {
   bool skip_bad_rows = false;
 };
 
-void print_diagnosis(Cli& cli, const Json& document, const DiagnoseOptions& options) {
+/// `document`: of the same result.
+void print_diagnosis(
+    Cli& cli, const studies::DiagnosisResult& result, const Json& document,
+    const DiagnoseOptions& options) {
   if (!options.output.empty()) session::write_file(options.output, document.dump(1) + "\n");
   if (cli.console.json) {
     cli.console.print_json("diagnosis", document);
     return;
   }
-  cli.console.out << studies::diagnosis_text(document);
+  cli.console.out << report::diagnosis_text(result);
   if (!options.report.empty()) {
     cli.console.note(fmt::format("report in {}", options.report));
   }
-  cli.console.note(fmt::format(
-      "seed {}, {:.1f} s", document["inputs"]["seed"].get<std::uint64_t>(),
-      document["seconds"].get<double>()));
+  cli.console.note(fmt::format("seed {}, {:.1f} s", result.inputs.seed, result.seconds));
 }
 
 service::ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const Json document =
+  const studies::DiagnosisResult result =
       run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
         return studies::diagnose(session, options.request, progress, std::move(stop));
       });
   if (!options.report.empty()) {
     session::write_file(
         options.report,
-        report::diagnosis_page(document, session, service::operator_of(::getuid())));
+        report::diagnosis_page(result, session, service::operator_of(::getuid())));
   }
-  print_diagnosis(cli, document, options);
+  print_diagnosis(cli, result, report::to_json(result), options);
   return service::ExitCode::kOk;
 }
 
@@ -62,7 +64,7 @@ service::ExitCode diagnose_session(Cli& cli, const DiagnoseOptions& options) {
     static_cast<void>(cli.call(
         "diagnose.report", {{"result", stored.number}, {"path", absolute(options.report)}}));
   }
-  print_diagnosis(cli, stored.document, options);
+  print_diagnosis(cli, report::diagnosis_from_json(stored.document), stored.document, options);
   if (!cli.console.json) {
     cli.console.note(fmt::format(
         "result {} in the store; the next report of {} shows it", stored.number,

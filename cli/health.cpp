@@ -11,7 +11,8 @@
 #include <system_error>
 
 #include "acquisition/rig_scan.h"
-#include "calibration/position_fit.h"
+#include "calibration/five_bar/spaces.h"
+#include "calibration/space_fit.h"
 #include "db/store.h"
 #include "geometry/rig.h"
 #include "service/socket/client.h"
@@ -225,10 +226,11 @@ Check check_known_answer() {
     seen.repeat.push_back(0);
   }
   const auto from = std::chrono::steady_clock::now();
-  const auto fit = calibration::fit_positions(seen, rig.robot.nominal);
+  const auto space = calibration::position_space(seen, rig.robot.nominal);
+  const auto fit = calibration::fit_space(space);
   const double took_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
-  const double before_mm = calibration::position_rmse(seen, rig.robot.nominal);
+  const double before_mm = calibration::position_rmse(space, space.nominal);
   const std::string what = fmt::format(
       "{} poses of a known robot: {:.3f} mm off before, {:.1e} mm after, in {:.0f} ms", count,
       before_mm, fit.rmse_mm, took_s * 1e3);

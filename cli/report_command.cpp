@@ -11,6 +11,7 @@
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/report_pdf.h"
@@ -78,8 +79,8 @@ service::ExitCode report_bundle(
     ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(
-        session, request, [&](const studies::Progress& progress) { line.show(progress); });
+    diagnosis = report::to_json(studies::diagnose(
+        session, request, [&](const studies::Progress& progress) { line.show(progress); }));
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {

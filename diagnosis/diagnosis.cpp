@@ -9,7 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "calibration/uncertainty.h"
+#include "calibration/five_bar/spaces.h"
 #include "diagnosis/baseline.h"
 
 namespace sixdial::diagnosis {
@@ -159,10 +159,7 @@ void add_dependence(
     const JointFit& after) {
   const auto left = score_unknown(readings, after);
   for (const UnknownCandidate& first : score_unknown(readings, before)) {
-    Dependence each{{}, first.enters, first.evidence, 0.0, first.rms_mm, 0.0};
-    for (const std::string& covariate : first.covariates) {
-      each.covariate += (each.covariate.empty() ? "" : ", ") + covariate;
-    }
+    Dependence each{first.covariates, first.enters, first.evidence, 0.0, first.rms_mm, 0.0};
     for (const UnknownCandidate& second : left) {
       if (second.covariates == first.covariates && second.enters == first.enters) {
         each.log_odds_after = second.evidence;
@@ -228,6 +225,11 @@ Diagnosis diagnose(
   const Identification& found = result.identified;
   const JointFit& extended = found.extended;
 
+  result.readings = found.swap ? measured.with_swapped_dials(
+                                     found.swap->place.dial, found.swap->place.other_dial)
+                               : measured;
+  result.readings->place_tool(extended.model);
+
   if (stage("confirming on G1 alone", 1)) return result;
   Readings g1 = readings.counting(fitted);
   Readings g2 = readings.counting(held_out);
@@ -270,9 +272,9 @@ Diagnosis diagnose(
             : study_gain(readings, g1, g2, g1, g2, found.baseline, extended, how, stop);
     result.gain = study.rows;
   }
-  const auto mean_of = [&](std::string_view name) {
+  const auto mean_of = [&](GainModel which, const std::optional<Hypothesis>& without = {}) {
     for (const GainRow& row : result.gain) {
-      if (row.name == name) return row.mean_mm;
+      if (row.model == which && !row.network && row.without == without) return row.mean_mm;
     }
     return kNan;
   };
@@ -294,7 +296,7 @@ Diagnosis diagnose(
       cause.g2_log_odds = straight - crossed;
     }
     cause.confirmed = cause.on_g1 && cause.g2_log_odds > kLn10;
-    cause.gain_mm = mean_of("calibrated") - mean_of("extended");
+    cause.gain_mm = mean_of(GainModel::kCalibrated) - mean_of(GainModel::kExtended);
     result.causes.push_back(std::move(cause));
   }
   for (std::size_t i = 0; i < found.findings.size(); ++i) {
@@ -310,7 +312,8 @@ Diagnosis diagnose(
     }
     if (i < study.g2_log_odds.size()) cause.g2_log_odds = study.g2_log_odds[i];
     cause.confirmed = cause.on_g1 && cause.g2_log_odds > kLn10;
-    cause.gain_mm = mean_of("without " + cause.finding.hypothesis.name()) - mean_of("extended");
+    cause.gain_mm =
+        mean_of(GainModel::kWithout, cause.finding.hypothesis) - mean_of(GainModel::kExtended);
     result.causes.push_back(std::move(cause));
   }
   std::stable_sort(
@@ -338,15 +341,7 @@ Diagnosis diagnose(
       constexpr double kBelievable = 5.0;
       if (limit.surviving > kAbsorbed && limit.detect < kBelievable * limit.plausible) continue;
       if (limit.detect < kBelievable * limit.plausible) continue;
-      std::string by;
-      for (const std::string& name : limit.absorbed_by) by += (by.empty() ? "" : ", ") + name;
-      result.not_testable.push_back(
-          {limit.hypothesis,
-           "on these poses the fitted parameters (" + by + ") take over all but " +
-               std::to_string(std::max(0.1, std::round(1000 * limit.surviving) / 10))
-                   .substr(0, 4) +
-               " % of it",
-           "other poses: more working modes, a wider range of joint angles"});
+      result.not_testable.push_back({limit.hypothesis, WhyNotTestable::kAbsorbed});
     }
   }
   result.false_alarm_probability = found.family_p_value;

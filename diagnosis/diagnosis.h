@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -55,7 +56,8 @@ struct Cause {
 
 /// What is left, and on what it depends, before and after the causes.
 struct Dependence {
-  std::string covariate, enters;
+  std::vector<std::string> covariates;  // as UnknownCandidate's
+  std::string enters;
   double log_odds_before = 0.0, log_odds_after = 0.0;
   double rms_before_mm = 0.0, rms_after_mm = 0.0;
 };
@@ -83,6 +85,9 @@ struct ParameterChange {
 };
 
 struct Diagnosis {
+  /// What was explained: exchanged dials set right, the tool placed by the extended fit. Empty
+  /// where the diagnosis was stopped before. Needs the model that diagnose() was given.
+  std::optional<Readings> readings;
   Identification identified;
   std::vector<Cause> causes;  // the exchanged dials first, then by evidence
   Noise noise;

@@ -168,13 +168,15 @@ GainStudy study_gain(
     const Eigen::VectorXd* weight;
   };
   struct Judged {
-    std::string name, without;
+    GainModel model;
+    bool network;
+    std::optional<Hypothesis> without;
     const Sides* sides;
     Eigen::VectorXd error_mm;  // by pose
     Eigen::VectorXd residual_mm;
   };
   std::vector<Judged> judged;
-  const auto judge = [&](const std::string& name, const std::string& without,
+  const auto judge = [&](GainModel model, const std::optional<Hypothesis>& without,
                          const JointFit& fit, bool network, const Sides& sides) {
     const Readings& learn = *sides.g1;
     const Readings& test = *sides.g2;
@@ -204,9 +206,12 @@ GainStudy study_gain(
       learned = calibration::train_residual(
           *calibration::find_residual_model("anfis"), q, target, how, stop);
     }
-    Judged result{
-        name, without, &sides, Eigen::VectorXd(static_cast<Eigen::Index>(poses.size())),
-        residual};
+    Judged result{model,
+                  network,
+                  without,
+                  &sides,
+                  Eigen::VectorXd(static_cast<Eigen::Index>(poses.size())),
+                  residual};
     const ToolColumns columns = tool_columns(test, here);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const std::size_t t = poses[i];
@@ -232,16 +237,17 @@ GainStudy study_gain(
       exchanged ? fit_jointly(raw_g1, g1.model().nominal(), {}) : study.calibrated;
   JointFit nominal = raw_calibrated;
   nominal.model = g1.model().nominal();
-  judge("nominal", "", nominal, false, as_measured);
-  judge("calibrated", "", raw_calibrated, false, as_measured);
-  if (settings.networks) judge("calibrated + ANFIS", "", raw_calibrated, true, as_measured);
+  judge(GainModel::kNominal, {}, nominal, false, as_measured);
+  judge(GainModel::kCalibrated, {}, raw_calibrated, false, as_measured);
+  if (settings.networks) judge(GainModel::kCalibrated, {}, raw_calibrated, true, as_measured);
   if (!extended.effects.empty() || exchanged) {
-    judge("extended", "", study.extended, false, set_right);
-    if (settings.networks) judge("extended + ANFIS", "", study.extended, true, set_right);
+    judge(GainModel::kExtended, {}, study.extended, false, set_right);
+    if (settings.networks) judge(GainModel::kExtended, {}, study.extended, true, set_right);
     for (std::size_t i = 0; i < study.without.size(); ++i) {
       const auto& effect = extended.effects[i];
-      const std::string cause = std::string(effect.effect->cause) + "@" + effect.place.name;
-      judge("without " + cause, cause, study.without[i], false, set_right);
+      judge(
+          GainModel::kWithout, Hypothesis{effect.effect, effect.place}, study.without[i], false,
+          set_right);
     }
   }
 
@@ -262,7 +268,8 @@ GainStudy study_gain(
   for (const Judged& each : judged) {
     const Readings& test = *each.sides->g2;
     GainRow row;
-    row.name = each.name;
+    row.model = each.model;
+    row.network = each.network;
     row.without = each.without;
     std::vector<Eigen::Index> usable;
     for (Eigen::Index i = 0; i < each.error_mm.size(); ++i) {
@@ -297,7 +304,7 @@ GainStudy study_gain(
     const double explainable = reference_square - settings.noise_mm * settings.noise_mm;
     // Where next to nothing is above the noise, a share of it means nothing.
     constexpr double kWorthSharing = 0.05;
-    const bool shares = each.name != "nominal" &&
+    const bool shares = each.model != GainModel::kNominal &&
                         explainable > kWorthSharing * settings.noise_mm * settings.noise_mm;
     row.removed_share = shares ? (reference_square - mean_square(each)) / explainable : kNan;
     // Poses are drawn, the same for both models.

@@ -5,17 +5,26 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
-#include <string>
 #include <vector>
 
 #include "diagnosis/identify.h"
 
 namespace sixdial::diagnosis {
 
+/// What answers for a sample that was not fitted.
+enum class GainModel {
+  kNominal,     // the robot as drawn
+  kCalibrated,  // the fitted robot
+  kExtended,    // robot and all named causes
+  kWithout,     // the same less one cause
+};
+
 struct GainRow {
-  std::string name;     // "calibrated", "without joint_backlash@joint2"
-  std::string without;  // the cause left out, else empty
+  GainModel model = GainModel::kNominal;
+  bool network = false;               // with a network on joint angles on top
+  std::optional<Hypothesis> without;  // of kWithout: the cause left out
   /// Position error [mm]: the shift of the tool that explains a sample's residuals best.
   double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0;
   double rms_mm = 0.0;                 // of the readings

@@ -196,9 +196,9 @@ std::vector<Limit> limits_of(
                      (best - other->search_cost) >=
                  apart;
         });
-        if (size > limit.name || (limit.rival.empty() && size >= limit.name)) {
+        if (size > limit.name || (!limit.rival && size >= limit.name)) {
           limit.name = size;
-          limit.rival = other->hypothesis.name();
+          limit.rival = other->hypothesis;
         }
       }
     }

@@ -3,6 +3,7 @@
 // MIB), both with 80 % power; and which effects the fitted parameters absorb.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Limit {
   std::string unit;                      // of its first parameter
   double detect = 0.0;                   // infinite: at no size
   double name = 0.0;                     // infinite: a rival does the same
-  std::string rival;                     // the hardest to tell apart, "joint_gain@joint1"
+  std::optional<Hypothesis> rival;       // the hardest to tell apart
   double surviving = 1.0;                // share that the fitted parameters do not absorb
   std::vector<std::string> absorbed_by;  // parameters that take it over, largest first
   double plausible = 0.0;

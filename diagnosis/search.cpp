@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 namespace sixdial::diagnosis {
@@ -34,33 +35,27 @@ std::vector<Hypothesis> hypotheses_for(
   for (const Effect* effect : simulation::all_effects()) {
     for (const simulation::Place& place : effect->places(readings.model().rig())) {
       const Hypothesis each{effect, place};
-      std::string reason;
-      std::string needs;
+      std::optional<WhyNotTestable> why;
       if ((effect->needs & simulation::kDials || place.dial >= 0) && !readings.has_dials()) {
-        reason = "needs raw dial readings; this session has positions only";
-        needs = "dial columns";
+        why = WhyNotTestable::kNoDials;
       } else if (effect->needs & simulation::kTemperature && !temperature_varies) {
-        reason = temperature ? "the temperature did not change"
-                             : "the session has no temperature_c column";
-        needs = temperature ? "a session whose temperature changes" : "temperature_c";
+        why =
+            temperature ? WhyNotTestable::kTemperatureConstant : WhyNotTestable::kNoTemperature;
       } else if (effect->needs & simulation::kTime && !time) {
-        reason = "the session has no time_utc column";
-        needs = "time_utc";
+        why = WhyNotTestable::kNoTime;
       } else if (effect->needs & simulation::kApproach && place.joint >= 0) {
         const int joint = place.joint;
         std::map<double, int> counts;
         for (const Circumstance& sample : samples) ++counts[sample.approach[joint]];
         if (counts[1.0] < 3 || counts[-1.0] < 3) {
           const bool none = counts[1.0] + counts[-1.0] == 0;
-          reason = none ? "the session has no approach column for this joint"
-                        : "the joint always arrived from the same side";
-          needs = none ? "approach1, approach2" : "points approached from both sides";
+          why = none ? WhyNotTestable::kNoApproach : WhyNotTestable::kOneApproach;
         }
       }
-      if (reason.empty()) {
-        result.push_back(each);
+      if (why) {
+        not_testable.push_back({each, *why});
       } else {
-        not_testable.push_back({each, reason, needs});
+        result.push_back(each);
       }
     }
   }

@@ -36,10 +36,18 @@ struct Candidate {
 };
 
 /// Every testable hypothesis on this session, and those that are not, with the reason.
+enum class WhyNotTestable {
+  kNoDials,              // positions only
+  kNoTemperature,        // no temperature was recorded
+  kTemperatureConstant,  // it did not change
+  kNoTime,               // no times were recorded
+  kNoApproach,           // nobody knows from which side the joint came
+  kOneApproach,          // the joint always came from the same side
+  kAbsorbed,             // the fitted parameters take nearly all of it over: see its Limit
+};
 struct NotTestable {
   Hypothesis hypothesis;
-  std::string reason;
-  std::string needs;
+  WhyNotTestable why = WhyNotTestable::kAbsorbed;
 };
 [[nodiscard]] std::vector<Hypothesis> hypotheses_for(
     const Readings& readings, std::vector<NotTestable>& not_testable);

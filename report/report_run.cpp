@@ -1,6 +1,7 @@
 #include "report/report_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -11,12 +12,15 @@
 #include "report/csv_report.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/summary.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
 #include "report/rig_picture.h"
 #include "report/sections/sections_of_studies.h"
+#include "report/words/diagnosis_verdict.h"
+#include "report/words/diagnosis_words.h"
 #include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/csv.h"
@@ -150,8 +154,9 @@ std::vector<report::PointRow> points_of(
   }
   for (const studies::PointResiduals& each : result.points) {
     report::PointRow& row = rows.at(static_cast<std::size_t>(each.sample));
-    const std::size_t known = std::min(row.residual_mm.size(), each.residual_mm.size());
-    std::copy_n(each.residual_mm.begin(), known, row.residual_mm.begin());
+    for (std::size_t k = 0; k < row.residual_mm.size() && k < each.residual_mm.size(); ++k) {
+      if (each.residual_mm[k]) row.residual_mm[k] = Eigen::Vector2d(*each.residual_mm[k]);
+    }
   }
   return rows;
 }
@@ -182,57 +187,57 @@ void append(std::vector<report::Section>& to, std::vector<report::Section> secti
       std::make_move_iterator(sections.end()));
 }
 
-/// What a diagnosis found, or that there was none, in the box that is read first.
-void add_diagnosis(report::ReportData& data, const Json& diagnosis) {
-  if (!diagnosis.is_object()) {
+/// The lines on what was found, in the box that is read first. What is only suspected is named
+/// in one line; its own section says the rest.
+std::vector<std::string> found_in_box(
+    const studies::DiagnosisResult& diagnosis, const Verdict& verdict) {
+  std::vector<std::string> found;
+  std::vector<std::string> suspected;
+  for (const Line& line : verdict.found) {
+    if (line.cause && diagnosis.causes[*line.cause].is_only_suspected()) {
+      suspected.push_back(capital(named(diagnosis.causes[*line.cause])));
+    } else {
+      found.push_back(line.text);
+    }
+  }
+  if (!suspected.empty()) {
+    found.push_back(fmt::format(
+        "Suspected, too weak to act on: {}.{}", fmt::join(suspected, "; "),
+        found.empty() ? " Measure again and see whether it comes back." : ""));
+  }
+  if (gain_row(diagnosis, diagnosis::GainModel::kExtended) != nullptr &&
+      !verdict.gain.empty()) {
+    found.push_back("What naming gains: " + verdict.gain);
+  }
+  return found;
+}
+
+/// What a diagnosis found, or that there was none (null), in the box that is read first.
+void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* diagnosis) {
+  if (diagnosis == nullptr) {
     data.not_judged.push_back(fmt::format(
         "The physical cause of what is left: this session was not diagnosed. \"sixdial "
-        "diagnose "
-        "{}\" does it.",
+        "diagnose {}\" does it.",
         data.head.session_name));
     return;
   }
-  append(data.sections, diagnosis_sections(diagnosis));
-  const Json& verdict = diagnosis["verdict"];
-  const auto lines = [&](const char* key) {
-    return verdict[key].get<std::vector<std::string>>();
-  };
-  // What is only suspected is named in one line; its own section says the rest.
-  std::vector<std::string> found;
-  std::vector<std::string> suspected;
-  for (std::string& line : lines("found")) {
-    if (line.ends_with("suspected.")) {
-      suspected.push_back(line.substr(0, line.find(':')));
-    } else {
-      found.push_back(std::move(line));
-    }
+  append(data.sections, diagnosis_sections(*diagnosis));
+  Verdict verdict = verdict_in_words(*diagnosis);
+  data.also.push_back({"Causes found", "cautions", found_in_box(*diagnosis, verdict)});
+  for (Line& line : verdict.to_do) {
+    const bool suspected = line.cause && diagnosis->causes[*line.cause].is_only_suspected();
+    if (!suspected) data.to_do.push_back(std::move(line.text));
   }
-  for (std::string& line : lines("to_do")) {
-    const bool doubtful = std::ranges::any_of(
-        suspected, [&](const std::string& name) { return line.starts_with(name + ":"); });
-    if (!doubtful) data.to_do.push_back(std::move(line));
-  }
-  if (!suspected.empty()) {
-    std::string names;
-    for (const std::string& name : suspected) names += (names.empty() ? "" : "; ") + name;
-    found.push_back(fmt::format(
-        "Suspected, too weak to act on: {}.{}", names,
-        found.empty() ? " Measure again and see whether it comes back." : ""));
-  }
-  const bool extended = std::ranges::any_of(
-      diagnosis["gain"], [](const Json& row) { return row["name"] == "extended"; });
-  if (extended && !verdict["gain"].get<std::string>().empty()) {
-    found.push_back("What naming gains: " + verdict["gain"].get<std::string>());
-  }
-  data.also.push_back({"Causes found", "cautions", std::move(found)});
-  const bool tied = std::ranges::any_of(
-      diagnosis["causes"], [](const Json& cause) { return !cause["tied_with"].empty(); });
+  const bool tied =
+      std::ranges::any_of(diagnosis->causes, [](const studies::FoundCause& cause) {
+        return cause.certainty() == studies::Certainty::kTied;
+      });
   if (tied) {
     data.to_do.push_back(fmt::format(
         "\"sixdial plan separate {}\" plans the poses that tell the tied causes apart.",
         data.head.session_name));
   }
-  data.not_judged = lines("not_judged");
+  data.not_judged = std::move(verdict.not_judged);
 }
 
 /// Samples whose error after kinematics (row `id`) is over six times the usual (median) one.
@@ -385,7 +390,12 @@ report::ReportData report_data(
         data.sections,
         assessment_sections(*result.assessment, result.precision, *result.gross_errors));
   }
-  add_diagnosis(data, diagnosis);
+  if (diagnosis.is_object()) {
+    const studies::DiagnosisResult found = diagnosis_from_json(diagnosis);
+    add_diagnosis(data, &found);
+  } else {
+    add_diagnosis(data, nullptr);
+  }
   data.sections.push_back(report::rig_section(session.rig));
   return data;
 }

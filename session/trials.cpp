@@ -52,6 +52,28 @@ double misfit(
   return sum / static_cast<double>(readings.size());
 }
 
+/// Of any robot: the assembly whose nominal tool is nearest to the sample's target or measured
+/// position. Empty: neither is known, or the robot has one assembly or cannot be there.
+std::optional<Assembly> nearest_assembly(const geometry::Rig& rig, const Sample& sample) {
+  const geometry::RobotModel& robot = *rig.robot.model;
+  const auto measured = position_of(sample, rig.dials.size());
+  const auto& point = sample.target_mm ? sample.target_mm : measured;
+  if (!point) return std::nullopt;
+  std::optional<Assembly> nearest;
+  double least_mm2 = 0.0;
+  geometry::Frames at(robot);
+  for (const geometry::BranchInfo& each : robot.assemblies) {
+    const auto assembly = static_cast<Assembly>(each.number);
+    if (!robot.forward(rig.robot.nominal, sample.q, assembly, at.X)) continue;
+    const double miss_mm2 = (at.X[0].p.head(point->size()) - *point).squaredNorm();
+    if (!nearest || miss_mm2 < least_mm2) {
+      nearest = assembly;
+      least_mm2 = miss_mm2;
+    }
+  }
+  return nearest;
+}
+
 std::optional<Assembly> assembly_by_readings(const geometry::Rig& rig, const Sample& sample) {
   const auto readings = readings_of(rig, sample);
   const auto left = nominal_pose(rig, sample.q, Assembly::kLeft);
@@ -74,9 +96,12 @@ double reading_sigma_mm(const geometry::Dial& dial) {
 }
 
 Assembly assembly_of(const geometry::Rig& rig, const Sample& sample) {
+  if (rig.robot.model->kind != &geometry::five_bar) {
+    return nearest_assembly(rig, sample).value_or(rig.robot.assembly);
+  }
   for (const auto& point : {sample.target_mm, position_of(sample, rig.dials.size())}) {
     if (!point) continue;
-    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q, *point);
+    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q, point->head(2));
     if (assembly) return *assembly;
   }
   return assembly_by_readings(rig, sample).value_or(rig.robot.assembly);
@@ -103,7 +128,9 @@ simulation::Trial trial_of(
   for (const geometry::DialReading& reading : readings) {
     trial.reading[static_cast<std::size_t>(reading.dial)] = reading.displacement_mm;
   }
-  if (const auto nominal = nominal_pose(rig, sample.q, trial.assembly)) {
+  const auto nominal =
+      readings.empty() ? std::nullopt : nominal_pose(rig, sample.q, trial.assembly);
+  if (nominal) {
     const auto dials = rig.dial_geometries();
     const auto estimate = geometry::best_active_three(
         dials, readings, rig.cuboid.side_mm, nominal->cuboid.gamma_rad);
@@ -118,6 +145,10 @@ simulation::Trial trial_of(
   if (const auto position_mm = position_of(sample, rig.dials.size())) {
     trial.position_mm = *position_mm;
     trial.position_covariance.resize(0, 0);
+    if (const double sd_mm = rig.instrument.sd_mm; sd_mm > 0.0) {
+      trial.position_covariance =
+          sd_mm * sd_mm * Eigen::MatrixXd::Identity(position_mm->size(), position_mm->size());
+    }
     trial.position_channels.clear();
   }
   return trial;

@@ -22,12 +22,6 @@ constexpr std::array kTreatments{
     std::pair{Treatment::kKept, std::string_view("kept")},
     std::pair{Treatment::kKeptValidates, std::string_view("kept, validates")}};
 
-bool is_angle(std::string_view parameter) {
-  return parameter == "alpha" || parameter == "clamp" || parameter.starts_with("dtheta");
-}
-
-std::string unit_of(std::string_view parameter) { return is_angle(parameter) ? "rad" : "mm"; }
-
 GrossErrors::Found found_row(
     const GrossError& error, const session::Session& session, Treatment treatment) {
   const session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
@@ -78,8 +72,7 @@ PositionMap map_of(const calibration::PositionUncertainty& from) {
 IdentifiabilityRow identifiability_of(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     const calibration::PositionUncertainty* map) {
-  const std::vector<std::string_view> names(
-      space.parameter_names.begin(), space.parameter_names.end());
+  const std::vector<std::string_view> names = space.parameter_names();
   const auto known = calibration::identifiability(fit, names, space.samples());
   const auto determined = static_cast<int>(known.singular_values.size()) - fit.held;
   IdentifiabilityRow row{
@@ -121,12 +114,14 @@ std::optional<Treatment> treatment_from(std::string_view text) {
 }
 
 std::vector<ParameterRow> parameter_rows(
-    const std::vector<calibration::ParameterEstimate>& estimates) {
+    const std::vector<calibration::ParameterEstimate>& estimates,
+    const ObservationSpace& space) {
   std::vector<ParameterRow> rows;
-  for (const auto& each : estimates) {
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    const auto& each = estimates[i];
     rows.push_back(
-        {.name = std::string(each.name),
-         .unit = unit_of(each.name),
+        {.name = each.name,
+         .unit = space.parameter_info.at(i).unit,
          .nominal = each.nominal,
          .identified = each.value,
          .sd = each.sd,
@@ -158,14 +153,14 @@ std::optional<Precision> precision_of(
     std::vector<calibration::ParameterEstimate> none;
     if (2 * in.samples() <= in.parameters()) return none;
     calibration::IdentifySettings here = settings;
-    if (!here.fixed.empty()) here.fixed.resize(in.parameter_names.size(), 0);
+    if (!here.fixed.empty()) here.fixed.resize(static_cast<std::size_t>(in.parameters()), 0);
     const auto found =
         known != nullptr ? *known
                          : calibration::identify(*calibration::find_identifier("lm"), in, here);
     if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return none;
     Eigen::MatrixXd covariance;
     return calibration::estimates_with_noise(
-        in, found.fit, calibration::noise_estimate(in, g1, found.fit), covariance);
+        in, found.fit, calibration::noise_estimate(in, found.fit), covariance);
   };
   const bool of_positions = space.name == "positions";
   const auto here = estimated(space, &fit);
@@ -186,8 +181,8 @@ std::optional<Precision> precision_of(
     if (by_positions.fixed || !(by_dials.sd > 0.0)) continue;
     const double ratio = by_positions.sd / by_dials.sd;
     precision.parameters.push_back(
-        {.name = std::string(by_positions.name),
-         .unit = unit_of(by_positions.name),
+        {.name = by_positions.name,
+         .unit = space.parameter_info.at(i).unit,
          .positions_sd = by_positions.sd,
          .dials_sd = by_dials.sd,
          .ratio = ratio});
@@ -254,14 +249,14 @@ Assessment assess(
     std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
     const geometry::Rig& rig) {
   Assessment result{
-      .space = std::string(space.name),
+      .space = space.name,
       .samples = space.samples(),
       .readings = space.rows(),
-      .noise = calibration::noise_estimate(space, g1, fit),
+      .noise = calibration::noise_estimate(space, fit),
       .working_modes = working_modes_of(space, fit, g1, rig)};
   Eigen::MatrixXd covariance;
-  result.parameters =
-      parameter_rows(calibration::estimates_with_noise(space, fit, result.noise, covariance));
+  result.parameters = parameter_rows(
+      calibration::estimates_with_noise(space, fit, result.noise, covariance), space);
   std::optional<calibration::PositionUncertainty> map;
   if (const auto workspace = calibration::workspace_of(all)) {
     map = calibration::position_uncertainty(
@@ -297,14 +292,14 @@ std::vector<char> fixed_parameters(
   const auto index_of = [&](const std::string& name) {
     const auto index = space.find(name);
     if (index) return static_cast<std::size_t>(*index);
-    const auto nearest = session::nearest_name(name, space.parameter_names);
+    const auto nearest = session::nearest_name(name, space.parameter_names());
     throw Error(
         ErrorCode::kInvalidParams,
         fmt::format("there is no parameter '{}'", name.substr(0, 64)), {{"param", "fix"}},
         nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
-                : fmt::format("One of: {}.", fmt::join(space.parameter_names, ", ")));
+                : fmt::format("One of: {}.", fmt::join(space.parameter_names(), ", ")));
   };
-  std::vector<char> fixed(space.parameter_names.size(), free.empty() ? 0 : 1);
+  std::vector<char> fixed(static_cast<std::size_t>(space.parameters()), free.empty() ? 0 : 1);
   for (const std::string& name : free) fixed[index_of(name)] = 0;
   for (const std::string& name : fix) {
     if (std::ranges::find(free, name) != free.end()) {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calibration/five_bar/spaces.h"
 #include "calibration/gross_errors.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"
@@ -27,7 +28,8 @@ struct ParameterRow {
   bool partly_held = false;  // part of a direction that was held at nominal: sd says nothing
 };
 [[nodiscard]] std::vector<ParameterRow> parameter_rows(
-    const std::vector<calibration::ParameterEstimate>& estimates);
+    const std::vector<calibration::ParameterEstimate>& estimates,
+    const calibration::ObservationSpace& space);
 
 /// A direction in the parameters that no pose shows, held at nominal.
 struct HeldRow {

@@ -108,22 +108,18 @@ CalibrationResult calibrate(
     judged.noise_mm = settings.noise_mm;
     return check_gross_errors(session, judged, !request.keep_gross_errors);
   }();
+  const auto positions = [&](std::span<const simulation::Trial> trials) {
+    return space_of("positions", trials, checked.session, settings.noise_mm);
+  };
   const CalibrationData data{
-      .session = checked.session,
-      .g1 = calibration::position_observations(checked.g1),
-      .g2 = calibration::position_observations(checked.g2),
-      .space = space_of("positions", checked.g1, checked.session, settings.noise_mm)};
-  if (const auto trouble = calibration::trouble_with(data.g1, session.rig.robot.nominal)) {
-    refuse(*trouble, session.name);
-  }
+      .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
+  if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
-  judged.fixed = fixed_parameters(data.space, request.fix, request.free);
-  for (std::size_t i = 0; i < settings.fixed.size(); ++i) {
-    settings.fixed[i] = judged.fixed[i] != 0;
-  }
+  judged.fixed = fixed_parameters(data.g1, request.fix, request.free);
+  settings.fixed = judged.fixed;
   const auto reference =
-      calibration::identify(*calibration::find_identifier("lm"), data.space, judged);
+      calibration::identify(*calibration::find_identifier("lm"), data.g1, judged);
   const bool by_paper = method.id == kPaperMethod;
   CalibrationResult result =
       by_paper ? calibrate_by_paper(data, settings, teller(progress), stop)
@@ -132,9 +128,9 @@ CalibrationResult calibrate(
                      teller(progress), stop);
   result.created_utc = session::now_utc_text();
   result.inputs = inputs_of(session, settings.seed);
-  result.assessment = assess(data.space, reference.fit, checked.g1, checked.all, session.rig);
+  result.assessment = assess(data.g1, reference.fit, checked.g1, checked.all, session.rig);
   use_noise_of(*result.assessment, by_paper, result);
-  result.precision = precision_of(data.space, reference, checked.g1, checked.session, judged);
+  result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
   return result;
 }

@@ -17,8 +17,7 @@ calibration::ResidualSettings residual_settings(const calibration::Settings& set
 
 Identification identification_of(
     const calibration::ObservationSpace& space, const calibration::Identified& found) {
-  const std::vector<std::string_view> names(
-      space.parameter_names.begin(), space.parameter_names.end());
+  const std::vector<std::string_view> names = space.parameter_names();
   const auto known = calibration::identifiability(found.fit, names, space.samples());
   Identification identification{
       .sigma_mm = found.sigma_mm,
@@ -52,9 +51,8 @@ CalibrationResult calibrate_by_method(
     const calibration::Settings& settings, const calibration::IdentifySettings& identify,
     const calibration::Identified& reference, const TellFraction& tell,
     const std::stop_token& stop) {
-  const geometry::ParameterVector& nominal = data.session.rig.robot.nominal;
   const auto found = calibration::compare_methods(
-      data.space, data.g1, data.g2, nominal, rows_of(method),
+      data.g1, data.g1, data.g2, rows_of(method),
       {.identify = identify, .residual = residual_settings(settings)},
       [&](const calibration::ComparisonProgress& now) {
         tell(now.stage, now.fraction, now.iteration, now.iterations, now.best_mm);
@@ -69,14 +67,14 @@ CalibrationResult calibrate_by_method(
          method.id + " found no parameters that reach every pose of G1"},
         data.session.name);
   }
-  const std::vector<std::string_view> names(
-      data.space.parameter_names.begin(), data.space.parameter_names.end());
+  const std::vector<std::string_view> names = data.g1.parameter_names();
   CalibrationResult result{
       .settings = settings,
       .result_method = method.id,
       .parameters = parameter_rows(
-          calibration::parameter_estimates(fit.fit, data.space.nominal, fit.covariance, names)),
-      .identification = identification_of(data.space, fit),
+          calibration::parameter_estimates(fit.fit, data.g1.nominal, fit.covariance, names),
+          data.g1),
+      .identification = identification_of(data.g1, fit),
       .before_uses_targets = found->before_uses_targets,
       .rmse_mm = fit.rmse,
       .least_squares_rmse_mm = reference.rmse,
@@ -97,7 +95,7 @@ CalibrationResult calibrate_by_method(
         .id = row.choice.id, .g1 = set_errors(row.errors.g1), .g2 = set_errors(row.errors.g2)});
     if (!before) out.seconds = row.identify_seconds + row.residual_seconds;
     rows.push_back(
-        {.v = before ? data.space.nominal : fit.x,
+        {.v = before ? data.g1.nominal : fit.x,
          .correction = row.residual.correction,
          .targets = before && found->before_uses_targets});
     if (row.choice.residual == nullptr) continue;

@@ -40,14 +40,15 @@ Identification identification_of(
 
 /// Robots behind the rows of Table 6, in its order.
 std::vector<ModelledRow> modelled_rows(const calibration::Result& result) {
+  std::vector<calibration::AnfisModel> networks;
+  for (const auto& each : result.networks) networks.push_back(each.model);
   std::vector<ModelledRow> rows;
   for (const auto& method : result.table_6) {
     if (method.method == "before") {
       rows.push_back({.v = result.nominal, .targets = result.before_uses_targets});
     } else if (method.method.ends_with("+anfis")) {
-      rows.push_back({.v = result.v, .correction = [&result](const Eigen::Vector2d& q_rad) {
-                        return calibration::anfis_correction(
-                            result.anfis_x.model, result.anfis_y.model, q_rad);
+      rows.push_back({.v = result.v, .correction = [networks](const Eigen::VectorXd& joints) {
+                        return calibration::anfis_correction(networks, joints);
                       }});
     } else {
       rows.push_back({.v = result.stage(method.method).v});
@@ -62,7 +63,7 @@ CalibrationResult calibrate_by_paper(
     const CalibrationData& data, const calibration::Settings& settings,
     const TellFraction& tell, const std::stop_token& stop) {
   const auto found = calibration::run_dqpso_anfis(
-      data.g1, data.g2, data.session.rig.robot.nominal, settings,
+      data.g1, data.g2, settings,
       [&](const calibration::Progress& now) {
         tell(
             std::string(calibration::to_string(now.stage)), now.fraction, now.iteration,
@@ -70,12 +71,11 @@ CalibrationResult calibrate_by_paper(
       },
       stop);
   if (!found) refuse(found.error(), data.session.name);
-  const std::vector<std::string_view> names(
-      data.space.parameter_names.begin(), data.space.parameter_names.end());
+  const std::vector<std::string_view> names = data.g1.parameter_names();
   CalibrationResult result{
       .settings = found->settings,
       .result_method = std::string(kPaperMethod),
-      .parameters = parameter_rows(found->parameters),
+      .parameters = parameter_rows(found->parameters, data.g1),
       .identification = identification_of(*found, names),
       .before_uses_targets = found->before_uses_targets,
       .rmse_mm = found->stage("ekf_dqpso").rmse_g1_mm,
@@ -86,9 +86,9 @@ CalibrationResult calibrate_by_paper(
       .seconds = found->total_seconds,
       .convergence = {{"QPSO-1", found->qpso1_history_mm}, {"QPSO-2", found->qpso2_history_mm}},
       .traces =
-          {{"EKF", "point", {found->filter_history.begin(), found->filter_history.end()}},
-           {"QPSO-2", "iteration", {found->qpso2_history.begin(), found->qpso2_history.end()}}},
-      .networks = Networks{found->anfis_x, found->anfis_y},
+          {{"EKF", "point", found->filter_history},
+           {"QPSO-2", "iteration", found->qpso2_history}},
+      .networks = Networks{found->networks.at(0), found->networks.at(1)},
       .points = point_residuals(data, modelled_rows(*found))};
   for (const auto& row : found->table_6) {
     result.methods.push_back(

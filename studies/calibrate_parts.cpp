@@ -7,16 +7,17 @@
 namespace sixdial::studies {
 namespace {
 
-std::optional<Eigen::Vector2d> residual(
-    const ModelledRow& row, const calibration::PositionObservations& set, int i) {
-  const auto k = static_cast<std::size_t>(i);
-  const Eigen::Vector2d measured = set.p_WE.col(i);
-  if (row.targets && set.target_mm[k]) return measured - *set.target_mm[k];
-  const Eigen::Vector2d q_rad = set.q_rad.col(i);
-  const auto pose = geometry::forward(row.v, q_rad, set.assembly[k]);
-  if (!pose) return std::nullopt;
-  Eigen::Vector2d left = measured - pose->p_WE;
-  if (row.correction) left -= row.correction(q_rad);
+/// What a row leaves of all samples, coordinates x samples [mm]; NaN where a pose is out of
+/// reach.
+Eigen::MatrixXd left_by(const ModelledRow& row, const calibration::ObservationSpace& set) {
+  Eigen::MatrixXd left = calibration::position_errors(set, row.v);
+  for (Eigen::Index i = 0; i < left.cols(); ++i) {
+    if (row.targets && set.off_target_mm.col(i).allFinite()) {
+      left.col(i) = set.off_target_mm.col(i);
+    } else if (row.correction) {
+      left.col(i) -= row.correction(set.joints.col(i));
+    }
+  }
   return left;
 }
 
@@ -43,17 +44,22 @@ std::vector<PointResiduals> point_residuals(
     const CalibrationData& data, const std::vector<ModelledRow>& rows) {
   std::vector<PointResiduals> points;
   for (const auto* set : {&data.g1, &data.g2}) {
-    for (int i = 0; i < set->size(); ++i) {
-      const int row = set->sample[static_cast<std::size_t>(i)];
-      const session::Sample& sample = data.session.samples[static_cast<std::size_t>(row)];
+    std::vector<Eigen::MatrixXd> left;
+    for (const ModelledRow& row : rows) left.push_back(left_by(row, *set));
+    for (int i = 0; i < set->samples(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const session::Sample& sample =
+          data.session.samples[static_cast<std::size_t>(set->sample[k])];
       PointResiduals point{
-          .sample = row,
+          .sample = set->sample[k],
           .set = sample.set,
           .point = sample.point,
           .repeat = sample.repeat,
-          .measured_mm = set->p_WE.col(i)};
-      for (const ModelledRow& each : rows) {
-        point.residual_mm.push_back(residual(each, *set, i));
+          .measured_mm = set->measured_mm.segment(set->first_row[k], set->rows(i))};
+      for (const Eigen::MatrixXd& each : left) {
+        const bool reached = each.col(i).allFinite();
+        point.residual_mm.push_back(
+            reached ? std::optional<Eigen::VectorXd>(each.col(i)) : std::nullopt);
       }
       points.push_back(std::move(point));
     }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "calibration/comparison.h"
-#include "calibration/compensation.h"
 #include "studies/calibrate.h"
 
 namespace sixdial::studies {
@@ -17,15 +16,14 @@ namespace sixdial::studies {
 /// What is fitted (G1) and judged (G2), made once from the session.
 struct CalibrationData {
   const session::Session& session;
-  calibration::PositionObservations g1, g2;
-  calibration::ObservationSpace space;  // of g1
+  calibration::ObservationSpace g1, g2;  // of positions
 };
 
 /// A row of Table 6 as a robot: parameters and what is added to their position. `targets`: the
 /// error is measured minus target instead.
 struct ModelledRow {
   Eigen::VectorXd v{};
-  calibration::Correction correction{};  // empty: none
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& joints)> correction{};  // empty: none
   bool targets = false;
 };
 

@@ -85,8 +85,8 @@ struct PointResiduals {
   int sample = 0;  // row of the session
   std::string set{};
   int point = 0, repeat = 0;
-  Eigen::Vector2d measured_mm{0, 0};
-  std::vector<std::optional<Eigen::Vector2d>> residual_mm{};
+  Eigen::VectorXd measured_mm{};  // in W
+  std::vector<std::optional<Eigen::VectorXd>> residual_mm{};
 };
 
 struct CalibrationResult {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "calibration/comparison.h"
+#include "calibration/five_bar/spaces.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
@@ -93,7 +94,7 @@ ComparedRow row_of(
   found.objective_rmse_mm = robot.found.rmse;
   for (int i = 0; i < space.parameters(); ++i) {
     found.parameters.emplace_back(
-        space.parameter_names[static_cast<std::size_t>(i)],
+        space.parameter_info[static_cast<std::size_t>(i)].name,
         ComparedParameter{
             .value = robot.found.x[i], .sd = std::sqrt(robot.found.covariance(i, i))});
   }
@@ -137,7 +138,7 @@ ComparisonChoices choices_made(
       .bpnn_epochs = settings.residual.bpnn_epochs};
   for (int i = 0; i < space.parameters(); ++i) {
     if (calibration::is_fixed(settings.identify, i)) {
-      choices.fixed.emplace_back(space.parameter_names[static_cast<std::size_t>(i)]);
+      choices.fixed.emplace_back(space.parameter_info[static_cast<std::size_t>(i)].name);
     }
   }
   return choices;
@@ -167,10 +168,14 @@ ComparisonResult compare(
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
   const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
-  const auto g1 = calibration::position_observations(checked.g1);
-  const auto g2 = calibration::position_observations(checked.g2);
-  const auto& nominal = session.rig.robot.nominal;
-  if (auto trouble = calibration::trouble_with(g1, nominal)) refuse(*trouble, session.name);
+  const auto positions = [&](std::span<const simulation::Trial> trials) {
+    return calibration::position_space(
+        calibration::position_observations(trials), session.rig.robot.nominal,
+        settings.identify.noise_mm);
+  };
+  const auto g1 = positions(checked.g1);
+  const auto g2 = positions(checked.g2);
+  if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
   calibration::ObservationSpace space =
       space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
   settings.identify.fixed = fixed_parameters(space, request.fix, request.free);
@@ -187,8 +192,7 @@ ComparisonResult compare(
     if (now.best_mm > 0.0) told.best_mm = now.best_mm;
     progress(std::move(told));
   };
-  const auto found =
-      calibration::compare_methods(space, g1, g2, nominal, choices, settings, tell, stop);
+  const auto found = calibration::compare_methods(space, g1, g2, choices, settings, tell, stop);
   if (!found) refuse(found.error(), session.name);
 
   // What the data can tell is judged at the least-squares answer, whether asked for or not.

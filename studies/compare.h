@@ -62,8 +62,8 @@ struct ComparedRobot {
 
 /// What a method's residual model made of what was left.
 struct ComparedResidual {
-  std::string note{};                              // what it chose, for people
-  Eigen::Vector2d effective_parameters{0.0, 0.0};  // of x and of y
+  std::string note{};                      // what it chose, for people
+  Eigen::VectorXd effective_parameters{};  // by output: x, y
 };
 
 /// A row of Table 6 with what is behind it.

@@ -21,9 +21,9 @@ constexpr std::size_t kMostNamed = 10;
 /// What the trained residual model adds to the position; empty for a method without one.
 calibration::Correction correction_of(const CalibrationResult& result) {
   if (result.networks) {
-    return [x = result.networks->x.model,
-            y = result.networks->y.model](const Eigen::Vector2d& q_rad) {
-      return calibration::anfis_correction(x, y, q_rad);
+    return [networks = std::vector{result.networks->x.model, result.networks->y.model}](
+               const Eigen::Vector2d& q_rad) {
+      return Eigen::Vector2d(calibration::anfis_correction(networks, q_rad));
     };
   }
   if (!result.residual_model) return {};
@@ -37,7 +37,8 @@ calibration::Correction correction_of(const CalibrationResult& result) {
   const calibration::ResidualModel* model = calibration::find_residual_model(stored.name);
   if (model == nullptr) refuse("this program does not know it");
   try {
-    return calibration::load_residual(*model, stored.saved).correction;
+    return [correction = calibration::load_residual(*model, stored.saved).correction](
+               const Eigen::Vector2d& q_rad) { return Eigen::Vector2d(correction(q_rad)); };
   } catch (const std::invalid_argument& error) {
     refuse(error.what());
   }

@@ -1,13 +1,18 @@
-// The curves behind a diagnosis, as JSON that a report can draw long after: what each sample
-// says of a cause if the model leaves it out, beside the fitted cause; and what is left by
-// covariate, before and after.
+// The curves behind a diagnosis, ready to be drawn long after: what each sample says of a cause
+// if the model leaves it out, beside the fitted cause; and what is left by covariate, before
+// and after.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
 #include "diagnosis/identify.h"
-#include "studies/error.h"
-#include "studies/json.h"
+#include "studies/diagnosis_result.h"
 
 namespace sixdial::studies {
+
+inline constexpr double kGoodWeight = 0.5;  // a reading below it is gross
 
 /// The fits of a verdict on the readings as they were explained.
 struct DiagnosedReadings {
@@ -18,20 +23,52 @@ struct DiagnosedReadings {
   bool has_unknown = false;             // after.residual_mm is less something smooth
 };
 
-/// {quantity, unit, covariate, covariate_unit, is_function, panels [{title, groups [{name, x,
-/// measured, model}]}]} of after.effects[i]; null where nothing can be drawn. A joint's effect
-/// as an error of its angle [deg], the robot's as a shift of the tool [mm], a dial's as its
-/// residual [mm].
-[[nodiscard]] Json signature_of(const DiagnosedReadings& data, std::size_t i);
-/// The same for exchanged dials: readings as they came against what the simulation says.
-[[nodiscard]] Json signature_of_swap(
-    const DiagnosedReadings& data, const diagnosis::Hypothesis& swap);
+/// Walks the session once for what all curves need. `data` must outlive it.
+class DiagnosisCurves {
+ public:
+  explicit DiagnosisCurves(const DiagnosedReadings& data);
 
-/// [{covariate, unit, kind: "number" | "class", at [], label [], readings [], before_mm [],
-/// after_mm [], smooth_mm []}]: RMS of the good readings; smooth_mm: less the smooth part that
-/// nobody named, where there is one.
-[[nodiscard]] Json left_by_covariate(const DiagnosedReadings& data);
-/// By sample: {sample, x_mm, y_mm, before_mm [dx, dy], after_mm [dx, dy]} in columns.
-[[nodiscard]] Json tool_shifts(const DiagnosedReadings& data);
+  /// Of after.effects[i]: a joint's effect as an error of its angle, the robot's as a shift of
+  /// the tool, a dial's as its residual. Empty where nothing can be drawn.
+  [[nodiscard]] std::optional<SignatureCurve> signature_of(std::size_t i) const;
+  /// Of exchanged dials: readings as they came against what the simulation says.
+  [[nodiscard]] std::optional<SignatureCurve> signature_of_swap(
+      const diagnosis::Hypothesis& swap) const;
+  /// Along each number in ten classes of equally many readings, and by kind of arrival, travel
+  /// and dial; those only that vary.
+  [[nodiscard]] std::vector<LeftAlong> left_along() const;
+  [[nodiscard]] ToolShifts tool_shifts() const;
+
+ private:
+  /// What each sample knows, by trial; NaN where it does not.
+  struct Known {
+    Eigen::VectorXd time_min, temperature_degC;
+    Eigen::VectorXd x_mm, y_mm, face_deg, travel_deg;
+  };
+  /// What the fitted cause does to each reading, and what the readings say of it.
+  struct Part {
+    Eigen::VectorXd model, measured;
+  };
+  struct Shape;
+
+  [[nodiscard]] static Shape shape_of(const simulation::ActiveEffect& effect);
+  [[nodiscard]] Part part_of(std::size_t i) const;
+  [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const;
+  [[nodiscard]] Eigen::VectorXd by_row(const Eigen::VectorXd& by_trial) const;
+  [[nodiscard]] Eigen::VectorXd joint_deg(int joint) const;
+  [[nodiscard]] Eigen::VectorXd force_n(int axis) const;
+  /// The number of each sample on an axis.
+  [[nodiscard]] Eigen::VectorXd on_axis(const Along& along) const;
+  [[nodiscard]] SignatureCurve joint_curve(
+      const simulation::ActiveEffect& effect, const Shape& shape, const Part& part) const;
+  [[nodiscard]] SignatureCurve tool_curve(const Shape& shape, const Part& part) const;
+  [[nodiscard]] SignatureCurve dial_curve(
+      const simulation::ActiveEffect& effect, const Shape& shape, const Part& part) const;
+  [[nodiscard]] std::vector<CurveGroup> dial_groups(
+      int dial, const Shape& shape, const Eigen::VectorXd& x, const Part& part) const;
+
+  const DiagnosedReadings& data_;
+  Known known_;
+};
 
 }  // namespace sixdial::studies

@@ -5,13 +5,11 @@
 #include <algorithm>
 
 #include "studies/compensate.h"
-#include "studies/diagnose.h"
 
 namespace sixdial::studies {
 namespace {
 
-simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) {
-  const auto values = numbers.get<std::vector<double>>();
+simulation::ModelVector model_from(const std::vector<double>& values, std::size_t parameters) {
   if (values.size() != parameters) {
     throw Error(
         ErrorCode::kBadData,
@@ -23,34 +21,31 @@ simulation::ModelVector model_from(const Json& numbers, std::size_t parameters) 
       values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-simulation::ActiveEffect effect_from(const Json& json, const geometry::Rig& rig) {
-  const auto cause = json.at("cause").get<std::string>();
-  const auto where = json.at("where").get<std::string>();
-  if (const simulation::Effect* effect = simulation::find_effect(cause)) {
+simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry::Rig& rig) {
+  if (const simulation::Effect* effect = simulation::find_effect(fitted.id.cause)) {
     for (const simulation::Place& place : effect->places(rig)) {
-      if (place.name != where) continue;
-      auto x = json.at("x").get<std::vector<double>>();
-      if (x.size() == effect->parameters.size()) return {effect, place, std::move(x)};
+      if (place.name != fitted.id.where) continue;
+      if (fitted.x.size() == effect->parameters.size()) return {effect, place, fitted.x};
     }
   }
   throw Error(
       ErrorCode::kBadData,
-      fmt::format("this program does not know the cause {} at {}", cause, where), {},
-      "Diagnose the session again.");
+      fmt::format(
+          "this program does not know the cause {} at {}", fitted.id.cause, fitted.id.where),
+      {}, "Diagnose the session again.");
 }
 
 int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 }  // namespace
 
-ExtendedCommand::ExtendedCommand(const Json& diagnosis, const geometry::Rig& rig) : base_(rig) {
-  check_diagnosis(diagnosis);
-  const Json& stored = diagnosis.at("extended_model");
-  model_ = model_from(stored.at("model"), base_.parameters().size());
-  for (const Json& each : stored.at("effects")) effects_.push_back(effect_from(each, rig));
-  order_ = stored.at("last_order").get<int>() + 1;
-  last_time_h_ = stored.at("last_time_h").get<double>();
-  last_temperature_c_ = stored.at("last_temperature_c").get<double>();
+ExtendedCommand::ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig)
+    : base_(rig),
+      model_(model_from(fit.model, base_.parameters().size())),
+      order_(fit.last_order + 1),
+      last_time_h_(fit.last_time_h),
+      last_temperature_degC_(fit.last_temperature_degC) {
+  for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
 }
 
 simulation::Circumstance ExtendedCommand::circumstance(
@@ -59,7 +54,7 @@ simulation::Circumstance ExtendedCommand::circumstance(
   simulation::Circumstance result;
   result.order = order_;
   result.time_h = moment.time_h.value_or(last_time_h_);
-  result.temperature_degC = moment.temperature_c.value_or(last_temperature_c_);
+  result.temperature_degC = moment.temperature_c.value_or(last_temperature_degC_);
   result.approach = Eigen::Vector2d(moment.approach[0], moment.approach[1]);
   result.travel = moment.travel;
   result.force_n = force_n;

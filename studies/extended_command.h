@@ -10,8 +10,8 @@
 #include "calibration/compensation.h"
 #include "session/plan.h"
 #include "simulation/extended_model.h"
+#include "studies/diagnosis_result.h"
 #include "studies/error.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -25,8 +25,9 @@ struct CommandMoment {
 
 class ExtendedCommand {
  public:
-  /// `diagnosis`: "sixdial.diagnosis" of a session on this rig. Throws Error bad_data.
-  ExtendedCommand(const Json& diagnosis, const geometry::Rig& rig);
+  /// `fit`: of the diagnosis of a session on this rig. Throws Error bad_data where it has
+  /// other parameters, or a cause that this program or this rig does not have.
+  ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig);
 
   /// As calibration::compensate; dials that touch at the target push as they do in a session.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
@@ -55,7 +56,7 @@ class ExtendedCommand {
   std::vector<simulation::ActiveEffect> effects_;
   int order_ = 0;
   double last_time_h_ = 0.0;
-  double last_temperature_c_ = 20.0;
+  double last_temperature_degC_ = 20.0;
 };
 
 /// The points named by `set` (empty: all) with the angles to command; the others as they are.

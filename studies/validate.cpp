@@ -34,14 +34,6 @@ std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
       .points = stats.count};
 }
 
-/// The row of a diagnosis that says what its extended model should reach.
-Json predicted_gain(const Json& diagnosis) {
-  for (const Json& row : diagnosis.at("gain")) {
-    if (row["name"] == "extended") return row;
-  }
-  return nullptr;
-}
-
 /// Results of the paper's method are told as they always were.
 std::optional<std::string> method_to_tell(const CalibrationResult& calibration) {
   if (calibration.result_method == kPaperMethod) return std::nullopt;
@@ -56,7 +48,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 
 session::Plan validation_plan(
     const session::Session& calibrated, const CalibrationResult& calibration,
-    const ValidationRequest& request, const Json& diagnosis) {
+    const ValidationRequest& request, const DiagnosisResult* diagnosis) {
   session::Plan targets;
   std::set<int> seen;
   for (const session::Sample& sample : calibrated.samples) {
@@ -94,7 +86,7 @@ session::Plan validation_plan(
   }
   if (std::ranges::find(request.by, CompensateBy::kExtended) == request.by.end()) return plan;
   return extended_plan(
-      std::move(plan), ExtendedCommand(diagnosis, calibrated.rig), calibrated.rig,
+      std::move(plan), ExtendedCommand(diagnosis->extended_fit, calibrated.rig), calibrated.rig,
       validation_set(request.set, CompensateBy::kExtended));
 }
 
@@ -108,7 +100,7 @@ std::optional<double> ValidatedWay::predicted_mean_mm() const {
 ValidationResult validation_result(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosis) {
+    const Json& diagnosed_gain) {
   ValidationResult result{
       .created_utc = session::now_utc_text(),
       .inputs = {
@@ -124,7 +116,7 @@ ValidationResult validation_result(
   for (const CompensateBy by : request.by) {
     ValidatedWay way{.by = by, .set = validation_set(request.set, by)};
     if (by == CompensateBy::kExtended) {
-      way.predicted_gain = predicted_gain(diagnosis);
+      way.predicted_gain = diagnosed_gain;
     } else if (const MethodRow* row = calibration.method(predicting_method(calibration, by))) {
       way.predicted = row->g2;
     }

@@ -10,6 +10,7 @@
 
 #include "session/session.h"
 #include "studies/compensate.h"
+#include "studies/diagnosis_result.h"
 #include "studies/json.h"
 
 namespace sixdial::studies {
@@ -30,7 +31,7 @@ struct ValidationRequest {
 /// bad_data: no targets in that set, no solution.
 [[nodiscard]] session::Plan validation_plan(
     const session::Session& calibrated, const CalibrationResult& calibration,
-    const ValidationRequest& request, const Json& diagnosis = nullptr);
+    const ValidationRequest& request, const DiagnosisResult* diagnosis = nullptr);
 
 struct ReachedErrors {
   double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0, rmse_mm = 0.0;
@@ -85,10 +86,11 @@ struct ValidationResult {
   std::vector<NotMeasured> troubles{};
 };
 
+/// `diagnosed_gain`: what a diagnosis predicts of the extended model, a row of its "gain".
 /// `validation`: what was measured. Numbers of results and troubles are the caller's to add.
 [[nodiscard]] ValidationResult validation_result(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosis = nullptr);
+    const Json& diagnosed_gain = nullptr);
 
 }  // namespace sixdial::studies

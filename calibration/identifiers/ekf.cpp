@@ -8,15 +8,13 @@ Identified filter(
     const ObservationSpace& space, const IdentifySettings& settings, const SearchProgress&,
     const std::stop_token&) {
   const int n = space.parameters();
-  Eigen::VectorXd q = Eigen::VectorXd::Constant(n, settings.first_variance);
-  Eigen::VectorXd p0 = Eigen::VectorXd::Constant(n, settings.p0);
-  for (int i = 0; i < n; ++i) {
-    if (is_fixed(settings, i)) q[i] = p0[i] = 0.0;
-  }
-  const Eigen::VectorXd r = Eigen::VectorXd::Constant(space.channels, settings.first_variance);
+  FilterSettings filter;
+  filter.linearisation = settings.linearisation;
+  filter.p0 = diagonal_of({}, n, settings.p0, settings.fixed);
+  filter.noise.q = diagonal_of({}, n, settings.first_variance, settings.fixed);
+  filter.noise.r = diagonal_of({}, space.channels(), settings.first_variance);
   Identified result;
-  result.x = space.nominal +
-             filter_space(space, q, r, p0, settings.linearisation, &result.unit_covariance);
+  result.x = space.nominal + filter_errors(space, filter, &result.unit_covariance);
   result.iterations = space.samples();
   if (!result.x.allFinite()) {
     result.status = FitStatus::kBadStart;

@@ -10,8 +10,8 @@ Identified fit(
   LeastSquaresSettings core = core_settings(space, settings);
   core.loss_scale = 0.0;  // from the residuals
   LeastSquaresFit found = solve_robustly(
-      space.problem(is_weighted(space, settings)), space.nominal, core, settings.loss,
-      space.positions ? 2 : 1);
+      space.problem(weighting_of(space, settings)), space.nominal, core, settings.loss,
+      space.block());
   Identified result;
   result.x = found.x;
   result.status = found.status;

@@ -13,7 +13,7 @@ constexpr double kSettled = 1e-12;  // step in units of scale
 Identified steps(const ObservationSpace& space, const IdentifySettings& settings, int most) {
   Identified result;
   result.x = space.nominal;
-  const LeastSquaresProblem problem = space.problem(is_weighted(space, settings));
+  const LeastSquaresProblem problem = space.problem(weighting_of(space, settings));
   LeastSquaresSettings core = core_settings(space, settings);
   core.max_iterations = 0;
   result.status = most > 1 ? FitStatus::kIterationLimit : FitStatus::kConverged;
@@ -28,7 +28,7 @@ Identified steps(const ObservationSpace& space, const IdentifySettings& settings
     result.x += step;
     if (most == 1) result.unit_covariance = at.unit_covariance();
     ++result.iterations;
-    if (step.cwiseQuotient(space.scale).norm() < kSettled) {
+    if (step.cwiseQuotient(space.scale()).norm() < kSettled) {
       result.status = FitStatus::kConverged;
       return result;
     }

@@ -24,9 +24,9 @@ LeastSquaresProblem with_pull(
     Eigen::MatrixXd data_J;
     if (J != nullptr) data_J.resize(plain.residuals, plain.parameters);
     if (!plain.evaluate(x, data, J != nullptr ? &data_J : nullptr)) return false;
-    r << data, weight * (x - space.nominal).cwiseQuotient(space.scale);
+    r << data, weight * (x - space.nominal).cwiseQuotient(space.scale());
     if (J != nullptr) {
-      const Eigen::VectorXd diagonal = weight * space.scale.cwiseInverse();
+      const Eigen::VectorXd diagonal = weight * space.scale().cwiseInverse();
       *J << data_J, Eigen::MatrixXd(diagonal.asDiagonal());
     }
     return true;
@@ -37,7 +37,7 @@ LeastSquaresProblem with_pull(
 Identified fit(
     const ObservationSpace& space, const IdentifySettings& settings, const SearchProgress&,
     const std::stop_token&) {
-  const LeastSquaresProblem plain = space.problem(is_weighted(space, settings));
+  const LeastSquaresProblem plain = space.problem(weighting_of(space, settings));
   LeastSquaresSettings core = core_settings(space, settings);
   core.hold_below = 0.0;  // the pull holds what the data leave open
   double sd = settings.tikhonov_sd > 0.0 ? settings.tikhonov_sd : kFirstSd;
@@ -57,7 +57,7 @@ Identified fit(
     double determined = 0.0;
     for (const double s : found.singular_values) determined += 1.0 - prior * prior / (s * s);
     determined = std::max(determined, 0.5);
-    const Eigen::VectorXd u = (result.x - space.nominal).cwiseQuotient(space.scale);
+    const Eigen::VectorXd u = (result.x - space.nominal).cwiseQuotient(space.scale());
     const double freedom = std::max(plain.residuals - determined, 1.0);
     const double next = std::max(u.norm() / std::sqrt(determined), kLeastSd);
     const double data_rss = found.residual.head(plain.residuals).squaredNorm();

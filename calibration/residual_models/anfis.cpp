@@ -1,9 +1,12 @@
-// ANFIS for x and for y: size and ridge by cross-validation (`anfis`), or as the paper has it
+// ANFIS, a network for each channel: size and ridge by cross-validation (`anfis`), or as the
+// paper has it
 // (`anfis_paper`: six functions, 36 rules, ridge 1e-6, 500 epochs).
 #include <fmt/format.h>
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "calibration/anfis_learning.h"
 #include "calibration/residual_model.h"
@@ -19,92 +22,99 @@ std::string words(const AnfisReport& report) {
       report.model.effective_parameters);
 }
 
-/// All numbers of a network, each under `axis` and its name: "x.centre".
-void save(const AnfisModel& model, const std::string& axis, SavedResidual& saved) {
-  const auto number = [](double value) { return Eigen::MatrixXd::Constant(1, 1, value); };
-  saved[axis + ".bell"] = number(model.kind == MembershipKind::kBell ? 1.0 : 0.0);
-  saved[axis + ".functions"] = number(model.functions);
-  saved[axis + ".input_mean"] = model.input_mean;
-  saved[axis + ".input_scale"] = model.input_scale;
-  saved[axis + ".centre"] = model.centre;
-  saved[axis + ".width"] = model.width;
-  saved[axis + ".slope"] = model.slope;
-  saved[axis + ".consequents"] = model.consequents;
-  saved[axis + ".box_low"] = model.box_low;
-  saved[axis + ".box_high"] = model.box_high;
-  saved[axis + ".output_low"] = number(model.output_low);
-  saved[axis + ".output_high"] = number(model.output_high);
-  saved[axis + ".effective_parameters"] = number(model.effective_parameters);
-  saved[axis + ".ridge"] = number(model.ridge);
+/// All numbers of a network, each under `prefix` and its name: "output1.centre".
+void save(const AnfisModel& model, const std::string& prefix, SavedResidual& saved) {
+  saved[prefix + "bell"] = number_to_save(model.kind == MembershipKind::kBell ? 1.0 : 0.0);
+  saved[prefix + "functions"] = number_to_save(model.functions);
+  saved[prefix + "input_mean"] = model.input_mean;
+  saved[prefix + "input_scale"] = model.input_scale;
+  saved[prefix + "centre"] = model.centre;
+  saved[prefix + "width"] = model.width;
+  saved[prefix + "slope"] = model.slope;
+  saved[prefix + "consequents"] = model.consequents;
+  saved[prefix + "box_low"] = model.box_low;
+  saved[prefix + "box_high"] = model.box_high;
+  saved[prefix + "output_low"] = number_to_save(model.output_low);
+  saved[prefix + "output_high"] = number_to_save(model.output_high);
+  saved[prefix + "effective_parameters"] = number_to_save(model.effective_parameters);
+  saved[prefix + "ridge"] = number_to_save(model.ridge);
 }
 
-AnfisModel network(const std::string& axis, const SavedResidual& saved) {
+AnfisModel network(const std::string& prefix, const SavedResidual& saved) {
   const auto matrix = [&](const char* name, Eigen::Index rows, Eigen::Index columns) {
-    return saved_matrix(saved, axis + name, rows, columns);
+    return saved_matrix(saved, prefix + name, rows, columns);
   };
   AnfisModel model;
-  const bool bell = saved_number(saved, axis + ".bell") != 0.0;
+  const bool bell = saved_number(saved, prefix + "bell") != 0.0;
   model.kind = bell ? MembershipKind::kBell : MembershipKind::kGaussian;
-  model.input_mean = matrix(".input_mean", -1, 1);
+  model.input_mean = matrix("input_mean", -1, 1);
   const Eigen::Index inputs = model.input_mean.size();
   model.inputs = static_cast<int>(inputs);
-  const double functions = saved_number(saved, axis + ".functions");
+  const double functions = saved_number(saved, prefix + "functions");
   if (!(functions >= 0.0) || std::pow(functions, model.inputs) > kMostRules) {
-    throw std::invalid_argument("\"" + axis + ".functions\" makes no network");
+    throw std::invalid_argument("\"" + prefix + "functions\" makes no network");
   }
   model.functions = static_cast<int>(functions);
-  model.input_scale = matrix(".input_scale", inputs, 1);
-  model.box_low = matrix(".box_low", inputs, 1);
-  model.box_high = matrix(".box_high", inputs, 1);
-  model.output_low = saved_number(saved, axis + ".output_low");
-  model.output_high = saved_number(saved, axis + ".output_high");
-  model.effective_parameters = saved_number(saved, axis + ".effective_parameters");
-  model.ridge = saved_number(saved, axis + ".ridge");
+  model.input_scale = matrix("input_scale", inputs, 1);
+  model.box_low = matrix("box_low", inputs, 1);
+  model.box_high = matrix("box_high", inputs, 1);
+  model.output_low = saved_number(saved, prefix + "output_low");
+  model.output_high = saved_number(saved, prefix + "output_high");
+  model.effective_parameters = saved_number(saved, prefix + "effective_parameters");
+  model.ridge = saved_number(saved, prefix + "ridge");
   if (model.functions == 0) return model;
-  model.centre = matrix(".centre", model.functions, inputs);
-  model.width = matrix(".width", model.functions, inputs);
-  if (bell) model.slope = matrix(".slope", model.functions, inputs);
-  model.consequents = matrix(".consequents", model.rules(), inputs + 1);
+  model.centre = matrix("centre", model.functions, inputs);
+  model.width = matrix("width", model.functions, inputs);
+  if (bell) model.slope = matrix("slope", model.functions, inputs);
+  model.consequents = matrix("consequents", model.rules(), inputs + 1);
   return model;
 }
 
 TrainedResidual load(const SavedResidual& saved) {
-  const AnfisModel x = network("x", saved);
-  const AnfisModel y = network("y", saved);
+  const Eigen::Index outputs = saved_outputs(saved);
+  std::vector<AnfisModel> networks;
   TrainedResidual result;
-  result.effective_parameters = {x.effective_parameters, y.effective_parameters};
-  result.correction = [x, y](const Eigen::Vector2d& q) {
-    return Eigen::Vector2d(x.predict(q), y.predict(q));
+  result.effective_parameters.resize(outputs);
+  for (Eigen::Index k = 0; k < outputs; ++k) {
+    networks.push_back(network(output_prefix(k), saved));
+    result.effective_parameters[k] = networks.back().effective_parameters;
+  }
+  result.correction = [networks = std::move(networks)](const Eigen::VectorXd& q) {
+    return anfis_correction(networks, q);
   };
   return result;
 }
 
 TrainedResidual train(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, bool cross_validate, const std::stop_token& stop) {
-  AnfisLearning learning{
+  const AnfisLearning learning{
       settings.anfis, cross_validate, settings.holdout_fraction, settings.seed};
-  const AnfisReport x = learn_anfis(q_rad, residual_mm.col(0), learning, stop);
-  const AnfisReport y = learn_anfis(q_rad, residual_mm.col(1), learning, stop);
+  std::vector<AnfisReport> reports;
   SavedResidual saved;
-  save(x.model, "x", saved);
-  save(y.model, "y", saved);
+  save_outputs(residual_mm.cols(), saved);
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    reports.push_back(learn_anfis(joints, residual_mm.col(k), learning, stop));
+    save(reports.back().model, output_prefix(k), saved);
+  }
   TrainedResidual result = load(saved);
   result.saved = std::move(saved);
-  result.note = "x: " + words(x) + "; y: " + words(y);
+  result.note = by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+    return words(reports[static_cast<std::size_t>(k)]);
+  });
   return result;
 }
 
 TrainedResidual chosen(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, const std::stop_token& stop) {
-  return train(q_rad, residual_mm, settings, true, stop);
+  return train(joints, residual_mm, settings, true, stop);
 }
 
 TrainedResidual as_printed(
-    const Eigen::MatrixX2d& q_rad, const Eigen::MatrixX2d& residual_mm,
+    const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, const std::stop_token& stop) {
-  return train(q_rad, residual_mm, settings, false, stop);
+  return train(joints, residual_mm, settings, false, stop);
 }
 
 }  // namespace

@@ -1,19 +1,28 @@
 // No residual model: kinematics alone.
+#include <utility>
+
 #include "calibration/residual_model.h"
 
 namespace sixdial::calibration {
 namespace {
 
-TrainedResidual load(const SavedResidual&) {
+TrainedResidual load(const SavedResidual& saved) {
+  const Eigen::Index outputs = saved_outputs(saved);
   TrainedResidual result;
-  result.correction = [](const Eigen::Vector2d&) { return Eigen::Vector2d(0.0, 0.0); };
+  result.effective_parameters = Eigen::VectorXd::Zero(outputs);
+  result.correction = [outputs](const Eigen::VectorXd&) -> Eigen::VectorXd {
+    return Eigen::VectorXd::Zero(outputs);
+  };
   return result;
 }
 
 TrainedResidual train(
-    const Eigen::MatrixX2d&, const Eigen::MatrixX2d&, const ResidualSettings&,
+    const Eigen::MatrixXd&, const Eigen::MatrixXd& residual_mm, const ResidualSettings&,
     const std::stop_token&) {
-  TrainedResidual result = load({});
+  SavedResidual saved;
+  save_outputs(residual_mm.cols(), saved);
+  TrainedResidual result = load(saved);
+  result.saved = std::move(saved);
   result.note = "kinematics alone";
   return result;
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "calibration/anfis_selection.h"
 #include "calibration/residual_model.h"
@@ -14,7 +16,6 @@
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::MatrixX2d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -22,9 +23,9 @@ constexpr int kMostCentres = 60;
 constexpr double kWidths[] = {0.3, 0.5, 0.8, 1.2, 2.0};  // standardised angles
 
 /// Farthest-point choice: each next centre is the sample farthest from those chosen.
-MatrixX2d centres_of(const MatrixX2d& x) {
+MatrixXd centres_of(const MatrixXd& x) {
   const auto count = std::min<Eigen::Index>(kMostCentres, (x.rows() + 1) / 2);
-  MatrixX2d centres(count, 2);
+  MatrixXd centres(count, x.cols());
   VectorXd distance = VectorXd::Constant(x.rows(), std::numeric_limits<double>::infinity());
   Eigen::Index next = 0;
   x.rowwise().squaredNorm().minCoeff(&next);
@@ -38,7 +39,7 @@ MatrixX2d centres_of(const MatrixX2d& x) {
   return centres;
 }
 
-MatrixXd functions_at(const MatrixX2d& x, const MatrixX2d& centres, double width) {
+MatrixXd functions_at(const MatrixXd& x, const MatrixXd& centres, double width) {
   MatrixXd A(x.rows(), centres.rows());
   for (Eigen::Index k = 0; k < centres.rows(); ++k) {
     A.col(k) = (-(x.rowwise() - centres.row(k)).rowwise().squaredNorm() / (2 * width * width))
@@ -56,7 +57,7 @@ struct Net {
   VectorXd weights;
 };
 
-Net fit(const MatrixX2d& x, const MatrixX2d& centres, const VectorXd& y) {
+Net fit(const MatrixXd& x, const MatrixXd& centres, const VectorXd& y) {
   const std::vector<double> ridges{1e-4, 1e-3, 1e-2, 1e-1, 1.0};
   Net best;
   for (const double width : kWidths) {
@@ -79,57 +80,61 @@ Net fit(const MatrixX2d& x, const MatrixX2d& centres, const VectorXd& y) {
   return best;
 }
 
+void save(const Net& net, const std::string& prefix, SavedResidual& saved) {
+  saved[prefix + "width"] = number_to_save(net.width);
+  saved[prefix + "weights"] = net.weights;
+  saved[prefix + "effective_parameters"] = number_to_save(net.effective);
+}
+
 TrainedResidual load(const SavedResidual& saved) {
   const Standardiser standard(saved);
-  const MatrixX2d centres = saved_matrix(saved, "centres", -1, 2);
-  struct Axis {
-    double width;
-    VectorXd weights;
-  };
-  const auto axis = [&](const std::string& name) {
-    return Axis{
-        saved_number(saved, name + ".width"),
-        saved_matrix(saved, name + ".weights", centres.rows(), 1)};
-  };
+  const MatrixXd centres = saved_matrix(saved, "centres", -1, standard.mean.size());
+  const Eigen::Index outputs = saved_outputs(saved);
+  std::vector<Net> nets;
   TrainedResidual result;
-  result.effective_parameters = {
-      saved_number(saved, "x.effective_parameters"),
-      saved_number(saved, "y.effective_parameters")};
-  result.correction = [standard, centres, x = axis("x"),
-                       y = axis("y")](const Eigen::Vector2d& q) {
-    const MatrixX2d at = standard(q.transpose());
-    const auto answer = [&](const Axis& net) {
-      return functions_at(at, centres, net.width).row(0).dot(net.weights);
-    };
-    return Eigen::Vector2d(answer(x), answer(y));
+  result.effective_parameters.resize(outputs);
+  for (Eigen::Index k = 0; k < outputs; ++k) {
+    const std::string prefix = output_prefix(k);
+    Net net;
+    net.width = saved_number(saved, prefix + "width");
+    net.weights = saved_matrix(saved, prefix + "weights", centres.rows(), 1);
+    result.effective_parameters[k] = saved_number(saved, prefix + "effective_parameters");
+    nets.push_back(std::move(net));
+  }
+  result.correction = [standard, centres, nets = std::move(nets)](const VectorXd& q) {
+    const MatrixXd at = standard(q.transpose());
+    VectorXd answer(std::ssize(nets));
+    for (std::size_t k = 0; k < nets.size(); ++k) {
+      answer[static_cast<Eigen::Index>(k)] =
+          functions_at(at, centres, nets[k].width).row(0).dot(nets[k].weights);
+    }
+    return answer;
   };
   return result;
 }
 
-void save(const Net& net, const std::string& axis, SavedResidual& saved) {
-  saved[axis + ".width"] = MatrixXd::Constant(1, 1, net.width);
-  saved[axis + ".weights"] = net.weights;
-  saved[axis + ".effective_parameters"] = MatrixXd::Constant(1, 1, net.effective);
-}
-
 TrainedResidual train(
-    const MatrixX2d& q_rad, const MatrixX2d& residual_mm, const ResidualSettings&,
+    const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings,
     const std::stop_token&) {
-  const Standardiser standard(q_rad);
-  const MatrixX2d x = standard(q_rad);
-  const MatrixX2d centres = centres_of(x);
-  const Net net_x = fit(x, centres, residual_mm.col(0));
-  const Net net_y = fit(x, centres, residual_mm.col(1));
+  const Standardiser standard(joints);
+  const MatrixXd x = standard(joints);
+  const MatrixXd centres = centres_of(x);
+  std::vector<Net> nets;
   SavedResidual saved;
   standard.save(saved);
   saved["centres"] = centres;
-  save(net_x, "x", saved);
-  save(net_y, "y", saved);
+  save_outputs(residual_mm.cols(), saved);
+  for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
+    nets.push_back(fit(x, centres, residual_mm.col(k)));
+    save(nets.back(), output_prefix(k), saved);
+  }
   TrainedResidual result = load(saved);
   result.saved = std::move(saved);
-  result.note = fmt::format(
-      "{} centres; x: width {}, ridge {:g}; y: width {}, ridge {:g}", centres.rows(),
-      net_x.width, net_x.ridge, net_y.width, net_y.ridge);
+  result.note = fmt::format("{} centres; ", centres.rows()) +
+                by_output(settings, residual_mm.cols(), [&](Eigen::Index k) {
+                  const Net& net = nets[static_cast<std::size_t>(k)];
+                  return fmt::format("width {}, ridge {:g}", net.width, net.ridge);
+                });
   return result;
 }
 

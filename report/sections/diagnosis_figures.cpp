@@ -7,7 +7,8 @@
 
 #include "report/figures.h"
 #include "report/text.h"
-#include "studies/diagnosis_words.h"
+#include "report/words/diagnosis_axes.h"
+#include "report/words/diagnosis_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -16,6 +17,9 @@ using report::Mark;
 using report::number;
 using report::Panel;
 using report::Series;
+using studies::DiagnosisResult;
+using studies::FoundCause;
+using studies::SignatureCurve;
 
 constexpr int kMeasuredStyle = 0;
 constexpr int kModelStyle = 2;
@@ -27,24 +31,9 @@ constexpr int kNoiseStyle = 7;
 constexpr std::size_t kRowsOnPage = 24;
 constexpr std::size_t kMostMarks = 1500;
 
-std::string text_of(const Json& json) {
-  return json.is_string() ? json.get<std::string>() : std::string();
-}
-
-std::vector<double> numbers_of(const Json& list) { return list.get<std::vector<double>>(); }
-
 report::Column column(std::string key, std::string title, std::string unit = "") {
   return {
       .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-
-double rms_between(const Json& a, const Json& b, double sum, std::size_t& count) {
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double gap = a[i].get<double>() - b[i].get<double>();
-    sum += gap * gap;
-    ++count;
-  }
-  return sum;
 }
 
 /// An even choice of the marks of each series, at most so many on the whole chart: a page stays
@@ -76,277 +65,348 @@ void thin(report::Figure& figure, std::size_t most) {
   figure.shows += " An even choice of them is drawn; the CSV and JSON forms have all.";
 }
 
-std::string capital(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') {
-    text[0] = static_cast<char>(text[0] - 'a' + 'A');
-  }
-  return text;
-}
-
-}  // namespace
-
-std::optional<report::Figure> signature_figure(const Json& cause) {
-  const Json& plot = cause["signature_plot"];
-  if (!plot.is_object()) return std::nullopt;
-  const bool swap = cause["cause"] == "dial_swap";
-  const std::string quantity = text_of(plot["quantity"]);
-  const std::string unit = text_of(plot["unit"]);
-  const std::string covariate = text_of(plot["covariate"]);
-  const std::string covariate_unit = text_of(plot["covariate_unit"]);
-  report::Figure figure;
-  figure.id = "signature";
-  figure.title =
-      capital(fmt::format("{}: {} against {}", studies::named(cause), quantity, covariate));
-  figure.shows =
-      swap ? "Each reading as it was handed over, and as it is with the two dials exchanged, "
-             "against what the simulation says of that dial."
-           : fmt::format(
-                 "Points: {} if the model leaves this cause out, all else as fitted. {}: the "
-                 "cause as fitted.",
-                 quantity == "residual"
-                     ? std::string("what is left of each reading, measured minus simulated,")
-                     : fmt::format("what each sample's readings say of the {}", quantity),
-                 plot["is_function"].get<bool>() ? "Line" : "Triangles");
-  figure.good = swap ? "Only the exchanged readings lie on the diagonal."
-                     : "The points follow the fitted cause over the whole range and scatter "
-                       "about it evenly.";
-  figure.table = {.id = "signature", .caption = "What each sample says of this cause"};
-  figure.table.columns = {
-      column("panel", "panel"), column("group", "group"),
-      column("covariate", covariate, covariate_unit),
-      column("measured", swap ? "as handed over" : "points", unit),
-      column("model", swap ? "exchanged" : "fitted cause", unit)};
-  figure.table.rows_on_page = kRowsOnPage;
+/// Scatter of points about the fitted cause, and how large that is.
+struct Spread {
   double squares = 0.0;
-  double size = 0.0;
+  double largest_model = 0.0;
   std::size_t count = 0;
-  for (const Json& each : plot["panels"]) {
-    Panel panel;
-    panel.title = text_of(each["title"]);
-    panel.x = {.label = covariate, .unit = covariate_unit};
-    panel.y = {.label = quantity, .unit = unit};
-    bool other = false;
-    const bool groups = each["groups"].size() > 1;
-    for (const Json& group : each["groups"]) {
-      const std::string name = text_of(group["name"]);
-      Series points{
-          .name = swap     ? "as handed over"
-                  : groups ? name
-                           : "measured",
-          .mark = Mark::kDots,
-          .style = other ? kOtherMeasuredStyle : kMeasuredStyle};
-      points.x = numbers_of(group["x"]);
-      points.y = numbers_of(group["measured"]);
-      Series model{
-          .name = swap     ? "exchanged"
-                  : groups ? name + ", fitted"
-                           : "fitted cause",
-          .mark = plot["is_function"].get<bool>() ? Mark::kLine : Mark::kDots,
-          .style = other ? kOtherModelStyle : kModelStyle};
-      model.x = points.x;
-      model.y = numbers_of(group["model"]);
-      squares = rms_between(group["measured"], group["model"], squares, count);
-      for (std::size_t i = 0; i < points.x.size(); ++i) {
-        size = std::max(size, std::abs(model.y[i]));
-        figure.table.rows.push_back(
-            {panel.title, name, number(points.x[i], 4), number(points.y[i], 5),
-             number(model.y[i], 5)});
-      }
-      panel.series.push_back(std::move(points));
-      panel.series.push_back(std::move(model));
-      other = true;
+  void add(const studies::CurveGroup& group) {
+    for (std::size_t i = 0; i < group.x.size(); ++i) {
+      const double gap = group.measured[i] - group.model[i];
+      squares += gap * gap;
+      largest_model = std::max(largest_model, std::abs(group.model[i]));
+      ++count;
     }
-    figure.chart.panels.push_back(std::move(panel));
   }
-  const std::size_t panels = figure.chart.panels.size();
-  figure.chart.panels_in_a_row = panels >= 3 ? 3 : static_cast<int>(panels);
-  constexpr int kTall = 300;
-  constexpr int kLow = 210;
-  figure.chart.panel_height = panels > 2 ? kLow : kTall;
-  const double scatter =
-      std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count)));
-  const std::string how_large = studies::size_in_words(cause);
-  figure.here =
-      swap ? fmt::format(
-                 "{} readings; as handed over they are {:.2f} mm off (rms).", count, scatter)
-           : fmt::format(
-                 "{}. The fitted cause reaches {:.3g} {}; {} points scatter about it by {:.2g} "
-                 "{} (rms).",
-                 how_large.empty() ? capital(studies::named(cause)) : capital(how_large), size,
-                 unit, count, scatter, unit);
-  return figure;
+  [[nodiscard]] double rms() const {
+    return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, count)));
+  }
+};
+
+/// What the axes of a signature are called, and its series.
+struct SignatureWords {
+  bool as_it_came = false;  // readings of exchanged dials, not a fitted cause
+  std::string quantity{}, unit{}, covariate{}, covariate_unit{};
+};
+
+SignatureWords words_of(const SignatureCurve& curve) {
+  return {
+      .as_it_came = curve.quantity == studies::Quantity::kReading,
+      .quantity = quantity_name(curve),
+      .unit = std::string(quantity_unit(curve.quantity)),
+      .covariate = axis_name(curve.along),
+      .covariate_unit = std::string(axis_unit(curve.along))};
 }
 
-std::optional<report::Figure> left_figure(const Json& document) {
-  report::Figure figure;
-  figure.id = "left_by_covariate";
-  figure.title = "What is left by joint angle, position, time, temperature and reading";
-  figure.shows =
-      "Root mean square of measured minus simulated readings, in ten classes of equally many "
-      "readings along each quantity: with the robot alone, and with the named causes.";
-  figure.good = "The second line is flat and lies on the noise everywhere.";
-  figure.table = {.id = "left_by_covariate", .caption = "What is left by class (rms)"};
-  figure.table.columns = {
+Panel signature_panel(
+    const SignatureCurve& curve, const studies::CurvePanel& each, const SignatureWords& said) {
+  Panel panel;
+  panel.title = panel_name(each);
+  panel.x = {.label = said.covariate, .unit = said.covariate_unit};
+  panel.y = {.label = said.quantity, .unit = said.unit};
+  const bool groups = each.groups.size() > 1;
+  bool other = false;
+  for (const studies::CurveGroup& group : each.groups) {
+    const std::string name(group_name(group.of));
+    Series points{
+        .name = said.as_it_came ? "as handed over"
+                : groups        ? name
+                                : "measured",
+        .mark = Mark::kDots,
+        .style = other ? kOtherMeasuredStyle : kMeasuredStyle};
+    points.x = group.x;
+    points.y = group.measured;
+    Series model{
+        .name = said.as_it_came ? "exchanged"
+                : groups        ? name + ", fitted"
+                                : "fitted cause",
+        .mark = curve.is_function ? Mark::kLine : Mark::kDots,
+        .style = other ? kOtherModelStyle : kModelStyle};
+    model.x = group.x;
+    model.y = group.model;
+    panel.series.push_back(std::move(points));
+    panel.series.push_back(std::move(model));
+    other = true;
+  }
+  return panel;
+}
+
+report::Table signature_table(const SignatureCurve& curve, const SignatureWords& said) {
+  report::Table table{.id = "signature", .caption = "What each sample says of this cause"};
+  table.columns = {
+      column("panel", "panel"), column("group", "group"),
+      column("covariate", said.covariate, said.covariate_unit),
+      column("measured", said.as_it_came ? "as handed over" : "points", said.unit),
+      column("model", said.as_it_came ? "exchanged" : "fitted cause", said.unit)};
+  table.rows_on_page = kRowsOnPage;
+  for (const studies::CurvePanel& panel : curve.panels) {
+    for (const studies::CurveGroup& group : panel.groups) {
+      for (std::size_t i = 0; i < group.x.size(); ++i) {
+        table.rows.push_back(
+            {panel_name(panel), std::string(group_name(group.of)), number(group.x[i], 4),
+             number(group.measured[i], 5), number(group.model[i], 5)});
+      }
+    }
+  }
+  return table;
+}
+
+/// What the points of a signature are.
+std::string points_in_words(const SignatureCurve& curve) {
+  return curve.quantity == studies::Quantity::kResidual
+             ? std::string("what is left of each reading, measured minus simulated,")
+             : fmt::format("what each sample's readings say of the {}", quantity_name(curve));
+}
+
+/// One line of the figure along a number: robot alone, with the causes, less the smooth part.
+struct LeftSeries {
+  Series before{.name = "robot alone", .mark = Mark::kLineAndDots, .style = kMeasuredStyle};
+  Series after{.name = "with the causes", .mark = Mark::kLineAndDots, .style = kAfterStyle};
+  Series smooth{
+      .name = "less the smooth unknown", .mark = Mark::kLineAndDots, .style = kSmoothStyle};
+  static void add(Series& to, double at, double left_mm) {
+    if (!std::isfinite(left_mm)) return;
+    to.x.push_back(at);
+    to.y.push_back(left_mm);
+  }
+  void add(const studies::LeftInClass& each, bool has_smooth) {
+    add(before, each.at, each.before_mm);
+    add(after, each.at, each.after_mm);
+    if (has_smooth) add(smooth, each.at, each.smooth_mm);
+  }
+};
+
+Panel left_panel(const studies::LeftAlong& along, bool causes, double noise_mm) {
+  Panel panel;
+  panel.title = axis_name(along.along);
+  panel.x = {.label = panel.title, .unit = std::string(axis_unit(along.along))};
+  panel.y = {.label = "left, rms", .unit = "mm", .low = 0.0};
+  LeftSeries series;
+  for (const studies::LeftInClass& each : along.classes) series.add(each, along.has_smooth);
+  panel.series.push_back(std::move(series.before));
+  if (causes) panel.series.push_back(std::move(series.after));
+  if (!series.smooth.x.empty()) panel.series.push_back(std::move(series.smooth));
+  if (std::isfinite(noise_mm)) {
+    Series rule{.name = "noise", .mark = Mark::kRuleAcross, .style = kNoiseStyle};
+    rule.y = {noise_mm};
+    panel.series.push_back(std::move(rule));
+  }
+  return panel;
+}
+
+report::Table left_table(const DiagnosisResult& result) {
+  report::Table table{.id = "left_by_covariate", .caption = "What is left by class (rms)"};
+  table.columns = {
       column("covariate", "along"),
       column("unit", "unit"),
       column("class", "class"),
       column("readings", "readings"),
       column("before_mm", "robot alone", "mm"),
       column("after_mm", "with the causes", "mm")};
-  figure.table.rows_on_page = kRowsOnPage;
-  const Json& noise = document["noise"]["sigma_mm"];
-  const bool causes = !document["extended_model"]["effects"].empty();
-  const bool unknown = !document["unexplained"]["depends_on"].empty();
+  table.rows_on_page = kRowsOnPage;
+  const auto cell = [](double value) {
+    return std::isfinite(value) ? number(value, 5) : report::Cell{};
+  };
+  for (const studies::LeftAlong& along : result.left_along) {
+    if (!is_number(along.along.axis)) continue;
+    for (const studies::LeftInClass& each : along.classes) {
+      table.rows.push_back(
+          {axis_name(along.along), std::string(axis_unit(along.along)),
+           class_name(along.along.axis, each), report::whole(each.readings),
+           cell(each.before_mm), cell(each.after_mm)});
+    }
+  }
+  return table;
+}
+
+/// The class that keeps most, with the causes: "0.0031 mm (theta2 -12 to 4 deg)".
+std::string worst_in_words(const DiagnosisResult& result) {
+  double worst_mm = 0.0;
+  std::string where;
+  for (const studies::LeftAlong& along : result.left_along) {
+    if (!is_number(along.along.axis)) continue;
+    for (const studies::LeftInClass& each : along.classes) {
+      if (!(each.after_mm > worst_mm)) continue;
+      worst_mm = each.after_mm;
+      where = fmt::format(
+          "{} {} {}", axis_name(along.along), class_name(along.along.axis, each),
+          axis_unit(along.along));
+    }
+  }
+  return fmt::format("{:.4f} mm ({})", worst_mm, where);
+}
+
+/// What the figure of what is left shows, and what it should look like.
+void say_left(report::Figure& figure, bool causes, bool unknown) {
+  constexpr std::string_view kShows =
+      "Root mean square of measured minus simulated readings, in ten classes of equally many "
+      "readings along each quantity";
   if (unknown) {
     figure.shows = fmt::format(
-        "Root mean square of measured minus simulated readings, in ten classes of equally many "
-        "readings along each quantity: with the robot alone{}, and less the smooth part that "
-        "nobody named.",
+        "{}: with the robot alone{}, and less the smooth part that nobody named.", kShows,
         causes ? ", with the named causes" : "");
     figure.good = "The last line is flat and lies on the noise everywhere.";
-  } else if (!causes) {
-    figure.shows =
-        "Root mean square of measured minus simulated readings, in ten classes of equally many "
-        "readings along each quantity.";
+  } else if (causes) {
+    figure.shows = fmt::format("{}: with the robot alone, and with the named causes.", kShows);
+    figure.good = "The second line is flat and lies on the noise everywhere.";
+  } else {
+    figure.shows = fmt::format("{}.", kShows);
     figure.good = "The line is flat and lies on the noise everywhere.";
   }
-  double worst = 0.0;
-  std::string worst_at;
-  for (const Json& each : document["by_covariate"]) {
-    if (each["kind"] != "number") continue;
-    Panel panel;
-    const std::string name = text_of(each["covariate"]);
-    panel.title = name;
-    panel.x = {.label = name, .unit = text_of(each["unit"])};
-    panel.y = {.label = "left, rms", .unit = "mm", .low = 0.0};
-    Series before{.name = "robot alone", .mark = Mark::kLineAndDots, .style = kMeasuredStyle};
-    Series after{.name = "with the causes", .mark = Mark::kLineAndDots, .style = kAfterStyle};
-    Series smooth{
-        .name = "less the smooth unknown", .mark = Mark::kLineAndDots, .style = kSmoothStyle};
-    for (std::size_t i = 0; i < each["at"].size(); ++i) {
-      const double at = each["at"][i].get<double>();
-      if (each["before_mm"][i].is_number()) {
-        before.x.push_back(at);
-        before.y.push_back(each["before_mm"][i].get<double>());
-      }
-      if (each["after_mm"][i].is_number()) {
-        after.x.push_back(at);
-        after.y.push_back(each["after_mm"][i].get<double>());
-        if (after.y.back() > worst) {
-          worst = after.y.back();
-          worst_at =
-              fmt::format("{} {} {}", name, text_of(each["label"][i]), text_of(each["unit"]));
-        }
-      }
-      if (each.contains("smooth_mm") && each["smooth_mm"][i].is_number()) {
-        smooth.x.push_back(at);
-        smooth.y.push_back(each["smooth_mm"][i].get<double>());
-      }
-      const auto cell = [&](const char* key) {
-        return each[key][i].is_number() ? number(each[key][i].get<double>(), 5)
-                                        : report::Cell{};
-      };
-      figure.table.rows.push_back(
-          {name, text_of(each["unit"]), text_of(each["label"][i]),
-           report::whole(each["readings"][i].get<int>()), cell("before_mm"), cell("after_mm")});
-    }
-    panel.series.push_back(std::move(before));
-    if (causes) panel.series.push_back(std::move(after));
-    if (!smooth.x.empty()) panel.series.push_back(std::move(smooth));
-    if (noise.is_number()) {
-      Series rule{.name = "noise", .mark = Mark::kRuleAcross, .style = kNoiseStyle};
-      rule.y = {noise.get<double>()};
-      panel.series.push_back(std::move(rule));
-    }
-    figure.chart.panels.push_back(std::move(panel));
+}
+
+double mean_length(const std::vector<Eigen::Vector2d>& shifts) {
+  double sum = 0.0;
+  for (const Eigen::Vector2d& each : shifts) sum += each.norm();
+  return sum / static_cast<double>(shifts.size());
+}
+
+double longest(const std::vector<Eigen::Vector2d>& shifts) {
+  double result = 0.0;
+  for (const Eigen::Vector2d& each : shifts) result = std::max(result, each.norm());
+  return result;
+}
+
+Panel shift_panel(
+    const studies::ToolShifts& shifts, const std::vector<Eigen::Vector2d>& shown,
+    const char* title, int style, double largest_mm) {
+  constexpr double kLongest_mm = 6.0;  // on the table of the chart
+  Panel panel;
+  panel.title = title;
+  panel.x = {.label = "x", .unit = "mm"};
+  panel.y = {.label = "y", .unit = "mm"};
+  panel.equal_scales = true;
+  panel.arrow_scale = report::round_down(kLongest_mm / largest_mm);
+  panel.arrow_key = report::round_down(largest_mm);
+  Series arrows{.mark = Mark::kArrows, .style = style};
+  arrows.x = shifts.x_mm;
+  arrows.y = shifts.y_mm;
+  for (const Eigen::Vector2d& each : shown) {
+    arrows.dx.push_back(each.x());
+    arrows.dy.push_back(each.y());
+  }
+  panel.series.push_back(std::move(arrows));
+  return panel;
+}
+
+report::Table shift_table(const studies::ToolShifts& shifts) {
+  report::Table table{.id = "tool_shift", .caption = "Shift of the tool by sample"};
+  table.columns = {
+      column("sample", "sample"),          column("x_mm", "x", "mm"),
+      column("y_mm", "y", "mm"),           column("before_x_mm", "before, in x", "mm"),
+      column("before_y_mm", "in y", "mm"), column("after_x_mm", "after, in x", "mm"),
+      column("after_y_mm", "in y", "mm")};
+  table.rows_on_page = kRowsOnPage;
+  for (std::size_t i = 0; i < shifts.sample.size(); ++i) {
+    const Eigen::Vector2d& before = shifts.before_mm[i];
+    const Eigen::Vector2d& after = shifts.after_mm[i];
+    table.rows.push_back(
+        {report::whole(shifts.sample[i]), number(shifts.x_mm[i], 3), number(shifts.y_mm[i], 3),
+         number(before.x(), 5), number(before.y(), 5), number(after.x(), 5),
+         number(after.y(), 5)});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::optional<report::Figure> signature_figure(const FoundCause& cause) {
+  if (!cause.signature) return std::nullopt;
+  const SignatureCurve& curve = *cause.signature;
+  const SignatureWords said = words_of(curve);
+  report::Figure figure;
+  figure.id = "signature";
+  figure.title =
+      capital(fmt::format("{}: {} against {}", named(cause), said.quantity, said.covariate));
+  figure.table = signature_table(curve, said);
+  Spread spread;
+  for (const studies::CurvePanel& each : curve.panels) {
+    figure.chart.panels.push_back(signature_panel(curve, each, said));
+    for (const studies::CurveGroup& group : each.groups) spread.add(group);
+  }
+  const std::size_t panels = figure.chart.panels.size();
+  figure.chart.panels_in_a_row = panels >= 3 ? 3 : static_cast<int>(panels);
+  constexpr int kTall = 300;
+  constexpr int kLow = 210;
+  figure.chart.panel_height = panels > 2 ? kLow : kTall;
+  if (said.as_it_came) {
+    figure.shows =
+        "Each reading as it was handed over, and as it is with the two dials exchanged, "
+        "against what the simulation says of that dial.";
+    figure.good = "Only the exchanged readings lie on the diagonal.";
+    figure.here = fmt::format(
+        "{} readings; as handed over they are {:.2f} mm off (rms).", spread.count,
+        spread.rms());
+    return figure;
+  }
+  figure.shows = fmt::format(
+      "Points: {} if the model leaves this cause out, all else as fitted. {}: the cause as "
+      "fitted.",
+      points_in_words(curve), curve.is_function ? "Line" : "Triangles");
+  figure.good =
+      "The points follow the fitted cause over the whole range and scatter about it evenly.";
+  const std::string how_large = size_in_words(cause);
+  figure.here = fmt::format(
+      "{}. The fitted cause reaches {:.3g} {}; {} points scatter about it by {:.2g} {} (rms).",
+      capital(how_large.empty() ? named(cause) : how_large), spread.largest_model, said.unit,
+      spread.count, spread.rms(), said.unit);
+  return figure;
+}
+
+std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
+  report::Figure figure;
+  figure.id = "left_by_covariate";
+  figure.title = "What is left by joint angle, position, time, temperature and reading";
+  const double noise_mm = result.noise.sigma_mm;
+  const bool causes = !result.extended_fit.effects.empty();
+  say_left(figure, causes, !result.unexplained.depends_on.empty());
+  figure.table = left_table(result);
+  for (const studies::LeftAlong& each : result.left_along) {
+    if (!is_number(each.along.axis)) continue;
+    figure.chart.panels.push_back(left_panel(each, causes, noise_mm));
   }
   if (figure.chart.panels.empty()) return std::nullopt;
   figure.chart.panels_in_a_row = 3;
   constexpr int kLow = 210;
   figure.chart.panel_height = kLow;
   figure.here = fmt::format(
-      "{}t most {:.4f} mm ({}); noise {}.", causes ? "After the causes a" : "A", worst,
-      worst_at, studies::millimetres(noise));
+      "{}t most {}; noise {}.", causes ? "After the causes a" : "A", worst_in_words(result),
+      millimetres(noise_mm));
   return figure;
 }
 
-std::optional<report::Figure> shift_figure(const Json& document) {
-  const Json& shifts = document["tool_shift"];
-  if (shifts["sample"].empty()) return std::nullopt;
-  const std::vector<double> x = numbers_of(shifts["x_mm"]);
-  const std::vector<double> y = numbers_of(shifts["y_mm"]);
+std::optional<report::Figure> shift_figure(const DiagnosisResult& result) {
+  const studies::ToolShifts& shifts = result.tool_shifts;
+  const double largest_mm = std::max(longest(shifts.before_mm), longest(shifts.after_mm));
+  if (!(largest_mm > 0.0)) return std::nullopt;
   report::Figure figure;
   figure.id = "tool_shift";
-  figure.title = "Where in the workspace the simulation is off, before and after";
-  figure.shows =
-      "Each arrow: the shift of the tool that explains the residuals of one sample best; on "
-      "the "
-      "left with the robot alone, on the right with the named causes, drawn to the same scale.";
-  figure.good = "On the right short arrows without order.";
-  figure.table = {.id = "tool_shift", .caption = "Shift of the tool by sample"};
-  figure.table.columns = {
-      column("sample", "sample"),          column("x_mm", "x", "mm"),
-      column("y_mm", "y", "mm"),           column("before_x_mm", "before, in x", "mm"),
-      column("before_y_mm", "in y", "mm"), column("after_x_mm", "after, in x", "mm"),
-      column("after_y_mm", "in y", "mm")};
-  figure.table.rows_on_page = kRowsOnPage;
-  const bool causes = !document["extended_model"]["effects"].empty();
-  if (!causes) {
+  const bool causes = !result.extended_fit.effects.empty();
+  figure.chart.panels.push_back(
+      shift_panel(shifts, shifts.before_mm, "robot alone", kMeasuredStyle, largest_mm));
+  const double before_mm = mean_length(shifts.before_mm);
+  std::string means = fmt::format("{:.4f} mm", before_mm);
+  if (causes) {
+    figure.title = "Where in the workspace the simulation is off, before and after";
+    figure.shows =
+        "Each arrow: the shift of the tool that explains the residuals of one sample best; on "
+        "the left with the robot alone, on the right with the named causes, drawn to the same "
+        "scale.";
+    figure.good = "On the right short arrows without order.";
+    figure.chart.panels.push_back(
+        shift_panel(shifts, shifts.after_mm, "with the causes", kAfterStyle, largest_mm));
+    means += fmt::format(" before and {:.4f} mm after", mean_length(shifts.after_mm));
+  } else {
     figure.title = "Where in the workspace the simulation is off";
     figure.shows =
         "Each arrow: the shift of the tool that explains the residuals of one sample best.";
     figure.good = "Short arrows without order.";
   }
-  double largest = 0.0;
-  std::vector<double> means;
-  std::vector<Panel> panels;
-  for (const auto& [key, title] :
-       {std::pair{"before_mm", "robot alone"}, std::pair{"after_mm", "with the causes"}}) {
-    Panel panel;
-    panel.title = title;
-    panel.x = {.label = "x", .unit = "mm"};
-    panel.y = {.label = "y", .unit = "mm"};
-    panel.equal_scales = true;
-    Series arrows{
-        .mark = Mark::kArrows,
-        .style = std::string_view(key) == "before_mm" ? kMeasuredStyle : kAfterStyle};
-    arrows.x = x;
-    arrows.y = y;
-    double sum = 0.0;
-    for (const Json& each : shifts[key]) {
-      const double dx = each[0].get<double>();
-      const double dy = each[1].get<double>();
-      arrows.dx.push_back(dx);
-      arrows.dy.push_back(dy);
-      largest = std::max(largest, std::hypot(dx, dy));
-      sum += std::hypot(dx, dy);
-    }
-    means.push_back(sum / static_cast<double>(x.size()));
-    panel.series.push_back(std::move(arrows));
-    panels.push_back(std::move(panel));
-  }
-  if (!(largest > 0.0)) return std::nullopt;
-  constexpr double kLongest_mm = 6.0;  // on the table of the chart
-  if (!causes) panels.pop_back();
-  for (Panel& panel : panels) {
-    panel.arrow_scale = report::round_down(kLongest_mm / largest);
-    panel.arrow_key = report::round_down(largest);
-    figure.chart.panels.push_back(std::move(panel));
-  }
   figure.chart.panels_in_a_row = 2;
   thin(figure, kMostMarks);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const Json& b = shifts["before_mm"][i];
-    const Json& a = shifts["after_mm"][i];
-    figure.table.rows.push_back(
-        {report::whole(shifts["sample"][i].get<int>()), number(x[i], 3), number(y[i], 3),
-         number(b[0].get<double>(), 5), number(b[1].get<double>(), 5),
-         number(a[0].get<double>(), 5), number(a[1].get<double>(), 5)});
-  }
+  figure.table = shift_table(shifts);
   figure.here = fmt::format(
-      "Mean length {:.4f} mm{}; noise of one reading {}.", means[0],
-      causes ? fmt::format(" before and {:.4f} mm after", means[1]) : std::string(),
-      studies::millimetres(document["noise"]["sigma_mm"]));
+      "Mean length {}; noise of one reading {}.", means, millimetres(result.noise.sigma_mm));
   return figure;
 }
 

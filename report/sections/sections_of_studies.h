@@ -9,6 +9,7 @@
 #include "session/session.h"
 #include "studies/calibration_result.h"
 #include "studies/compare.h"
+#include "studies/diagnosis_result.h"
 
 namespace sixdial::report {
 
@@ -30,10 +31,11 @@ namespace sixdial::report {
 
 /// The report's sections: causes with their signatures, what is left, gain, parameters, what
 /// could not be tested, limits.
-[[nodiscard]] std::vector<Section> diagnosis_sections(const Json& document);
+[[nodiscard]] std::vector<Section> diagnosis_sections(const studies::DiagnosisResult& result);
 
 /// A page of the diagnosis alone, as HTML.
 [[nodiscard]] std::string diagnosis_page(
-    const Json& document, const session::Session& session, const std::string& operator_name);
+    const studies::DiagnosisResult& result, const session::Session& session,
+    const std::string& operator_name);
 
 }  // namespace sixdial::report

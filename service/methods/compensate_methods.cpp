@@ -8,6 +8,7 @@
 
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
@@ -57,7 +58,8 @@ Json target(const Call& call) {
     if (call.params.contains("temperature_c")) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
-    const studies::ExtendedCommand command(Json::parse(record.json), rig);
+    const studies::ExtendedCommand command(
+        report::diagnosis_from_json(Json::parse(record.json)).extended_fit, rig);
     answer = report::to_json(studies::commanded_target(
         command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
@@ -84,7 +86,10 @@ Json plan(const Call& call) {
   const session::Plan compensated =
       extended
           ? studies::extended_plan(
-                asked, studies::ExtendedCommand(document, rig), rig, "", temperature_c)
+                asked,
+                studies::ExtendedCommand(
+                    report::diagnosis_from_json(document).extended_fit, rig),
+                rig, "", temperature_c)
           : studies::compensated_plan(
                 asked, studies::compensation_model(report::calibration_from_json(document), by),
                 rig);
@@ -156,6 +161,13 @@ void follow(const JobControl& control, Collection& collection) {
   }
 }
 
+/// What a diagnosis says of the extended model on points that were not fitted, or null.
+Json predicted_by(const std::optional<studies::DiagnosisResult>& diagnosis) {
+  if (!diagnosis) return nullptr;
+  const auto* row = studies::gain_row(*diagnosis, diagnosis::GainModel::kExtended);
+  return row == nullptr ? Json(nullptr) : report::to_json(*row);
+}
+
 Json start_validation(const Call& call) {
   Service& service = call.service;
   const db::ResultRecord record = calibration_record(call);
@@ -166,10 +178,12 @@ Json start_validation(const Call& call) {
       std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();
   std::optional<db::ResultRecord> extending;
   if (extended) extending = extending_record(call);
-  const Json diagnosis = extending ? Json::parse(extending->json) : Json(nullptr);
+  std::optional<studies::DiagnosisResult> diagnosis;
+  if (extending) diagnosis = report::diagnosis_from_json(Json::parse(extending->json));
   const session::Session calibrated = service.reader().load_session(record.session);
   const auto rig_text = param_or<std::string>(call.params, "rig_toml", calibrated.rig_text);
-  session::Plan plan = studies::validation_plan(calibrated, calibration, request, diagnosis);
+  session::Plan plan = studies::validation_plan(
+      calibrated, calibration, request, diagnosis ? &*diagnosis : nullptr);
   const auto wanted = param_or<std::string>(call.params, "name", "");
   if (!wanted.empty()) check_session_name(wanted);
   if (service.collection().active()) {
@@ -195,7 +209,7 @@ Json start_validation(const Call& call) {
   job.params.erase("rig_toml");
   const Job started = service.jobs().start(
       std::move(job),
-      [&service, calibrated, calibration, request, diagnosis,
+      [&service, calibrated, calibration, request, predicted = predicted_by(diagnosis),
        diagnosis_id = extending ? std::optional(extending->id.value) : std::nullopt,
        plan = std::move(plan), rig_text, name, calibration_id = record.id, caller = call.caller,
        id = record.session](const JobControl& control, const Job& self) {
@@ -219,7 +233,7 @@ Json start_validation(const Call& call) {
         }
         studies::ValidationResult validated = studies::validation_result(
             calibrated, calibration, service.reader().load_session(measured), request,
-            diagnosis);
+            predicted);
         validated.inputs.calibration_result = calibration_id.value;
         validated.inputs.diagnosis_result = diagnosis_id;
         validated.troubles = report::not_measured_from_json(status["troubles"]);

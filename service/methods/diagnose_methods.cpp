@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "report/documents/diagnosis_json.h"
 #include "report/sections/sections_of_studies.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
@@ -23,7 +24,7 @@ Json start_diagnosis(const Call& call) {
       [request](
           const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
-        return studies::diagnose(session, request, progress, std::move(stop));
+        return report::to_json(studies::diagnose(session, request, progress, std::move(stop)));
       });
 }
 
@@ -32,9 +33,10 @@ Json write_page(const Call& call) {
   const db::ResultRecord record = diagnosis_record(call);
   db::Store& reader = call.service.reader();
   session::write_file(
-      path.string(), report::diagnosis_page(
-                         Json::parse(record.json), reader.load_session(record.session),
-                         reader.session_info(record.session).who.name));
+      path.string(),
+      report::diagnosis_page(
+          report::diagnosis_from_json(Json::parse(record.json)),
+          reader.load_session(record.session), reader.session_info(record.session).who.name));
   return {{"path", path.string()}, {"result", record.id.value}};
 }
 

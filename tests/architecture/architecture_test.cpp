@@ -1,6 +1,7 @@
 // Reads the includes of every folder and refuses an arrow that allowed.txt does not name.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -91,6 +92,66 @@ TEST(Architecture, EveryFolderWithCodeIsListed) {
     }
     EXPECT_TRUE(!code || allowed.contains(name)) << name << " is not in allowed.txt";
   }
+}
+
+/// Lines of a list, without its comments.
+std::vector<std::string> lines_of(const std::string& file) {
+  std::ifstream in(sixdial::test_paths::source_dir() + "/tests/architecture/" + file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty() && line[0] != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
+const std::regex& five_bar_words() {
+  static const std::regex words(
+      R"re(theta1|\bl11\b|kParameterCount|Parameter(Vector|Matrix|Jacobian)\b)re");
+  return words;
+}
+
+/// The first line of a text that says what only a five-bar has; 0: none does.
+int says_five_bar(std::istream& text) {
+  int number = 0;
+  for (std::string line; std::getline(text, line);) {
+    ++number;
+    if (std::regex_search(line, five_bar_words())) return number;
+  }
+  return 0;
+}
+
+TEST(Architecture, OnlyListedFilesKnowThatTheRobotIsAFiveBar) {
+  constexpr std::size_t kMost = 36;  // names in the list: it only gets shorter
+  const std::vector<std::string> listed = lines_of("five_bar_words.txt");
+  EXPECT_LE(listed.size(), kMost);
+  const std::set<std::string> free_to{"geometry", "mock_devices", "session"};
+  const fs::path root = sixdial::test_paths::source_dir();
+  int files = 0;
+  for (const auto& [folder, unused] : the_allowed()) {
+    if (free_to.contains(folder) || !fs::exists(root / folder)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp" && extension != ".js") continue;
+      const std::string name = fs::relative(entry.path(), root);
+      const bool may = std::any_of(listed.begin(), listed.end(), [&](const std::string& each) {
+        return each.ends_with('/') ? name.starts_with(each) : name == each;
+      });
+      ++files;
+      if (may || name.starts_with("db/migrations/")) continue;
+      std::ifstream in(entry.path());
+      const int line = says_five_bar(in);
+      EXPECT_EQ(line, 0) << name << ":" << line
+                         << ": take joints and parameters from the robot kind's lists";
+    }
+  }
+  EXPECT_GT(files, 100);
+}
+
+TEST(Architecture, AFiveBarsWordIsFoundByItsLine) {
+  std::istringstream text("int q;\ngeometry::ParameterVector v;\n");
+  EXPECT_EQ(says_five_bar(text), 2);
+  std::istringstream other("double theta = 1; int l112; ParameterVectors all;\n");
+  EXPECT_EQ(says_five_bar(other), 0);
 }
 
 TEST(Architecture, AWrongArrowIsNamedByFileAndLine) {

@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "calibration/online.h"
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {
@@ -99,6 +99,7 @@ TEST(Design, WorkingModesPooledMakeTheParametersWellConditioned) {
       set.assembly.push_back(poses[i].assembly);
       set.covariance_mm2.push_back(kR);
     }
+    set.target_mm.resize(poses.size());
     return assess_positions(set, kNominal, kNominal).fit.condition();
   };
   const double single = condition(one, 10);

@@ -7,8 +7,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "calibration/five_bar/swarm_kernels.h"
 #include "calibration/random.h"
-#include "calibration/swarm_kernels.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

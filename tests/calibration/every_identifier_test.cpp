@@ -55,7 +55,7 @@ TEST_P(EveryIdentifier, FindsTheRobotWithinThreeSigmaOnFreshPoses) {
   EXPECT_LT(fresh.rmse(found.x), 0.003 * std::sqrt(2.0) * 1.35);
   for (int i = 0; i < space.parameters(); ++i) {
     EXPECT_LT(std::abs(found.x[i] - session.robot[i]), 3.5 * std::sqrt(found.covariance(i, i)))
-        << space.parameter_names[static_cast<std::size_t>(i)];
+        << space.parameter_info[static_cast<std::size_t>(i)].name;
   }
 }
 
@@ -111,12 +111,13 @@ TEST_P(EveryIdentifier, FewPointsDoNotThrowTheArmsAway) {
   const auto session = simulate(plan, 6);
   const auto space = position_space(session.g1, session.nominal);
   const auto found = identify(*GetParam(), space, quick());
-  EXPECT_LT((found.x - session.nominal).cwiseQuotient(space.scale).cwiseAbs().maxCoeff(), 12.0);
+  EXPECT_LT(
+      (found.x - session.nominal).cwiseQuotient(space.scale()).cwiseAbs().maxCoeff(), 12.0);
   EXPECT_GE(found.fit.held, 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    , EveryIdentifier, ::testing::ValuesIn(all_identifiers().begin(), all_identifiers().end()),
+    , EveryIdentifier, ::testing::ValuesIn(all_identifiers()),
     [](const auto& each) { return std::string{each.param->name}; });
 
 TEST(Identifiers, AreFoundByTheirNamesWhichAreUnique) {
@@ -163,7 +164,7 @@ TEST(DialSpace, DerivativesAreThoseOfDifferences) {
       Eigen::MatrixXd J(rows, space.parameters());
       ASSERT_TRUE(space.evaluate(sample, x, e, &J));
       for (int i = 0; i < space.parameters(); ++i) {
-        const double h = 1e-5 * space.scale[i];
+        const double h = 1e-5 * space.scale()[i];
         Eigen::VectorXd moved = x;
         moved[i] += h;
         ASSERT_TRUE(space.evaluate(sample, moved, high, nullptr));
@@ -208,7 +209,7 @@ TEST(DialSpace, AFreeMountIsFittedWithItsRotationsEliminated) {
   EXPECT_EQ(found.status, FitStatus::kConverged);
   for (int i = 0; i < 10; ++i) {
     EXPECT_LT(std::abs(found.x[i] - session.robot[i]), 4.5 * std::sqrt(found.covariance(i, i)))
-        << space.parameter_names[static_cast<std::size_t>(i)];
+        << space.parameter_info[static_cast<std::size_t>(i)].name;
   }
 }
 

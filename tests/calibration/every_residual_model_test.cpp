@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "calibration/bpnn_kernel.h"
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
 #include "calibration/residual_model.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {
@@ -139,8 +139,7 @@ TEST_P(EveryResidualModel, RefusesTooFewSamples) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    , EveryResidualModel,
-    ::testing::ValuesIn(all_residual_models().begin(), all_residual_models().end()),
+    , EveryResidualModel, ::testing::ValuesIn(all_residual_models()),
     [](const auto& each) { return std::string{each.param->name}; });
 
 TEST(ResidualModels, TheProcessKnowsHowSureItIs) {
@@ -184,14 +183,15 @@ TEST(Bpnn, GradientIsTheDerivativeOfTheError) {
   for (double& each : arrays.reshaped()) each = random.uniform(-1, 1);
   arrays.col(4).setOnes();
   arrays(15, 4) = 0.0;  // padding
-  Eigen::VectorXd weights(kHidden * kUnitWeights + 2);
+  const BpnnShape shape{2, kHidden, 2};
+  Eigen::VectorXd weights(shape.weights());
   for (double& each : weights) each = random.uniform(-1, 1);
   Eigen::VectorXd gradient(weights.size());
   Eigen::VectorXd scratch((2 + kHidden) * kPadded);
   const auto error = [&](const Eigen::VectorXd& w, double* g) {
     return bpnn_error(
-        kHidden, kPadded, arrays.col(0).data(), arrays.col(1).data(), arrays.col(2).data(),
-        arrays.col(3).data(), arrays.col(4).data(), w.data(), g, scratch.data());
+        shape, kPadded, arrays.col(0).data(), arrays.col(2).data(), arrays.col(4).data(),
+        w.data(), g, scratch.data());
   };
   const double value = error(weights, gradient.data());
   double plain = 0.0;

@@ -111,7 +111,7 @@ TEST_P(EveryIdentifierInEverySpace, APerfectStartStays) {
     space.nominal[geometry::kParameterCount] = session.clamp_rad;
   }
   const auto found = run(space);
-  EXPECT_LT((found.x - space.nominal).cwiseQuotient(space.scale).norm(), 1e-8);
+  EXPECT_LT((found.x - space.nominal).cwiseQuotient(space.scale()).norm(), 1e-8);
 }
 
 TEST_P(EveryIdentifierInEverySpace, LockedParametersDoNotMove) {

@@ -7,8 +7,8 @@
 #include "calibration/identifiability.h"
 #include "calibration/identifier.h"
 #include "calibration/pipeline.h"
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {
@@ -34,7 +34,7 @@ TEST(Ladder, TruthHasZeroResidual) {
 
 TEST(Ladder, PerfectStartStays) {
   const auto session = simulate(exact(), 1);
-  PositionFitSettings settings;
+  SpaceFitSettings settings;
   settings.start = session.robot;
   const auto fit = fit_positions(session.g1, session.nominal, settings);
   EXPECT_LT((fit.v - session.robot).cwiseAbs().maxCoeff(), 1e-9);
@@ -67,8 +67,8 @@ TEST(Ladder, PerturbedStartRecoversWithinThreeSigma) {
 
 TEST(Ladder, LockedParametersDoNotMove) {
   const auto session = simulate({}, 3);
-  PositionFitSettings settings;
-  settings.fixed[geometry::kD] = settings.fixed[geometry::kAlpha] = true;
+  SpaceFitSettings settings;
+  settings.fixed = testing::fixed({geometry::kD, geometry::kAlpha});
   const auto fit = fit_positions(session.g1, session.nominal, settings);
   EXPECT_EQ(fit.v[geometry::kD], session.nominal[geometry::kD]);
   EXPECT_EQ(fit.v[geometry::kAlpha], session.nominal[geometry::kAlpha]);
@@ -117,7 +117,7 @@ TEST(Ladder, TwiceAndFromAnotherStartGiveTheSame) {
   const auto first = fit_positions(session.g1, session.nominal);
   const auto again = fit_positions(session.g1, session.nominal);
   EXPECT_EQ(first.v, again.v);
-  PositionFitSettings settings;
+  SpaceFitSettings settings;
   settings.start = session.nominal + 0.5 * parameter_scale();
   const auto other = fit_positions(session.g1, session.nominal, settings);
   EXPECT_LT((first.v - other.v).cwiseQuotient(parameter_scale()).norm(), 1e-6);
@@ -184,8 +184,9 @@ SessionPlan coaxial() {
 
 TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
   const auto session = simulate(coaxial(), 4);
-  PositionFitSettings settings;
-  settings.fixed[geometry::kD] = true;  // the motors are on one axis by construction
+  SpaceFitSettings settings;
+  settings.fixed =
+      testing::fixed({geometry::kD});  // the motors are on one axis by construction
   const auto fit = fit_positions(session.g1, session.nominal, settings);
   EXPECT_EQ(fit.fit.status, FitStatus::kConverged);
   EXPECT_EQ(fit.fit.held, 1);
@@ -231,7 +232,7 @@ TEST(Identifiability, ExactDataOfACoaxialRobotGiveItsLinksFromAnyStartOfD) {
   plan.noise_mm = 0.0;
   const auto session = simulate(plan, 4);
   for (const double start_mm : {-2.0, 0.0, 3.0}) {
-    PositionFitSettings settings;
+    SpaceFitSettings settings;
     settings.start = session.nominal;
     (*settings.start)[geometry::kD] = start_mm;
     const auto fit = fit_positions(session.g1, session.nominal, settings);
@@ -271,7 +272,7 @@ TEST(PositionFit, FiveOfAHundredGrossErrorsDoNotHurtARobustFit) {
   for (int i = 0; i < session.g1.size(); i += 20) {
     session.g1.p_WE.col(i) += Eigen::Vector2d(random.uniform(0.05, 0.5), -0.2);
   }
-  PositionFitSettings settings;
+  SpaceFitSettings settings;
   settings.loss = Loss::kCauchy;
   const auto plain = fit_positions(session.g1, session.nominal);
   EXPECT_GT(std::abs(plain.v[geometry::kX0] - clean.v[geometry::kX0]), 0.05);
@@ -306,7 +307,7 @@ TEST(Table2, RobotShowsThePapersErrorBeforeCalibration) {
 TEST(Observations, NoiseComesFromRepeats) {
   const auto session = simulate({}, 9);
   PositionObservations repeated = session.g1;
-  EXPECT_FALSE(noise_from_repeats(repeated).has_value());
+  EXPECT_FALSE(repeat_noise(position_space(repeated, session.nominal)).has_value());
   std::vector<int> twice;
   for (int i = 0; i < 100; ++i) twice.insert(twice.end(), {i, i, i});
   repeated = session.g1.subset(twice);
@@ -314,7 +315,7 @@ TEST(Observations, NoiseComesFromRepeats) {
   for (int i = 0; i < repeated.size(); ++i) {
     repeated.p_WE.col(i) += 0.002 * Eigen::Vector2d(random.normal(), random.normal());
   }
-  const auto noise = noise_from_repeats(repeated);
+  const auto noise = repeat_noise(position_space(repeated, session.nominal));
   ASSERT_TRUE(noise);
   EXPECT_EQ(noise->degrees_of_freedom, 400);
   EXPECT_LT(std::abs(noise->sigma_mm / 0.002 - 1.0), 0.15);
@@ -322,6 +323,7 @@ TEST(Observations, NoiseComesFromRepeats) {
 
 TEST(Observations, LeaveOutTrialsWithoutAPosition) {
   std::vector<simulation::Trial> trials(3);
+  for (simulation::Trial& trial : trials) trial.q = Eigen::Vector2d::Zero();
   trials[0].position_mm = Eigen::Vector2d(1, 2);
   trials[2].position_mm = Eigen::Vector2d(std::nan(""), 2);
   trials[0].sample = 7;

@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "calibration/identifiability.h"
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

@@ -2,8 +2,8 @@
 // careful one (geometry/robots/five_bar.h, QR, singular values).
 #include <gtest/gtest.h>
 
-#include "calibration/position_fit.h"
-#include "calibration/position_kernel.h"
+#include "calibration/five_bar/position_kernel.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "calibration/position_fit.h"
 #include "calibration/random.h"
+#include "calibration/space_fit.h"
 #include "tests/calibration/support.h"
 
 namespace sixdial::calibration {
@@ -77,8 +77,8 @@ TEST(Online, EndsWhereTheFitOfAllSamplesEnds) {
   const auto session = simulate({}, 5);
   OnlineEstimator usual(session.nominal);
   for (int i = 0; i < session.g1.size(); ++i) usual.add(trial_of(session.g1, i));
-  PositionFitSettings settings;
-  settings.weigh_by_covariance = true;
+  SpaceFitSettings settings;
+  settings.weighting = Weighting::kByCovariance;
   const auto fit = fit_positions(session.g1, session.nominal, settings);
   ASSERT_EQ(fit.fit.held, 0);
   for (int i = 0; i < geometry::kParameterCount; ++i) {

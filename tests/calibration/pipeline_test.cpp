@@ -107,8 +107,8 @@ Distribution network_effect(double non_kinematic) {
       const Result r = run(session.g1, session.g2, session.nominal, settings);
       result.ratio.push_back(
           r.errors("ekf_dqpso+anfis").g2.mean_mm / r.errors("ekf_dqpso").g2.mean_mm);
-      result.networks +=
-          (r.anfis_x.model.functions > 0 ? 1 : 0) + (r.anfis_y.model.functions > 0 ? 1 : 0);
+      result.networks += (r.networks[0].model.functions > 0 ? 1 : 0) +
+                         (r.networks[1].model.functions > 0 ? 1 : 0);
     }
   }
   return result;
@@ -147,8 +147,8 @@ TEST(Pipeline, IsTheSameBitForBitTwiceAndWithTwoThreads) {
       EXPECT_EQ(one.v, other->v);
       EXPECT_EQ(one.qpso1_history_mm, other->qpso1_history_mm);
       EXPECT_EQ(one.qpso2_history_mm, other->qpso2_history_mm);
-      EXPECT_EQ(one.anfis_x.model.consequents, other->anfis_x.model.consequents);
-      EXPECT_EQ(one.anfis_y.model.consequents, other->anfis_y.model.consequents);
+      EXPECT_EQ(one.networks[0].model.consequents, other->networks[0].model.consequents);
+      EXPECT_EQ(one.networks[1].model.consequents, other->networks[1].model.consequents);
       for (std::size_t k = 0; k < one.table_6.size(); ++k) {
         EXPECT_EQ(one.table_6[k].g2_mm, other->table_6[k].g2_mm);
       }
@@ -170,7 +170,7 @@ TEST(Pipeline, PaperProfileDoesWhatIsPrinted) {
   EXPECT_EQ(result.settings.coordinates, SearchCoordinates::kRaw);
   EXPECT_EQ(result.qpso1_history_mm.size(), 101U);
   EXPECT_EQ(result.qpso2_history_mm.size(), 401U);
-  for (const AnfisReport* anfis : {&result.anfis_x, &result.anfis_y}) {
+  for (const AnfisReport* anfis : {&result.networks[0], &result.networks[1]}) {
     EXPECT_EQ(anfis->model.rules(), 36);
     EXPECT_EQ(anfis->model.consequents.size(), 108);
     EXPECT_EQ(anfis->train_rmse_mm.size(), 500U);
@@ -243,7 +243,7 @@ TEST(Pipeline, WorksWithoutValidationPoints) {
 TEST(Pipeline, LockedParametersDoNotMove) {
   const auto session = simulate({}, 16);
   Settings settings;
-  settings.fixed[geometry::kD] = settings.fixed[geometry::kY0] = true;
+  settings.fixed = testing::fixed({geometry::kD, geometry::kY0});
   for (const auto coordinates : {SearchCoordinates::kWhitened, SearchCoordinates::kRaw}) {
     settings.coordinates = coordinates;
     const Result result = run(session.g1, session.g2, session.nominal, settings);

@@ -199,4 +199,10 @@ MeasuredSession measured_session_00() {
   return session;
 }
 
+std::vector<char> fixed(std::initializer_list<int> parameters) {
+  std::vector<char> result(geometry::kParameterCount, 0);
+  for (const int each : parameters) result[static_cast<std::size_t>(each)] = 1;
+  return result;
+}
+
 }  // namespace sixdial::calibration::testing

@@ -2,10 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "calibration/observations.h"
+#include "calibration/comparison.h"
+#include "calibration/five_bar/spaces.h"
+#include "calibration/pipeline.h"
+#include "calibration/space_fit.h"
 #include "geometry/rig.h"
 
 namespace sixdial::calibration::testing {
@@ -62,4 +69,57 @@ struct MeasuredSession {
 };
 [[nodiscard]] MeasuredSession measured_session_00();
 
+/// A list that holds these parameters of the five-bar's ten at nominal.
+[[nodiscard]] std::vector<char> fixed(std::initializer_list<int> parameters);
+
 }  // namespace sixdial::calibration::testing
+
+// The methods on measured positions of a five-bar: each makes the space.
+namespace sixdial::calibration {
+
+[[nodiscard]] inline FilterRun filter_positions(
+    const PositionObservations& set, const geometry::ParameterVector& nominal,
+    const FilterSettings& settings = {}) {
+  return run_filter(position_space(set, nominal), settings);
+}
+[[nodiscard]] inline SpaceFit fit_positions(
+    const PositionObservations& set, const geometry::ParameterVector& nominal,
+    const SpaceFitSettings& settings = {}) {
+  return fit_space(position_space(set, nominal), settings);
+}
+[[nodiscard]] inline SpaceFit assess_positions(
+    const PositionObservations& set, const geometry::ParameterVector& nominal,
+    const geometry::ParameterVector& v) {
+  return assess_space(position_space(set, nominal), v);
+}
+[[nodiscard]] inline Eigen::Matrix2Xd position_residuals(
+    const PositionObservations& set, const geometry::ParameterVector& v) {
+  return position_errors(position_space(set, v), v);
+}
+[[nodiscard]] inline double position_rmse(
+    const PositionObservations& set, const geometry::ParameterVector& v) {
+  return position_rmse(position_space(set, v), v);
+}
+[[nodiscard]] inline LeastSquaresProblem position_problem(const PositionObservations& set) {
+  return position_space(set, geometry::table_2_robot()).problem(Weighting::kAlike);
+}
+[[nodiscard]] inline tl::expected<Result, Trouble> run_dqpso_anfis(
+    const PositionObservations& g1, const PositionObservations& g2,
+    const geometry::ParameterVector& nominal, const Settings& settings = {},
+    const ProgressCallback& progress = {}, std::stop_token stop = {}) {
+  return run_dqpso_anfis(
+      position_space(g1, nominal), position_space(g2, nominal), settings, progress,
+      std::move(stop));
+}
+[[nodiscard]] inline tl::expected<Comparison, Trouble> compare_methods(
+    const ObservationSpace& space, const PositionObservations& g1,
+    const PositionObservations& g2, const geometry::ParameterVector& nominal,
+    const std::vector<MethodChoice>& methods, const ComparisonSettings& settings = {},
+    const std::function<void(const ComparisonProgress&)>& progress = {},
+    const std::stop_token& stop = {}) {
+  return compare_methods(
+      space, position_space(g1, nominal), position_space(g2, nominal), methods, settings,
+      progress, stop);
+}
+
+}  // namespace sixdial::calibration

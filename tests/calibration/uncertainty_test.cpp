@@ -57,7 +57,7 @@ TEST(Noise, ComesFromRepeatsWhereThereAreAny) {
   const auto session = repeated(0.0, 0.004);
   for (const bool dials : {false, true}) {
     const auto space = dials ? dial_space(session.g1, session.rig) : positions(session);
-    const auto noise = noise_estimate(space, session.g1, fit(space).fit);
+    const auto noise = noise_estimate(space, fit(space).fit);
     EXPECT_EQ(noise.source, NoiseSource::kRepeats);
     EXPECT_EQ(noise.degrees_of_freedom, dials ? 2 * space.rows() / 3 : 120);
     EXPECT_LT(std::abs(noise.sigma_mm / 0.004 - 1.0), 0.2);
@@ -69,7 +69,7 @@ TEST(Noise, ComesFromRepeatsWhereThereAreAny) {
 TEST(Noise, SaysWhenTheFitLeavesMoreThanRepeatsShow) {
   const auto session = repeated(0.02, 0.002);  // what points have of their own is no noise
   const auto space = positions(session);
-  const auto noise = noise_estimate(space, session.g1, fit(space).fit);
+  const auto noise = noise_estimate(space, fit(space).fit);
   EXPECT_EQ(noise.source, NoiseSource::kRepeats);
   EXPECT_LT(std::abs(noise.sigma_mm / 0.002 - 1.0), 0.2);
   ASSERT_TRUE(noise.lack_of_fit);
@@ -80,7 +80,7 @@ TEST(Noise, SaysWhenTheFitLeavesMoreThanRepeatsShow) {
 TEST(Noise, ComesFromTheResidualElse) {
   const auto session = simulate_dials(plan(100), 5);
   const auto space = dial_space(session.g1, session.rig);
-  const auto noise = noise_estimate(space, session.g1, fit(space).fit);
+  const auto noise = noise_estimate(space, fit(space).fit);
   EXPECT_EQ(noise.source, NoiseSource::kResidual);
   EXPECT_LT(std::abs(noise.sigma_mm / 0.002 - 1.0), 0.1);
   EXPECT_NE(noise.words.find("leaves over"), std::string::npos);
@@ -89,7 +89,7 @@ TEST(Noise, ComesFromTheResidualElse) {
 TEST(Noise, ComesFromTheRigFileWhereTheFitHasNoFreedom) {
   const auto session = simulate_dials(plan(6), 6);
   const auto space = positions(session);
-  const auto noise = noise_estimate(space, session.g1, fit(space).fit);
+  const auto noise = noise_estimate(space, fit(space).fit);
   EXPECT_EQ(noise.source, NoiseSource::kRigFile);
   EXPECT_EQ(noise.degrees_of_freedom, 0);
   EXPECT_EQ(noise.sigma_mm, space.mean_sigma());
@@ -101,7 +101,7 @@ TEST(Noise, ComesFromTheRigFileWhereTheFitHasNoFreedom) {
 TEST(Noise, OfAFreeCuboidLeavesItsRotationsOutOfTheFreedom) {
   const auto session = simulate_dials(plan(100), 7, geometry::Mount::kFree);
   const auto space = dial_space(session.g1, session.rig);
-  const auto noise = noise_estimate(space, session.g1, fit(space).fit);
+  const auto noise = noise_estimate(space, fit(space).fit);
   EXPECT_LT(std::abs(noise.sigma_mm / 0.002 - 1.0), 0.1);
 }
 
@@ -117,7 +117,7 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
     const auto session = simulate_dials(plan(40), static_cast<std::uint64_t>(700 + k));
     const auto space = positions(session);
     const auto found = fit(space);
-    const auto noise = noise_estimate(space, session.g1, found.fit);
+    const auto noise = noise_estimate(space, found.fit);
     Eigen::MatrixXd covariance;
     static_cast<void>(estimates_with_noise(space, found.fit, noise, covariance));
     const ParameterVector v = found.x;

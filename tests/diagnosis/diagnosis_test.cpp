@@ -168,17 +168,19 @@ TEST(Diagnosis, MeasuresWhatNamingGainsAndConfirmsIt) {
   EXPECT_GT(cause.gain_mm, 0.002);
   ASSERT_EQ(cause.estimate.size(), 1U);
   EXPECT_LT(std::abs(cause.estimate[0].value - 4e-4), 4 * cause.estimate[0].sd);
-  const auto row = [&](std::string_view name) -> const GainRow& {
+  const auto row = [&](GainModel model, bool network = false) -> const GainRow& {
     for (const GainRow& each : verdict.gain) {
-      if (each.name == name) return each;
+      if (each.model == model && each.network == network) return each;
     }
-    throw std::out_of_range(std::string(name));
+    throw std::out_of_range("no such row");
   };
-  EXPECT_LT(row("extended").high_mm, 0.0) << "better than calibrated beyond doubt";
-  EXPECT_LT(row("extended").mean_mm, row("calibrated + ANFIS").mean_mm);
-  EXPECT_LT(
-      std::abs(row("without joint_backlash@joint2").mean_mm - row("calibrated").mean_mm), 1e-4);
-  EXPECT_GT(row("extended").removed_share, 0.9);
+  const GainRow& extended = row(GainModel::kExtended);
+  EXPECT_LT(extended.high_mm, 0.0) << "better than calibrated beyond doubt";
+  EXPECT_LT(extended.mean_mm, row(GainModel::kCalibrated, true).mean_mm);
+  const GainRow& without = row(GainModel::kWithout);
+  EXPECT_EQ(without.without, cause.finding.hypothesis);
+  EXPECT_LT(std::abs(without.mean_mm - row(GainModel::kCalibrated).mean_mm), 1e-4);
+  EXPECT_GT(extended.removed_share, 0.9);
 }
 
 TEST(Diagnosis, SaysScatterWhereTheNoiseIsLargerThanItsRepeats) {

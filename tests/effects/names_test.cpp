@@ -27,12 +27,11 @@ const std::map<std::string, std::set<std::string>> kOtherMeanings{
     {"report/report_run.cpp", {"step"}},  // of an optimiser
     {"studies/calibrate.cpp", {"step"}},  // of an optimiser
     // Words and curves that move into the effects' rows.
-    {"report/sections/diagnosis_figures.cpp", {"dial_swap"}},
     {"studies/diagnosis_curves.cpp",
      {"base_drift", "cuboid_offset", "cuboid_size", "dial_hysteresis", "dial_lean",
       "joint_backlash", "joint_compliance", "link_thermal_growth", "passive_clearance",
       "step"}},
-    {"studies/diagnosis_words.cpp",
+    {"report/words/diagnosis_words.cpp",
      {"base_drift", "cuboid_offset", "dial_cyclic", "dial_swap", "joint_compliance",
       "joint_eccentricity", "joint_second_harmonic", "step"}},
 };

@@ -196,6 +196,23 @@ TEST(Trials, TakeAnInstrumentsPositionBeforeTheDials) {
   EXPECT_TRUE(trial.position_channels.empty());
 }
 
+TEST(Trials, OfARigOfPositionsNeedNeitherCuboidNorDials) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.dials.clear();
+  rig.instrument = {.kind = "position", .sd_mm = 0.02};
+  rig.cuboid.reference_pose_mm = {900, 900};  // nobody looks at it
+  Sample sample;
+  sample.set = "G1";
+  sample.q = geometry::inverse(rig.robot.nominal, Vector2d(28, 48), {+1, +1}).value();
+  set_position(sample, 0, Vector2d(28.5, 48.5));
+  const auto trial = trial_of(rig, sample);
+  EXPECT_EQ(trial.position_mm.value(), Vector2d(28.5, 48.5));
+  EXPECT_EQ(trial.assembly, Assembly::kLeft);
+  EXPECT_EQ(trial.position_covariance, Eigen::Matrix2d(0.0004 * Eigen::Matrix2d::Identity()));
+  EXPECT_TRUE(trial.reading.empty());
+  EXPECT_FALSE(trial.gamma_rad);
+}
+
 TEST(Trials, TakeTheDialsSpreadFromTheRigFile) {
   const geometry::Rig rig = geometry::default_rig();
   geometry::Rig coarse = rig;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "geometry/by_dual.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -102,6 +104,63 @@ TEST(ForwardModel, AFreeMountTakesGammaFromTheCaller) {
       ((moved->reading - seen->reading) / 1e-6 - seen->reading_J_gamma).norm(),
       1e-4 * seen->reading_J_gamma.norm());
   EXPECT_EQ(seen->reading_J.col(model.find("clamp").value()).norm(), 0.0);
+}
+
+TEST(ForwardModel, OfPositionsHasTheRobotsParametersOnlyAndReadsWhereTheToolIs) {
+  geometry::Rig rig = geometry::default_rig();
+  rig.instrument.kind = "position";
+  rig.dials.clear();
+  rig.cuboid.reference_pose_mm = {900, 900};  // nobody needs it
+  const ForwardModel model(rig);
+  EXPECT_EQ(model.parameter_count(), model.robot_parameter_count());
+  EXPECT_FALSE(model.find("clamp"));
+  const Vector2d q = *geometry::inverse(rig.robot.nominal, {25, 45}, {});
+  const auto seen = model.predict(model.nominal(), q, geometry::Assembly::kLeft);
+  ASSERT_TRUE(seen);
+  EXPECT_LT((seen->reading - Vector2d(25, 45)).norm(), 1e-11);
+  EXPECT_EQ(seen->reading_J, seen->position_J.topRows<2>());
+  EXPECT_EQ(seen->in_contact, (std::vector<bool>{true, true}));
+}
+
+/// Three slides that are not quite square: a robot in space with parameters of its own.
+struct Slides {
+  template <typename T>
+  static geometry::Reached frames(
+      const geometry::RobotModel&, std::span<const T> v, std::span<const T> q,
+      geometry::Assembly, std::span<geometry::Pose<T>> X) {
+    X[0].p = Eigen::Matrix<T, 3, 1>(q[0] + v[0] * q[1], q[1] + v[1] * q[2], q[2] + v[2]);
+    return {};
+  }
+};
+
+TEST(ForwardModel, TakesAnyRobotAndPositionsInSpace) {
+  static const geometry::RobotKind& kind = geometry::add_robot_kind(
+      {.name = "slides",
+       .in_words = "three slides",
+       .example = [] { return std::make_shared<const geometry::RobotModel>(); },
+       .forward = geometry::forward_of<Slides>,
+       .forward_derivative = geometry::derivative_of<Slides>});
+  auto robot = std::make_shared<geometry::RobotModel>();
+  robot->kind = &kind;
+  for (const char* name : {"x", "y", "z"}) {
+    robot->joints.push_back({name, geometry::JointKind::kPrismatic});
+  }
+  robot->parameters = {
+      {"xy", "", "", 1.0, "rad"}, {"yz", "", "", 1.0, "rad"}, {"z0", "", "mm"}};
+  robot->frames = {"E"};
+  geometry::Rig rig = geometry::default_rig();
+  rig.robot.model = robot;
+  rig.robot.nominal = Eigen::Vector3d(0.01, -0.02, 5.0);
+  rig.instrument = {.kind = "position", .dimensions = 3};
+  const ForwardModel model(rig);
+  ASSERT_EQ(model.parameter_count(), 3);
+  const auto seen =
+      model.predict(model.nominal(), Eigen::Vector3d(10, 20, 30), geometry::Assembly::kLeft);
+  ASSERT_TRUE(seen);
+  EXPECT_LT((seen->reading - Eigen::Vector3d(10.2, 19.4, 35)).norm(), 1e-12);
+  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+  J.diagonal() << 20, 30, 1;
+  EXPECT_LT((seen->reading_J - J).norm(), 1e-12);
 }
 
 TEST(ForwardModel, SaysWhenThePoseDoesNotExist) {

@@ -13,6 +13,7 @@
 #include <random>
 #include <set>
 
+#include "report/documents/diagnosis_json.h"
 #include "report/report_run.h"
 #include "report/sections/sections_of_studies.h"
 #include "session/bundle.h"
@@ -42,12 +43,10 @@ session::Session session_of(const std::string& number) {
 }
 
 /// Without what takes time: networks and simulated noise.
-Json quick(const session::Session& session) {
-  DiagnosisRequest request;
-  request.bootstrap = 0;
-  request.with_gain = false;
-  return diagnose(session, request);
+DiagnosisResult quick_result(const session::Session& session) {
+  return diagnose(session, {.bootstrap = 0, .with_gain = false});
 }
+Json quick(const session::Session& session) { return report::to_json(quick_result(session)); }
 
 std::string name_of(const Json& cause) {
   return cause["cause"].get<std::string>() + "@" + cause["where"].get<std::string>();
@@ -83,6 +82,7 @@ TEST_P(AnsweredSession, HasTheVerdictOfItsAnswerAsJson) {
   const std::string number = fmt::format("{:02}", GetParam());
   const Json answer = Json::parse(std::ifstream(kSessions / number / "answer.json"));
   const Json document = Json::parse(quick(session_of(number)).dump());
+  EXPECT_EQ(report::to_json(report::diagnosis_from_json(document)), document);
   std::set<std::string> truth;
   for (const Json& cause : answer["causes"]) {
     truth.insert(cause[0].get<std::string>() + "@" + cause[1].get<std::string>());
@@ -126,9 +126,9 @@ TEST(Diagnosis, TheJsonHasWhatTheContractAsksFor) {
   const session::Session session = session_of("17");
   DiagnosisRequest request;
   request.bootstrap = 20;
-  const Json document = Json::parse(diagnose(session, request).dump());
+  const Json document = Json::parse(report::to_json(diagnose(session, request)).dump());
   EXPECT_EQ(document["schema"], "sixdial.diagnosis");
-  EXPECT_EQ(document["schema_version"], kDiagnosisSchemaVersion);
+  EXPECT_EQ(document["schema_version"], report::kDiagnosisSchemaVersion);
   EXPECT_EQ(
       names_of(document),
       (std::set<std::string>{"dial_gain@B", "dial_lean@C", "dial_mount@C"}));
@@ -201,8 +201,8 @@ TEST(Diagnosis, TheSameSeedGivesTheSameDocument) {
   const session::Session session = session_of("06");
   DiagnosisRequest request;
   request.bootstrap = 20;
-  Json first = diagnose(session, request);
-  Json second = diagnose(session, request);
+  Json first = report::to_json(diagnose(session, request));
+  Json second = report::to_json(diagnose(session, request));
   for (Json* each : {&first, &second}) {
     each->erase("seconds");
     each->erase("created_utc");
@@ -260,7 +260,7 @@ TEST(Diagnosis, WithoutG2TheProgramHoldsSamplesBack) {
   for (session::Sample& sample : session.samples) sample.set = "G1";
   DiagnosisRequest request;
   request.bootstrap = 0;
-  const Json document = diagnose(session, request);
+  const Json document = report::to_json(diagnose(session, request));
   EXPECT_EQ(document["judged_on"]["held_out_by_program"], true);
   EXPECT_EQ(document["judged_on"]["samples"], 50);
   EXPECT_EQ(names_of(document), std::set<std::string>{"joint_backlash@joint2"});
@@ -281,16 +281,18 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
           sample, session.rig.dials.size(), session::Point(*trials[i].position_mm));
     }
   }
-  const Json document = quick(session);
+  const DiagnosisResult result = quick_result(session);
+  const Json document = report::to_json(result);
   EXPECT_EQ(names_of(document), std::set<std::string>{"joint_backlash@joint2"});
   const auto blind = std::ranges::count_if(document["not_testable"], [](const Json& each) {
     return each["cause"] == "dial_gain" && !each["reason"].get<std::string>().empty() &&
            !each["needs"].get<std::string>().empty();
   });
   EXPECT_EQ(blind, 6);
+  EXPECT_EQ(report::to_json(report::diagnosis_from_json(document)), document);
   EXPECT_EQ(document["residuals"]["dial"][0], "x");
   EXPECT_EQ(document["residuals"]["dial"][1], "y");
-  const std::string page = report::diagnosis_page(document, session, "tester");
+  const std::string page = report::diagnosis_page(result, session, "tester");
   EXPECT_THAT(page, HasSubstr("Backlash of joint 2"));
 }
 
@@ -335,7 +337,7 @@ TEST(Diagnosis, TooFewReadingsAreRefusedInWords) {
     EXPECT_THAT(error.what(), HasSubstr("at least"));
     EXPECT_FALSE(error.hint().empty());
   }
-  EXPECT_THROW(check_diagnosis({{"schema", "sixdial.calibration"}}), Error);
+  EXPECT_THROW((void)report::diagnosis_from_json({{"schema", "sixdial.calibration"}}), Error);
 }
 
 TEST(Diagnosis, IsCancelledBetweenItsStages) {
@@ -372,7 +374,7 @@ const report::Figure* figure_in(const report::Section& section, const std::strin
 
 TEST(DiagnosisReport, HasASectionForEachCauseWithItsSignature) {
   const Json document = Json::parse(quick(session_of("16")).dump());
-  const auto sections = report::diagnosis_sections(document);
+  const auto sections = report::diagnosis_sections(report::diagnosis_from_json(document));
   EXPECT_THAT(
       section_ids(sections), ::testing::ElementsAre(
                                  "diagnosis", "cause_1", "cause_2", "left", "gain",
@@ -410,8 +412,8 @@ TEST(DiagnosisReport, APageSaysFirstWhatAMetrologistNeeds) {
   const session::Session session = session_of("02");
   DiagnosisRequest request;
   request.bootstrap = 20;
-  const Json document = diagnose(session, request);
-  const std::string page = report::diagnosis_page(document, session, "tester");
+  const std::string page =
+      report::diagnosis_page(diagnose(session, request), session, "tester");
   EXPECT_LT(page.size(), 1'000'000U);
   const std::string box = page.substr(page.find("id=\"state\""));
   const std::string first = box.substr(0, box.find("</section>"));
@@ -469,7 +471,7 @@ TEST(DiagnosisJob, GivesThroughTheSocketWhatTheBundleGivesHere) {
   request.seed = 5;
   request.bootstrap = 0;
   request.with_gain = false;
-  const Json here = Json::parse(diagnose(session_of("06"), request).dump());
+  const Json here = report::to_json(diagnose(session_of("06"), request));
   for (const char* key : {"causes", "detection_limits", "extended", "residuals", "verdict"}) {
     EXPECT_EQ(stored[key], here[key]) << key;
   }

@@ -25,17 +25,17 @@ constexpr double kSpeed = 80.0;  // rig seconds a wall second
 // Where compensate() stops.
 constexpr double kClosure_mm = 1e-8;
 
-Json diagnosis_of(const std::string& number) {
+DiagnosisResult diagnosis_of(const std::string& number) {
   DiagnosisRequest request;
   request.bootstrap = 0;
   request.with_gain = false;
   const auto folder = std::filesystem::path(test_paths::test_data()) / "sessions" / number;
-  return Json::parse(diagnose(session::read_bundle(folder), request).dump());
+  return diagnose(session::read_bundle(folder), request);
 }
 
 TEST(ExtendedCommand, ClosesAtTheTargetWithRobotAndCausesTogether) {
   const geometry::Rig rig = geometry::default_rig();
-  const ExtendedCommand command(diagnosis_of("06"), rig);
+  const ExtendedCommand command(diagnosis_of("06").extended_fit, rig);
   int tried = 0;
   for (double x_mm = 17; x_mm < 40; x_mm += 4) {
     for (double y_mm = 31; y_mm < 66; y_mm += 5) {
@@ -55,13 +55,13 @@ TEST(ExtendedCommand, ClosesAtTheTargetWithRobotAndCausesTogether) {
 
 TEST(ExtendedCommand, ABacklashIsTakenUpOnTheSideOfArrival) {
   const geometry::Rig rig = geometry::default_rig();
-  const Json diagnosis = diagnosis_of("01");
-  const ExtendedCommand command(diagnosis, rig);
+  const DiagnosisResult diagnosis = diagnosis_of("01");
+  const ExtendedCommand command(diagnosis.extended_fit, rig);
   const Eigen::Vector2d target_mm(28, 48);
   const auto up = command.solve(target_mm, rig.robot.working_mode, {.approach = {1, 1}});
   const auto down = command.solve(target_mm, rig.robot.working_mode, {.approach = {1, -1}});
   ASSERT_TRUE(up && down);
-  const double backlash_rad = diagnosis["causes"][0]["estimate"][0]["value"];
+  const double backlash_rad = diagnosis.causes[0].estimate[0].value;
   EXPECT_LT(
       std::abs((up->q_rad[1] - down->q_rad[1]) - backlash_rad), 1e-9);  // rad: of the closure
   EXPECT_LT(std::abs(up->q_rad[0] - down->q_rad[0]), 1e-9);
@@ -69,7 +69,7 @@ TEST(ExtendedCommand, ABacklashIsTakenUpOnTheSideOfArrival) {
 
 TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   const geometry::Rig rig = geometry::default_rig();
-  const ExtendedCommand command(diagnosis_of("01"), rig);
+  const ExtendedCommand command(diagnosis_of("01").extended_fit, rig);
   session::PlanOptions options;
   options.seed = 3;
   const session::Plan plan =
@@ -92,12 +92,14 @@ TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), Error);
 }
 
-TEST(ExtendedCommand, ADiagnosisOfAnotherKindIsRefused) {
+TEST(ExtendedCommand, ADiagnosisOfAnotherRigIsRefused) {
   const geometry::Rig rig = geometry::default_rig();
-  EXPECT_THROW(ExtendedCommand({{"schema", "sixdial.calibration"}}, rig), Error);
-  Json document = diagnosis_of("01");
-  document["extended_model"]["effects"][0]["where"] = "joint7";
-  EXPECT_THROW(ExtendedCommand(document, rig), Error);
+  ExtendedFit fit = diagnosis_of("01").extended_fit;
+  fit.effects[0].id.where = "joint7";
+  EXPECT_THROW(ExtendedCommand(fit, rig), Error);
+  fit.effects.clear();
+  fit.model.pop_back();
+  EXPECT_THROW(ExtendedCommand(fit, rig), Error);
 }
 
 Json finished(LineClient& client, const Json& job) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/five_bar/spaces.h"
 #include "calibration/pipeline.h"
 #include "mock_devices/session_generator.h"
 #include "session/bundle.h"
@@ -21,6 +22,12 @@ constexpr double kNoHarm = 1.05;        // issue: at most 5 % worse where nothin
 struct Measured {
   geometry::Rig rig;
   calibration::PositionObservations g1, g2;
+  [[nodiscard]] calibration::ObservationSpace g1_space() const {
+    return calibration::position_space(g1, rig.robot.nominal);
+  }
+  [[nodiscard]] calibration::ObservationSpace g2_space() const {
+    return calibration::position_space(g2, rig.robot.nominal);
+  }
 };
 
 Measured mock_session(std::uint64_t seed, double warp_mm, bool table_2) {
@@ -84,8 +91,7 @@ double g2_mean(const calibration::Result& result, const std::string& method) {
 TEST(MockSession, DqpsoReachesTheLeastSquaresMinimumThatCeresFinds) {
   for (const std::uint64_t seed : {11U, 12U, 13U}) {
     const Measured measured = mock_session(seed, 0.0, seed == 11);
-    const auto result =
-        calibration::run_dqpso_anfis(measured.g1, measured.g2, measured.rig.robot.nominal);
+    const auto result = calibration::run_dqpso_anfis(measured.g1_space(), measured.g2_space());
     ASSERT_TRUE(result) << result.error().message;
     const double reached = result->stage("ekf_dqpso").rmse_g1_mm;
     EXPECT_LT(std::abs(reached - ceres_minimum_mm(measured)), kAtMinimum_mm) << "seed " << seed;
@@ -95,8 +101,7 @@ TEST(MockSession, DqpsoReachesTheLeastSquaresMinimumThatCeresFinds) {
 TEST(MockSession, AnfisImprovesG2WhereASmoothErrorIsThere) {
   for (const std::uint64_t seed : {21U, 22U, 23U, 24U}) {
     const Measured measured = mock_session(seed, 0.03, false);
-    const auto result =
-        calibration::run_dqpso_anfis(measured.g1, measured.g2, measured.rig.robot.nominal);
+    const auto result = calibration::run_dqpso_anfis(measured.g1_space(), measured.g2_space());
     ASSERT_TRUE(result) << result.error().message;
     EXPECT_LT(g2_mean(*result, "ekf_dqpso+anfis"), 0.8 * g2_mean(*result, "ekf_dqpso"))
         << "seed " << seed;
@@ -106,8 +111,7 @@ TEST(MockSession, AnfisImprovesG2WhereASmoothErrorIsThere) {
 TEST(MockSession, AnfisDoesNoHarmWhereNothingIsToLearn) {
   for (std::uint64_t seed = 31; seed < 47; ++seed) {
     const Measured measured = mock_session(seed, 0.0, false);
-    const auto result =
-        calibration::run_dqpso_anfis(measured.g1, measured.g2, measured.rig.robot.nominal);
+    const auto result = calibration::run_dqpso_anfis(measured.g1_space(), measured.g2_space());
     ASSERT_TRUE(result) << result.error().message;
     EXPECT_LT(g2_mean(*result, "ekf_dqpso+anfis"), kNoHarm * g2_mean(*result, "ekf_dqpso"))
         << "seed " << seed;

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calibration/five_bar/positions.h"
 #include "calibration/lanes.h"
-#include "calibration/observations.h"
 #include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {
@@ -57,8 +57,5 @@ void swarm_filter_nominal(
 void swarm_filter_estimate(
     const SwarmTable& table, const geometry::ParameterVector& p0, const NoiseLanes& noise,
     ParameterLanes& state);
-
-/// u becomes -ln(u), for count values in (0, 1]; count is a multiple of kLanes.
-void minus_logarithms(double* u, Eigen::Index count);
 
 }  // namespace sixdial::calibration

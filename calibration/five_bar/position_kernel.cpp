@@ -1,14 +1,14 @@
-#include "calibration/position_kernel.h"
+#include "calibration/five_bar/position_kernel.h"
 
 #include <cmath>
 
 // Highway compiles what lies between its marks once for every vector unit.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "calibration/position_kernel.cpp"
+#define HWY_TARGET_INCLUDE "calibration/five_bar/position_kernel.cpp"
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-#include "calibration/five_bar_lanes-inl.h"
+#include "calibration/five_bar/lanes-inl.h"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();

@@ -1,15 +1,15 @@
-#include "calibration/swarm_kernels.h"
+#include "calibration/five_bar/swarm_kernels.h"
 
 #include <cmath>
 
 // Highway compiles what lies between its marks once for every vector unit.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "calibration/swarm_kernels.cpp"
+#define HWY_TARGET_INCLUDE "calibration/five_bar/swarm_kernels.cpp"
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 #include <hwy/contrib/math/math-inl.h>
-#include "calibration/five_bar_lanes-inl.h"
+#include "calibration/five_bar/lanes-inl.h"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
@@ -180,13 +180,6 @@ HWY_ATTR void filter_estimate(
   }
 }
 
-HWY_ATTR void logarithms(double* u, std::size_t count) {
-  const D d;
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    hn::StoreU(hn::Neg(hn::CallLog(d, hn::LoadU(d, u + i))), d, u + i);
-  }
-}
-
 }  // namespace sixdial::calibration::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -196,7 +189,6 @@ namespace sixdial::calibration {
 HWY_EXPORT(rmse);
 HWY_EXPORT(filter_nominal);
 HWY_EXPORT(filter_estimate);
-HWY_EXPORT(logarithms);
 
 SwarmTable::SwarmTable(
     const PositionObservations& observations, const geometry::ParameterVector& v)
@@ -238,10 +230,6 @@ void swarm_filter_estimate(
     const SwarmTable& table, const geometry::ParameterVector& p0, const NoiseLanes& noise,
     ParameterLanes& state) {
   HWY_DYNAMIC_DISPATCH(filter_estimate)(table, p0.data(), noise.data(), state.data());
-}
-
-void minus_logarithms(double* u, Eigen::Index count) {
-  HWY_DYNAMIC_DISPATCH(logarithms)(u, static_cast<std::size_t>(count));
 }
 
 }  // namespace sixdial::calibration

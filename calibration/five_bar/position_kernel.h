@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calibration/five_bar/positions.h"
 #include "calibration/lanes.h"
-#include "calibration/observations.h"
 #include "geometry/robots/five_bar.h"
 
 namespace sixdial::calibration {

@@ -34,22 +34,4 @@ struct PositionObservations {
 [[nodiscard]] PositionObservations position_observations(
     std::span<const simulation::Trial> trials);
 
-/// measured - f(v), 2xn [mm]; a column is NaN where the pose cannot be reached.
-[[nodiscard]] Eigen::Matrix2Xd position_residuals(
-    const PositionObservations& observations, const geometry::ParameterVector& v);
-
-/// Equations (29), (31): root of the mean squared distance [mm]; +inf if a pose is out of
-/// reach.
-[[nodiscard]] double position_rmse(
-    const PositionObservations& observations, const geometry::ParameterVector& v);
-
-/// Standard deviation [mm] of one axis of a measured position, pooled from repeats of the same
-/// point at the same angles, with its degrees of freedom. Empty without repeats.
-struct RepeatNoise {
-  double sigma_mm = 0.0;
-  int degrees_of_freedom = 0;
-};
-[[nodiscard]] std::optional<RepeatNoise> noise_from_repeats(
-    const PositionObservations& observations);
-
 }  // namespace sixdial::calibration

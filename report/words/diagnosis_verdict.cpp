@@ -1,0 +1,333 @@
+#include "report/words/diagnosis_verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "report/words/diagnosis_words.h"
+
+namespace sixdial::report {
+namespace {
+
+using diagnosis::GainModel;
+using studies::Certainty;
+using studies::DiagnosisResult;
+using studies::FoundCause;
+using studies::Rival;
+using studies::RivalKind;
+using studies::Standing;
+using studies::VerdictKind;
+
+/// "2.3", "12", "1000".
+std::string odds_text(double log_odds) {
+  const double odds = std::exp(std::clamp(log_odds, 0.0, 20.0));
+  return odds < 10.0 ? fmt::format("{:.1f}", odds) : fmt::format("{:.0f}", odds);
+}
+
+std::string covariates_in_words(const DiagnosisResult& result, std::string_view last = "and") {
+  std::vector<std::string> names;
+  for (const std::string& each : result.unexplained.depends_on) {
+    names.push_back(covariate_in_words(each));
+  }
+  return list_of(names, last);
+}
+
+std::string found_line(const FoundCause& cause) {
+  const std::string size = size_in_words(cause);
+  if (cause.is_doubtful()) {
+    return fmt::format(
+        "Perhaps {}: {}; too weak to be sure that there is anything (odds {} to 1).",
+        named(cause), size, odds_text(cause.tied_with.front().log_odds));
+  }
+  std::string line = capital(named(cause));
+  if (!size.empty()) line += ": " + size;
+  if (cause.certainty() == Certainty::kTied) {
+    std::vector<std::string> rivals;
+    for (const Rival& rival : cause.tied_with) {
+      rivals.push_back(
+          rival.kind == RivalKind::kNothing
+              ? std::string("nothing at all")
+              : fmt::format("{} (odds {} to 1)", named(rival), odds_text(rival.log_odds)));
+    }
+    line += fmt::format("; these data cannot tell it from {}", list_of(rivals, "or"));
+  }
+  if (cause.is_data_fault()) return line + ".";
+  return line + (cause.standing == Standing::kConfirmed ? "; confirmed." : "; suspected.");
+}
+
+std::string gain_sentence(const DiagnosisResult& result) {
+  const studies::GainRow* calibrated = gain_row(result, GainModel::kCalibrated);
+  const studies::GainRow* extended = gain_row(result, GainModel::kExtended);
+  if (calibrated == nullptr) return "";
+  const std::string where = fmt::format(
+      "on {} {} that were not fitted", result.judged_on.samples,
+      result.judged_on.held_out_by_program ? "samples set aside by the program"
+                                           : "samples of G2");
+  const studies::GainRow* network = gain_row(result, GainModel::kCalibrated, true);
+  const std::string by_network = network == nullptr
+                                     ? std::string()
+                                     : fmt::format(
+                                           "; a network on joint angles instead (ANFIS): {}",
+                                           millimetres(network->mean_mm));
+  if (extended == nullptr || !studies::names_an_effect(result)) {
+    return fmt::format(
+        "The mean position error {} is {} after calibration{}.", where,
+        millimetres(calibrated->mean_mm), by_network);
+  }
+  return fmt::format(
+      "The mean position error {} falls from {} (calibrated) to {} (95 % interval of the "
+      "change: {:+.4f} to {:+.4f} mm){}.",
+      where, millimetres(calibrated->mean_mm), millimetres(extended->mean_mm), extended->low_mm,
+      extended->high_mm, by_network);
+}
+
+/// "dial C that scatters too much".
+std::string noisy_dials_in_words(const DiagnosisResult& result) {
+  std::vector<std::string> dials;
+  for (const diagnosis::NoisyDial& each : result.unexplained.noisy_dials) {
+    dials.push_back("dial " + each.dial);
+  }
+  return fmt::format(
+      "{} that {} too much", list_of(dials), dials.size() > 1 ? "scatter" : "scatters");
+}
+
+/// "Perhaps backlash of joint 2", "either a or b": a cause in the title.
+std::string title_of_cause(const FoundCause& cause) {
+  if (cause.is_doubtful()) return "perhaps " + named(cause);
+  std::vector<std::string> either{named(cause)};
+  for (const Rival& rival : cause.tied_with) either.push_back(named(rival));
+  constexpr std::size_t kMost = 2;
+  if (either.size() > kMost + 1) {
+    const std::size_t more = either.size() - kMost;
+    either.resize(kMost);
+    either.push_back(fmt::format("one of {} more", more));
+  }
+  return (either.size() > 1 ? "either " : "") + list_of(either, "or");
+}
+
+std::string title_of(const DiagnosisResult& result, VerdictKind kind) {
+  std::vector<std::string> names;
+  for (const FoundCause& cause : result.causes) {
+    if (!cause.is_data_fault()) names.push_back(title_of_cause(cause));
+  }
+  if (!result.unexplained.noisy_dials.empty()) {
+    names.push_back(noisy_dials_in_words(result));
+  } else if (kind == VerdictKind::kScatter) {
+    names.emplace_back("scatter above the noise");
+  }
+  if (kind == VerdictKind::kUnknown) {
+    names.push_back("something unknown that depends on " + covariates_in_words(result));
+  }
+  // What readings went wrong comes last: it says nothing of the robot.
+  std::string title = list_of(names);
+  for (const FoundCause& cause : result.causes) {
+    if (cause.is_data_fault()) title += (title.empty() ? "" : "; ") + named(cause);
+  }
+  return title.empty() ? "Nothing found" : capital(title);
+}
+
+/// "Dial C scatters by 0.0080 mm, where the rig file says 0.0020 mm."
+std::string noisy_dials_sentence(const DiagnosisResult& result) {
+  std::string said;
+  const bool repeats = result.noise.source == diagnosis::NoiseSource::kRepeats;
+  for (const diagnosis::NoisyDial& each : result.unexplained.noisy_dials) {
+    said += fmt::format(
+        " Dial {} scatters by {}, where {} {}.", each.dial, millimetres(each.sigma_mm),
+        repeats ? "its repeats say" : "the rig file says", millimetres(each.expected_mm));
+  }
+  return said;
+}
+
+std::string remainder_sentence(const DiagnosisResult& result) {
+  const studies::Unexplained& left = result.unexplained;
+  const std::string rms = millimetres(left.rms_mm);
+  const std::string noise = noise_in_words(result);
+  if (!(result.noise.sigma_mm > 0.0)) {
+    return fmt::format("What is left: {} rms. The noise is {}.", rms, noise);
+  }
+  if (!left.significant) {
+    return fmt::format("What is left ({} rms) is the dials' noise ({}).", rms, noise);
+  }
+  if (left.depends_on.empty() && !left.noisy_dials.empty()) {
+    return fmt::format("What is left: {} rms.{}", rms, noisy_dials_sentence(result));
+  }
+  if (left.depends_on.empty()) {
+    return fmt::format(
+        "What is left ({} rms) scatters more than the noise allows ({}), without structure.",
+        rms, noise);
+  }
+  return fmt::format(
+      "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
+      "explains it, so none is named for it.{}",
+      rms, noise, covariates_in_words(result), noisy_dials_sentence(result));
+}
+
+/// What could not be tested, by reason: "a, b and c: the session has no time_utc column."
+std::vector<std::string> not_judged(const DiagnosisResult& result) {
+  std::map<std::string, std::vector<std::string>> by_reason;
+  for (const studies::NotTestable& each : result.not_testable) {
+    by_reason[why_not_testable(each.why)].push_back(named(each.id));
+  }
+  std::vector<std::string> lines;
+  for (auto& [reason, names] : by_reason) {
+    constexpr std::size_t kMost = 6;
+    const std::size_t all = names.size();
+    if (all > kMost) {
+      names.resize(kMost);
+      names.push_back(fmt::format("{} more", all - kMost));
+    }
+    lines.push_back(capital(fmt::format("{}: {}.", list_of(names), reason)));
+  }
+  return lines;
+}
+
+std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
+  std::vector<Line> lines;
+  for (std::size_t i = 0; i < result.causes.size(); ++i) {
+    const FoundCause& cause = result.causes[i];
+    const std::string_view advice = texts_of(cause).advice;
+    if (advice.empty()) continue;
+    const std::string name = capital(named(cause));
+    lines.push_back(
+        {cause.is_doubtful()
+             ? fmt::format(
+                   "{}: nothing yet; measure again, with more points, and see whether it comes "
+                   "back.",
+                   name)
+             : fmt::format("{}: {}", name, advice),
+         i});
+  }
+  const auto& noisy_dials = result.unexplained.noisy_dials;
+  if (kind == VerdictKind::kUnknown) {
+    lines.push_back({fmt::format(
+        "Look for something that changes with {}; the charts of what is left show its course. "
+        "Until it is found, a residual model (ANFIS) can be tried where it depends on the "
+        "pose.",
+        covariates_in_words(result, "or"))});
+  }
+  for (const diagnosis::NoisyDial& each : noisy_dials) {
+    lines.push_back({fmt::format(
+        "Dial {}: look at its clamping, cable and tip, and whether it moves freely; its "
+        "readings count for less here.",
+        each.dial)});
+  }
+  if (kind == VerdictKind::kScatter && noisy_dials.empty()) {
+    lines.push_back(
+        {"Repeat some poses with full re-approach: whether the dials or the robot scatter "
+         "shows "
+         "there."});
+  }
+  const bool rivals = std::ranges::any_of(result.causes, [](const FoundCause& cause) {
+    return cause.certainty() == Certainty::kTied && !cause.is_doubtful();
+  });
+  if (rivals) {
+    lines.push_back(
+        {"Before repairing what is tied, measure poses that separate the candidates: other "
+         "working modes, a wider range of joint angles, both approach directions."});
+  }
+  if (lines.empty()) {
+    lines.push_back({"Nothing to repair. The limits below say what could have been seen."});
+  }
+  return lines;
+}
+
+/// How likely pure noise would have looked as much like a cause.
+std::string chance_sentence(const DiagnosisResult& result) {
+  constexpr double kAboutOneDraw = 1.5;
+  constexpr double kMillionth = 1e-6;
+  const double chance = result.false_alarm_probability;
+  const int draws = result.settings.null_draws;
+  if (draws > 0 && chance * (draws + 1) < kAboutOneDraw) {
+    return fmt::format(
+        "None of {} simulated sessions of pure noise looked as much like a cause as this one.",
+        draws);
+  }
+  if (chance < kMillionth) {
+    return "Of sessions of pure noise fewer than one in a million looks as much like a cause "
+           "(by formula, none were simulated).";
+  }
+  return fmt::format(
+      "Of sessions of pure noise a share of {:.2g} looks as much like some cause.", chance);
+}
+
+std::vector<std::string> trust(const DiagnosisResult& result) {
+  std::vector<std::string> lines;
+  // The chance is of the effects' search: readings that are set right are left to it.
+  const bool physical = !result.extended_fit.effects.empty();
+  if (physical || result.unexplained.significant) lines.push_back(chance_sentence(result));
+  const auto of_standing = [&](Standing standing) {
+    std::vector<std::string> names;
+    for (const FoundCause& cause : result.causes) {
+      if (!cause.is_data_fault() && cause.standing == standing) names.push_back(named(cause));
+    }
+    return names;
+  };
+  if (const auto names = of_standing(Standing::kConfirmed); !names.empty()) {
+    lines.push_back(capital(fmt::format(
+        "{}: confirmed, as the points that were fitted and the points that were not both show "
+        "it.",
+        list_of(names))));
+  }
+  if (const auto names = of_standing(Standing::kSuspected); !names.empty()) {
+    lines.push_back(capital(fmt::format(
+        "{}: suspected only, {}", list_of(names),
+        result.gain.empty()
+            ? "as the held-out points were not asked (no gain was computed)."
+            : "as the fitted points or the held-out ones alone do not show it clearly; measure "
+              "more before spending money on it.")));
+  }
+  if (!result.unexplained.significant) lines.push_back(remainder_sentence(result));
+  return lines;
+}
+
+/// Causes first, then what is left, then what readings went wrong.
+std::vector<Line> found_lines(const DiagnosisResult& result) {
+  std::vector<Line> found;
+  for (const bool faults : {false, true}) {
+    for (std::size_t i = 0; i < result.causes.size(); ++i) {
+      const FoundCause& cause = result.causes[i];
+      if (cause.is_data_fault() == faults) found.push_back({found_line(cause), i});
+    }
+    if (!faults && result.unexplained.significant) {
+      found.push_back({remainder_sentence(result)});
+    }
+  }
+  if (found.empty()) {
+    found.push_back({"No cause of the catalogue shows itself in this session."});
+  }
+  return found;
+}
+
+}  // namespace
+
+Verdict verdict_in_words(const DiagnosisResult& result) {
+  const VerdictKind kind = studies::verdict_kind(result);
+  Verdict verdict{
+      .kind = kind,
+      .title = title_of(result, kind),
+      .gain = gain_sentence(result),
+      .found = found_lines(result),
+      .to_do = to_do(result, kind),
+      .trust = trust(result),
+      .not_judged = not_judged(result)};
+  if (kind == VerdictKind::kNothing) {
+    verdict.headline = fmt::format(
+        "Nothing was found that the simulation gets wrong. {}", remainder_sentence(result));
+  } else {
+    for (const Line& line : verdict.found) {
+      verdict.headline += (verdict.headline.empty() ? "" : " ") + line.text;
+    }
+  }
+  if (!verdict.gain.empty()) verdict.headline += " " + verdict.gain;
+  return verdict;
+}
+
+std::vector<std::string> texts_of(const std::vector<Line>& lines) {
+  std::vector<std::string> texts;
+  for (const Line& line : lines) texts.push_back(line.text);
+  return texts;
+}
+
+}  // namespace sixdial::report

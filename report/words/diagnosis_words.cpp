@@ -1,0 +1,338 @@
+#include "report/words/diagnosis_words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/units.h"
+#include "simulation/effect.h"
+
+namespace sixdial::report {
+namespace {
+
+using diagnosis::Estimate;
+using diagnosis::WhyNotTestable;
+using studies::CauseKind;
+using studies::FoundCause;
+using studies::HypothesisId;
+
+bool one_dial(std::string_view where) {
+  return where != "dials" && where != "base" && where != "frame" && where != "cuboid" &&
+         where != "links" && where != "elbows" && where != "joints" && where != "samples" &&
+         !where.starts_with("joint") && !where.empty();
+}
+
+/// A value in the unit that people read, and that unit.
+struct Shown {
+  double factor;
+  std::string unit;  // with a space before it where one belongs
+};
+Shown as_read(std::string_view unit) {
+  if (unit == "rad") return {geometry::kDegPerRad, "\u00B0"};
+  if (unit == "1/K") return {1e6, " \u00B5m/(m\u00B7K)"};
+  if (unit == "rad/(N mm)") return {1e6, " \u00B5rad/(N\u00B7mm)"};
+  if (unit == "1") return {100.0, " %"};
+  return {1.0, unit.empty() ? std::string() : fmt::format(" {}", unit)};
+}
+
+int decimals_of(double resolved) {
+  if (!(resolved > 0.0) || !std::isfinite(resolved)) return 4;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(resolved))), 0, 7);
+}
+
+std::string joint_words(std::string_view where) {
+  return fmt::format("joint {}", where.substr(std::string_view("joint").size()));
+}
+
+/// The estimate of that name; null if there is none.
+const Estimate* estimate_of(const FoundCause& cause, std::string_view name) {
+  const auto found = std::ranges::find(cause.estimate, name, &Estimate::name);
+  return found == cause.estimate.end() ? nullptr : &*found;
+}
+double value_of(const FoundCause& cause, std::string_view name) {
+  const Estimate* estimate = estimate_of(cause, name);
+  return estimate == nullptr ? std::nan("") : estimate->value;
+}
+
+std::string quantity(const Estimate& estimate) {
+  return quantity_in_words(estimate.value, estimate.sd, estimate.unit);
+}
+
+/// Length of two estimates as one quantity.
+std::string together(const Estimate& a, const Estimate& b) {
+  const double size = std::hypot(a.value, b.value);
+  const double sd = size > 0.0 ? std::hypot(a.value * a.sd, b.value * b.sd) / size : a.sd;
+  return quantity_in_words(size, sd, a.unit);
+}
+
+std::string data_fault_size(const FoundCause& cause) {
+  const auto count = static_cast<int>(cause.estimate.at(0).value);
+  return fmt::format(
+      "{} {}, {:.3f} mm rms", count, count == 1 ? "reading" : "readings",
+      cause.estimate.at(1).value);
+}
+
+}  // namespace
+
+std::string named(const HypothesisId& id) {
+  const auto& [cause, where] = id;
+  const simulation::Effect* effect = simulation::find_effect(cause);
+  std::string words(effect != nullptr ? effect->in_words : cause);
+  if (cause == "dial_swap") {
+    const std::size_t comma = where.find(',');
+    if (comma == std::string::npos) return words;
+    return fmt::format("{} {} and {}", words, where.substr(0, comma), where.substr(comma + 1));
+  }
+  if (where.starts_with("joint") && where != "joints") {
+    return fmt::format("{} of {}", words, joint_words(where));
+  }
+  if (where == "joints") return words + " of the joints";
+  if (where.empty()) return words;
+  if (const std::size_t at = words.find(" a dial"); at != std::string::npos) {
+    return words.replace(
+        at, std::string_view(" a dial").size(), fmt::format(" dial {}", where));
+  }
+  if (cause == "step") {
+    return one_dial(where) ? fmt::format("{} of dial {}", words, where)
+                           : fmt::format("{} of the {}", words, where);
+  }
+  return words;
+}
+
+std::string named(const FoundCause& cause) {
+  switch (cause.kind) {
+    case CauseKind::kOutliers:
+      return "gross reading errors";
+    case CauseKind::kStaleReadings:
+      return "readings handed over twice";
+    case CauseKind::kEffect:
+      break;
+  }
+  return named(cause.id);
+}
+
+std::string named(const studies::Rival& rival) {
+  switch (rival.kind) {
+    case studies::RivalKind::kUnknown:
+      return fmt::format(
+          "something unnamed that depends on {}", fmt::join(rival.depends_on, ", "));
+    case studies::RivalKind::kNothing:
+      return "nothing";
+    case studies::RivalKind::kEffect:
+      break;
+  }
+  return named(rival.id);
+}
+
+CauseTexts texts_of(const FoundCause& cause) {
+  switch (cause.kind) {
+    case CauseKind::kOutliers:
+      return {
+          .signature =
+              "Single readings that are far from everything else; their neighbours are not.",
+          .consequence =
+              "None on parts, as they are not fitted; if they were, they would pull the "
+              "parameters.",
+          .advice =
+              "Nothing, if they are few. Else look at the dials in the list: cable, battery, "
+              "dirt on the face, a tip that leaves the face at its edge."};
+    case CauseKind::kStaleReadings:
+      return {
+          .signature =
+              "A reading is the same, digit for digit, as at the sample before, though the "
+              "tool had moved.",
+          .consequence = "None on parts, as they are not fitted.",
+          .advice =
+              "Let the dial's connection ask for a new value at each sample; look at its time "
+              "stamps and time-outs."};
+    case CauseKind::kEffect:
+      break;
+  }
+  const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
+  if (effect == nullptr) return {};  // of another version of this program
+  return {effect->signature, effect->consequence, effect->advice, effect->why_not_learned};
+}
+
+std::string quantity_in_words(double value, double sd, std::string_view unit) {
+  const Shown shown = as_read(unit);
+  const double size = value * shown.factor;
+  const double uncertain = sd * shown.factor;
+  if (!std::isfinite(uncertain) || !(uncertain > 0.0)) {
+    return fmt::format("{:.3g}{}", size, shown.unit);
+  }
+  const int decimals = decimals_of(uncertain);
+  return fmt::format(
+      "{:.{}f}{} \u00B1 {:.{}f}{}", size, decimals, shown.unit, uncertain, decimals,
+      shown.unit);
+}
+
+std::string size_in_words(const FoundCause& cause) {
+  const std::vector<Estimate>& estimate = cause.estimate;
+  if (estimate.empty()) return "";
+  if (cause.is_data_fault()) return data_fault_size(cause);
+  const std::string& id = cause.id.cause;
+  if (id == "dial_swap") {
+    return fmt::format("they differ by {:.2f} mm rms", estimate[0].value);
+  }
+  if (id == "step") {
+    const Estimate* x = estimate_of(cause, "shift");
+    const Estimate* y = estimate_of(cause, "shift_y");
+    if (x == nullptr) return "";
+    return fmt::format(
+        "{} from sample {:.0f} on", y == nullptr ? quantity(*x) : together(*x, *y),
+        value_of(cause, "sample"));
+  }
+  if (estimate.size() > 1) {
+    if (id == "dial_cyclic") {
+      return fmt::format(
+          "amplitude {}, period {:.3g} mm", together(estimate[0], estimate[1]),
+          value_of(cause, "period"));
+    }
+    if (id == "joint_eccentricity" || id == "joint_second_harmonic") {
+      return "amplitude " + together(estimate[0], estimate[1]);
+    }
+    if (id == "base_drift" || id == "cuboid_offset") return together(estimate[0], estimate[1]);
+    if (id == "joint_compliance") {
+      return fmt::format(
+          "joint 1 {}, joint 2 {}", quantity(estimate[0]), quantity(estimate[1]));
+    }
+  }
+  return quantity(estimate[0]);
+}
+
+std::string remark_on_gross(const studies::GrossReading& reading) {
+  if (reading.stale) return "the same as at the sample before";
+  return reading.near_edge ? "touches at the edge of the face" : "";
+}
+
+std::string millimetres(double value_mm) {
+  return std::isfinite(value_mm) ? fmt::format("{:.4f} mm", value_mm) : "-";
+}
+
+std::string noise_in_words(const studies::DiagnosisResult& result) {
+  const diagnosis::Noise& noise = result.noise;
+  if (!(noise.sigma_mm > 0.0)) {
+    return "not known: the positions came without an uncertainty, and there are too few "
+           "repeats";
+  }
+  if (noise.source == diagnosis::NoiseSource::kRepeats) {
+    return fmt::format(
+        "{:.4f} mm, measured: {} degrees of freedom from repeats", noise.sigma_mm,
+        noise.degrees_of_freedom);
+  }
+  return fmt::format(
+      "{:.4f} mm, by the {}: this session has too few repeats to measure it", noise.sigma_mm,
+      result.has_dials ? "rig file's repeatability and resolution"
+                       : "uncertainty of the positions");
+}
+
+std::string gain_row_name(const studies::GainRow& row) {
+  const auto model = [&]() -> std::string {
+    switch (row.model) {
+      case diagnosis::GainModel::kNominal:
+        return "nominal";
+      case diagnosis::GainModel::kCalibrated:
+        return "calibrated";
+      case diagnosis::GainModel::kExtended:
+        return "extended";
+      case diagnosis::GainModel::kWithout:
+        break;
+    }
+    return "without " + (row.without ? row.without->name() : std::string());
+  };
+  return row.network ? model() + " + ANFIS" : model();
+}
+
+std::string covariate_in_words(const std::string& covariate) {
+  constexpr std::string_view kReading = " reading";
+  if (covariate.starts_with("dial ") && covariate.ends_with(kReading)) {
+    return "the reading of " + covariate.substr(0, covariate.size() - kReading.size());
+  }
+  if (covariate == "gamma") return "the cuboid's angle";
+  if (covariate == "approach1" || covariate == "approach2") {
+    return fmt::format("the side that joint {} arrives from", covariate.back());
+  }
+  return covariate;
+}
+
+std::string why_not_testable(WhyNotTestable why) {
+  switch (why) {
+    case WhyNotTestable::kNoDials:
+      return "needs raw dial readings; this session has positions only";
+    case WhyNotTestable::kNoTemperature:
+      return "the session has no temperature_c column";
+    case WhyNotTestable::kTemperatureConstant:
+      return "the temperature did not change";
+    case WhyNotTestable::kNoTime:
+      return "the session has no time_utc column";
+    case WhyNotTestable::kNoApproach:
+      return "the session has no approach column for this joint";
+    case WhyNotTestable::kOneApproach:
+      return "the joint always arrived from the same side";
+    case WhyNotTestable::kAbsorbed:
+      break;
+  }
+  return "the fitted robot takes them over on these poses";
+}
+
+NotTestableWords not_testable_in_words(
+    const studies::DiagnosisResult& result, const studies::NotTestable& each) {
+  std::string reason = why_not_testable(each.why);
+  switch (each.why) {
+    case WhyNotTestable::kNoDials:
+      return {std::move(reason), "dial columns"};
+    case WhyNotTestable::kNoTemperature:
+      return {std::move(reason), "temperature_c"};
+    case WhyNotTestable::kTemperatureConstant:
+      return {std::move(reason), "a session whose temperature changes"};
+    case WhyNotTestable::kNoTime:
+      return {std::move(reason), "time_utc"};
+    case WhyNotTestable::kNoApproach:
+      return {std::move(reason), "approach1, approach2"};
+    case WhyNotTestable::kOneApproach:
+      return {std::move(reason), "points approached from both sides"};
+    case WhyNotTestable::kAbsorbed:
+      break;
+  }
+  if (const studies::Limit* limit = studies::limit_of(result, each.id)) {
+    constexpr double kPercent = 100.0;
+    constexpr double kLeastShown = 0.1;
+    const double left =
+        std::max(kLeastShown, std::round(10.0 * kPercent * limit->surviving) / 10.0);
+    reason = fmt::format(
+        "on these poses the fitted parameters ({}) take over all but {} % of it",
+        fmt::join(limit->absorbed_by, ", "), fmt::format("{:f}", left).substr(0, 4));
+  }
+  return {std::move(reason), "other poses: more working modes, a wider range of joint angles"};
+}
+
+std::string reason_without_limit(const studies::Limit& limit) {
+  if (!std::isfinite(limit.detect)) {
+    return fmt::format(
+        "at no size: {} take it over on these poses", fmt::join(limit.absorbed_by, ", "));
+  }
+  if (std::isfinite(limit.name)) return "";
+  return fmt::format(
+      "seen, but at no size told from {} on these poses",
+      limit.rival ? limit.rival->name() : std::string());
+}
+
+std::string list_of(const std::vector<std::string>& items, std::string_view last) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? fmt::format(" {} ", last) : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+std::string capital(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') {
+    text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  }
+  return text;
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,152 @@
+#include "studies/diagnosis_causes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sixdial::studies {
+namespace {
+
+using diagnosis::Readings;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<Rival> rivals_of(const diagnosis::Finding& finding) {
+  std::vector<Rival> rivals;
+  for (const diagnosis::Rival& each : finding.tied_with) {
+    rivals.push_back({.id = id_of(each.hypothesis), .log_odds = each.log_odds});
+  }
+  if (!finding.tied_with_unknown.empty()) {
+    rivals.push_back(
+        {.kind = RivalKind::kUnknown,
+         .depends_on = finding.tied_with_unknown,
+         .log_odds = finding.unknown_log_odds});
+  }
+  if (finding.tied_with_nothing) {
+    rivals.push_back({.kind = RivalKind::kNothing, .log_odds = finding.evidence});
+  }
+  return rivals;
+}
+
+/// RMS of how far the two dials' readings are from each other [mm].
+double exchanged_rms(const Readings& readings, const diagnosis::Hypothesis& swap) {
+  double squares = 0.0;
+  int count = 0;
+  for (const simulation::Trial& trial : readings.trials()) {
+    const auto& one = trial.reading[static_cast<std::size_t>(swap.place.dial)];
+    const auto& other = trial.reading[static_cast<std::size_t>(swap.place.other_dial)];
+    if (!one || !other) continue;
+    squares += (*one - *other) * (*one - *other);
+    ++count;
+  }
+  return std::sqrt(squares / std::max(1, count));
+}
+
+/// Whether so many of the gross readings equal the one before by accident: each does with the
+/// chance that an error of its size ends within half a digit of that value.
+bool handed_over_twice(
+    const Readings& readings, const std::vector<diagnosis::GrossReading>& gross) {
+  constexpr double kByAccident = 1e-3;
+  double expected = 0.0;
+  int stale = 0;
+  for (const diagnosis::GrossReading& each : gross) {
+    const auto dial =
+        static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(each.row)].dial);
+    const double resolution_mm =
+        readings.has_dials() ? readings.model().rig().dials[dial].resolution_mm : 0.0;
+    expected += std::min(1.0, resolution_mm / (2.0 * std::abs(each.size_mm)));
+    stale += each.stale ? 1 : 0;
+  }
+  if (stale == 0) return false;
+  // P(X >= stale), X of a Poisson law.
+  double term = std::exp(-expected);
+  double below = term;
+  for (int k = 1; k < stale; ++k) {
+    term *= expected / k;
+    below += term;
+  }
+  return 1.0 - below < kByAccident;
+}
+
+}  // namespace
+
+HypothesisId id_of(const diagnosis::Hypothesis& hypothesis) {
+  return {std::string(hypothesis.effect->cause), hypothesis.place.name};
+}
+
+std::string dial_name(const Readings& readings, int dial) {
+  if (!readings.has_dials()) return dial == 0 ? "x" : "y";
+  return readings.model().rig().dials[static_cast<std::size_t>(dial)].id;
+}
+
+std::vector<FoundCause> causes_of(const diagnosis::Diagnosis& found, const Readings& readings) {
+  std::vector<FoundCause> causes;
+  for (const diagnosis::Cause& each : found.causes) {
+    FoundCause cause{
+        .id = id_of(each.finding.hypothesis),
+        .tied_with = rivals_of(each.finding),
+        .estimate = each.estimate,
+        .delta_bic = each.delta_bic,
+        .gain_mm = each.gain_mm,
+        .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
+        .on_g1 = each.on_g1,
+        .g2_log_odds = each.g2_log_odds,
+        .visible_ratio = each.visible_ratio};
+    if (found.identified.swap && each.finding.hypothesis == *found.identified.swap) {
+      // Exchanged dials have no size of their own.
+      const double rms_mm = exchanged_rms(readings, each.finding.hypothesis);
+      cause.estimate = {{"difference_rms", "mm", rms_mm, kNan}};
+      cause.visible_ratio = rms_mm / found.noise.sigma_mm;
+    }
+    causes.push_back(std::move(cause));
+  }
+  return causes;
+}
+
+std::vector<GrossReading> gross_readings_of(
+    const diagnosis::Diagnosis& found, const Readings& readings,
+    const session::Session& session) {
+  const bool twice = handed_over_twice(readings, found.identified.gross);
+  std::vector<GrossReading> list;
+  for (const diagnosis::GrossReading& each : found.identified.gross) {
+    const diagnosis::Row& row = readings.rows()[static_cast<std::size_t>(each.row)];
+    const int index = readings.trials()[static_cast<std::size_t>(row.trial)].sample;
+    const session::Sample& sample = session.samples[static_cast<std::size_t>(index)];
+    list.push_back(
+        {.sample = index,
+         .set = sample.set,
+         .point = sample.point,
+         .repeat = sample.repeat,
+         .dial = dial_name(readings, row.dial),
+         .size_mm = each.size_mm,
+         .stale = twice && each.stale,
+         .near_edge = each.near_edge});
+  }
+  return list;
+}
+
+void add_data_faults(std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross) {
+  for (const CauseKind kind : {CauseKind::kOutliers, CauseKind::kStaleReadings}) {
+    double squares = 0.0;
+    double count = 0.0;
+    for (const GrossReading& each : gross) {
+      if (each.stale != (kind == CauseKind::kStaleReadings)) continue;
+      squares += each.size_mm * each.size_mm;
+      ++count;
+    }
+    if (count == 0.0) continue;
+    causes.push_back(
+        {.kind = kind,
+         .id = {kind == CauseKind::kOutliers ? "outliers" : "stale_reading", "samples"},
+         .estimate =
+             {{"count", "1", count, kNan},
+              {"size_rms", "mm", std::sqrt(squares / count), kNan}},
+         .delta_bic = kNan,
+         .gain_mm = kNan,
+         .standing = Standing::kConfirmed,
+         .g2_log_odds = kNan,
+         .visible_ratio = kNan});
+  }
+}
+
+}  // namespace sixdial::studies

@@ -1,0 +1,30 @@
+// The causes and gross readings of a verdict, with ids instead of pointers into the catalogue.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/diagnosis.h"
+#include "session/session.h"
+#include "studies/diagnosis_result.h"
+
+namespace sixdial::studies {
+
+[[nodiscard]] HypothesisId id_of(const diagnosis::Hypothesis& hypothesis);
+
+/// The id of a dial by its number in the rig; "x" and "y" where a session has positions only.
+[[nodiscard]] std::string dial_name(const diagnosis::Readings& readings, int dial);
+
+/// In the order of found.causes, without their curves.
+[[nodiscard]] std::vector<FoundCause> causes_of(
+    const diagnosis::Diagnosis& found, const diagnosis::Readings& readings);
+
+/// Stale only where so many equal the reading before that it is no accident.
+[[nodiscard]] std::vector<GrossReading> gross_readings_of(
+    const diagnosis::Diagnosis& found, const diagnosis::Readings& readings,
+    const session::Session& session);
+
+/// Outliers and stale readings as causes of their own, where there are such.
+void add_data_faults(std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross);
+
+}  // namespace sixdial::studies

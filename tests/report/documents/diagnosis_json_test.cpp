@@ -1,0 +1,123 @@
+// A diagnosis is written and read back whole; what earlier versions wrote is read as well, and
+// a document that cannot be a diagnosis is refused by the name of its key.
+#include "report/documents/diagnosis_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "report/words/diagnosis_axes.h"
+#include "report/words/diagnosis_verdict.h"
+#include "studies/error.h"
+#include "tests/support/paths.h"
+
+namespace sixdial::report {
+namespace {
+
+using ::testing::HasSubstr;
+
+Json document_of(const std::string& number) {
+  return Json::parse(
+      std::ifstream(test_paths::test_data() + "/documents/diagnosis_" + number + ".json"));
+}
+
+struct EarlierDiagnosis : ::testing::TestWithParam<const char*> {};
+
+// Words too: whoever changes a sentence on purpose makes these documents again.
+TEST_P(EarlierDiagnosis, IsWrittenAgainAsItWas) {
+  const Json before = document_of(GetParam());
+  const Json after = to_json(diagnosis_from_json(before));
+  for (const auto& [key, value] : before.items()) EXPECT_EQ(after[key], value) << key;
+  EXPECT_EQ(after.size(), before.size());
+}
+INSTANTIATE_TEST_SUITE_P(, EarlierDiagnosis, ::testing::Values("09", "13"));
+
+TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
+  const studies::DiagnosisResult unknown = diagnosis_from_json(document_of("09"));
+  EXPECT_EQ(verdict_kind(unknown), studies::VerdictKind::kUnknown);
+  ASSERT_EQ(unknown.causes.size(), 1U);
+  EXPECT_EQ(unknown.causes[0].id.name(), "joint_compliance@joints");
+  EXPECT_EQ(unknown.causes[0].standing, studies::Standing::kConfirmed);
+  EXPECT_EQ(unknown.causes[0].signature->along.axis, studies::Axis::kForce);
+  ASSERT_EQ(unknown.not_testable.size(), 1U);
+  EXPECT_EQ(unknown.not_testable[0].why, diagnosis::WhyNotTestable::kAbsorbed);
+  EXPECT_NE(limit_of(unknown, unknown.not_testable[0].id), nullptr);
+  EXPECT_TRUE(unknown.left_along[0].has_smooth);
+  EXPECT_EQ(unknown.parameters.size(), 11U);
+
+  const studies::DiagnosisResult doubtful = diagnosis_from_json(document_of("13"));
+  ASSERT_EQ(doubtful.causes.size(), 2U);
+  EXPECT_TRUE(doubtful.causes[0].is_doubtful());
+  EXPECT_FALSE(doubtful.causes[0].is_only_suspected());
+  EXPECT_EQ(doubtful.causes[1].kind, studies::CauseKind::kOutliers);
+  EXPECT_EQ(doubtful.gross_readings.size(), 4U);
+  const Verdict verdict = verdict_in_words(doubtful);
+  EXPECT_EQ(verdict.found[0].cause, 0U);
+}
+
+struct Spoilt {
+  const char* pointer;
+  Json value;
+  const char* said;
+};
+
+TEST(DiagnosisDocument, WhatItCannotBeIsRefusedByTheNameOfTheKey) {
+  const Json whole = document_of("13");
+  const Spoilt cases[] = {
+      {"/schema", "sixdial.calibration", "sixdial.diagnosis"},
+      {"/schema_version", 7, "version"},
+      {"/causes/0/standing", "certain", "causes[0].standing"},
+      {"/causes/0/estimate", 3, "causes[0].estimate"},
+      {"/causes/0/signature_plot/covariate", "the moon", "covariate"},
+      {"/gain/1/name", "best", "gain[1].name"},
+      {"/noise/source", "guessed", "noise.source"},
+      {"/by_covariate/0/label/0", "few", "label"},
+      {"/extended_model/model", "long", "extended_model.model"}};
+  for (const Spoilt& each : cases) {
+    Json document = whole;
+    document[Json::json_pointer(each.pointer)] = each.value;
+    try {
+      (void)diagnosis_from_json(document);
+      ADD_FAILURE() << each.pointer << " was read";
+    } catch (const studies::Error& error) {
+      EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+      EXPECT_THAT(error.what(), HasSubstr(each.said)) << each.pointer;
+      EXPECT_FALSE(error.hint().empty());
+    }
+  }
+  Json less = whole;
+  less.erase("residuals");
+  EXPECT_THROW((void)diagnosis_from_json(less), studies::Error);
+}
+
+TEST(DiagnosisDocument, EveryAxisGroupAndClassIsFoundAgainByItsName) {
+  using studies::Axis;
+  int axes = 0;
+  for (int i = 0; i <= static_cast<int>(Axis::kDial); ++i) {
+    const studies::Along along{static_cast<Axis>(i), i == 0 ? 3 : -1};
+    EXPECT_EQ(axis_from(axis_name(along)), along) << axis_name(along);
+    ++axes;
+  }
+  EXPECT_EQ(axes, 17);
+  EXPECT_EQ(axis_from("theta0"), std::nullopt);
+  for (int i = 0; i <= static_cast<int>(studies::CurveGroupOf::kPlungerOut); ++i) {
+    const auto group = static_cast<studies::CurveGroupOf>(i);
+    EXPECT_EQ(group_from(group_name(group)), group);
+  }
+  studies::LeftInClass arrival;
+  ASSERT_TRUE(class_from(Axis::kJointArrival, "joint 1 up, joint 2 unknown", arrival));
+  EXPECT_EQ(arrival.signs, (std::vector<int>{1, 0}));
+  EXPECT_FALSE(class_from(Axis::kJointArrival, "joint 2 up", arrival));
+  studies::LeftInClass range;
+  ASSERT_TRUE(class_from(Axis::kToolX, "-1.5e-05 to 2", range));
+  EXPECT_EQ(range.low, -1.5e-5);
+  EXPECT_EQ(range.high, 2.0);
+  studies::SignatureCurve curve;
+  EXPECT_TRUE(quantity_from("angle error of joint 2", curve));
+  EXPECT_EQ(curve.joint, 1);
+  EXPECT_FALSE(quantity_from("angle error of joint two", curve));
+}
+
+}  // namespace
+}  // namespace sixdial::report
