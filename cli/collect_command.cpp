@@ -98,10 +98,23 @@ Json follow(Cli& cli, Screen& screen) {
   Json status = cli.call("collect.status");
   load_plan(cli, screen, status["session"].get<std::string>());
   bool quitting = false;
+  const auto take_event = [&](const Json& event) {
+    const Json& params = event["params"];
+    if (event["method"] == "events.gap") {
+      status = cli.call("collect.status");
+    } else if (params["topic"] == "sample") {
+      screen.show_sample(params["data"]);
+    } else if (params["topic"] == "live") {
+      screen.show_dials(params["data"]);
+    } else if (params["topic"] == "collect") {
+      status = params["data"];
+      screen.show_state(status);
+    }
+  };
   while (!has_ended(status)) {
-    std::optional<Json> event;
     try {
-      event = cli.client().next_event(kLookForKeys);
+      const std::optional<Json> event = cli.client().next_event(kLookForKeys);
+      if (event) take_event(*event);
       if (const char* method = method_for(keys.pressed())) {
         cli.call(method);
         screen.note(method);
@@ -113,18 +126,6 @@ Json follow(Cli& cli, Screen& screen) {
       cli.call("collect.stop");
     } catch (const service::RemoteError& error) {
       screen.note(error.what());  // a key at the wrong moment
-    }
-    if (!event) continue;
-    const Json& params = (*event)["params"];
-    if ((*event)["method"] == "events.gap") {
-      status = cli.call("collect.status");
-    } else if (params["topic"] == "sample") {
-      screen.show_sample(params["data"]);
-    } else if (params["topic"] == "live") {
-      screen.show_dials(params["data"]);
-    } else if (params["topic"] == "collect") {
-      status = params["data"];
-      screen.show_state(status);
     }
   }
   screen.end();

@@ -159,23 +159,25 @@ std::vector<std::string> screen_topics(const Console& console) {
   return topics;
 }
 
-void Block::show() {
-  if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return;
+std::string Block::drawn() {
+  if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return "";
   // A line that the terminal would wrap could not be taken away again.
   const std::size_t width = terminal_width();
+  std::string bytes;
   for (const std::string& line : lines_) {
     const std::string shown = line.substr(0, width);
-    console_.err << shown << '\n';
+    bytes += shown + '\n';
     on_screen_.push_back(shown.size());
   }
+  return bytes;
 }
 
-void Block::clear() {
-  if (on_screen_.empty()) return;
+std::string Block::erased() {
+  if (on_screen_.empty()) return "";
   std::size_t rows = 0;
   for (const std::size_t letters : on_screen_) rows += rows_of(letters, terminal_width() + 1);
-  console_.err << "\r\x1b[" << rows << "A\x1b[J" << std::flush;
   on_screen_.clear();
+  return fmt::format("\r\x1b[{}A\x1b[J", rows);
 }
 
 void Screen::show_state(const Json& state) {
@@ -192,25 +194,51 @@ void Screen::show_state(const Json& state) {
         "{}move the robot to {}, then: m, or sixdial collection moved", point_text(state),
         joints_text(state["move_to"])));
   }
-  if (type == "estimate" && state["estimate"].is_object()) {
-    show_estimate(report::estimate_from_json(state["estimate"]));
+  if (type == "estimate" && state["estimate"].is_object() && !console_.json) {
+    estimate_ = report::estimate_from_json(state["estimate"]);
+    if (console_.terminal && !console_.quiet) return show_block();
   }
   redraw();
 }
 
+void Screen::send(const std::string& bytes) const {
+  if (bytes.empty()) return;
+  console_.send(console_.terminal ? "\x1b[?2026h" + bytes + "\x1b[?2026l" : bytes);
+}
+
+std::string Screen::erased() {
+  const std::string line = line_.erased();  // first: the block stands above it
+  return line + block_.erased();
+}
+
+std::string Screen::drawn() {
+  const std::string bytes = block_.drawn();
+  if (!state_.is_object()) return bytes;
+  std::string remark;
+  if (console_.terminal) {
+    remark = point_text(state_) + state_.value("stage", "");
+  } else if (estimate_) {
+    remark = report::estimate_summary(*estimate_);
+  }
+  return bytes + line_.drawn(
+                     "collecting", state_["done"].get<std::int64_t>(),
+                     state_["total"].get<std::int64_t>(),
+                     state_["eta_s"].is_number() ? std::optional(state_["eta_s"].get<double>())
+                                                 : std::nullopt,
+                     remark);
+}
+
 void Screen::redraw() {
-  block_.show();
-  if (!state_.is_object()) return;
-  line_.show(
-      "collecting", state_["done"].get<std::int64_t>(), state_["total"].get<std::int64_t>(),
-      state_["eta_s"].is_number() ? std::optional(state_["eta_s"].get<double>()) : std::nullopt,
-      console_.terminal ? point_text(state_) + state_.value("stage", "") : std::string());
+  const std::string line = line_.erased();  // the block above it may stay
+  send(line + drawn());
 }
 
 void Screen::show_sample(const Json& sample) {
   if (console_.json || console_.quiet) return;
   map_.take_sample(sample);
-  note(sample_line(sample));
+  // A file or a pipe gets a line at each tenth of the way, and what someone should look at.
+  const bool remarkable = !sample["remarks"].empty() || sample.value("doubt", "") != "";
+  if (console_.terminal || remarkable) note(sample_line(sample));
 }
 
 std::vector<std::string> Screen::lines(std::size_t width, std::size_t height) const {
@@ -265,38 +293,18 @@ void Screen::show_dials(const Json& live) {
 }
 
 void Screen::show_block() {
-  line_.clear();
-  block_.clear();
+  const std::string before = erased();
   block_.set(lines(terminal_width(), terminal_height()));
-  redraw();
+  send(before + drawn());
 }
 
 void Screen::note(const std::string& text) {
-  line_.clear();
-  block_.clear();
   if (!console_.terminal) return console_.note(text);
-  for (const std::string& each : wrapped(text, terminal_width())) console_.note(each);
+  std::string bytes = erased();
+  for (const std::string& each : wrapped(text, terminal_width())) bytes += each + '\n';
+  send(bytes + drawn());
 }
 
-void Screen::end() {
-  line_.clear();
-  block_.clear();
-}
-
-void Screen::show_estimate(const studies::EstimateSummary& estimate) {
-  if (console_.json || console_.quiet) return;
-  estimate_ = estimate;
-  if (console_.terminal) {
-    show_block();
-    return;
-  }
-  std::vector<std::string> lines = report::estimate_parameters(estimate);
-  lines.push_back(report::estimate_summary(estimate));
-  constexpr int kParametersEvery = 10;
-  if (estimate.samples % kParametersEvery != 0) {
-    lines.erase(lines.begin(), lines.end() - 1);
-  }
-  for (const std::string& each : lines) note(each);
-}
+void Screen::end() { send(erased()); }
 
 }  // namespace sixdial::cli

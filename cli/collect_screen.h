@@ -30,9 +30,10 @@ class Block {
  public:
   explicit Block(const Console& console) : console_(console) {}
   void set(std::vector<std::string> lines) { lines_ = std::move(lines); }
-  void show();
-  /// The cursor stands in the line below.
-  void clear();
+  /// What is to be sent so that the terminal shows the lines; empty if it does.
+  [[nodiscard]] std::string drawn();
+  /// What takes them away again while the cursor stands in the line below them.
+  [[nodiscard]] std::string erased();
 
  private:
   const Console& console_;
@@ -40,6 +41,9 @@ class Block {
   std::vector<std::size_t> on_screen_;  // letters of each line
 };
 
+/// Each change of the screen is one write between the marks of synchronized output (DEC private
+/// mode 2026). A large one still reaches the terminal in pieces of 4 kB; a terminal that knows
+/// the marks shows nothing of it before its end, others ignore them.
 class Screen {
  public:
   explicit Screen(const Console& console)
@@ -56,9 +60,11 @@ class Screen {
   void end();
 
  private:
-  void show_estimate(const studies::EstimateSummary& estimate);
   void redraw();
+  void send(const std::string& bytes) const;
   void show_block();
+  [[nodiscard]] std::string drawn();
+  [[nodiscard]] std::string erased();
 
   const Console& console_;
   Block block_;

@@ -68,6 +68,20 @@ void print_plan(
   }
 }
 
+/// The calibration or diagnosis that the angles need first. Off a terminal one line announces
+/// it: its progress would be longer than the answer.
+template <class Work>
+auto made_first(
+    const Console& console, const std::string& what, const std::string& option,
+    const Work& work) {
+  Console calm = console;
+  if (!console.terminal && !console.quiet) {
+    console.note(fmt::format("making {} first; {} FILE takes a stored one", what, option));
+    calm.quiet = true;
+  }
+  return run_here(calm, what, work);
+}
+
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
@@ -77,8 +91,9 @@ service::ExitCode extend_bundle(
     request.seed = options.seed;
     request.bootstrap = 0;
     request.with_gain = false;
-    diagnosis =
-        run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+    diagnosis = made_first(
+        cli.console, "the diagnosis", "--diagnosis-file",
+        [&](const auto& progress, std::stop_token stop) {
           return studies::diagnose(session, request, progress, std::move(stop));
         });
   } else {
@@ -116,8 +131,9 @@ studies::CalibrationResult calibration_of(
   studies::CalibrationRequest request;
   request.seed = options.seed;
   request.method = options.calibration_method;
-  return run_here(
-      cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+  return made_first(
+      cli.console, "the calibration", "--calibration",
+      [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, request, progress, std::move(stop));
       });
 }

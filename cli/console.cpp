@@ -49,27 +49,35 @@ void Console::print(
   }
 }
 
-void Console::note(const std::string& text) const { err << text << '\n'; }
+void Console::send(std::string_view text) const {
+  if (text.empty()) return;
+  // std::cerr writes at each <<, so pieces would be seen one by one.
+  err.write(text.data(), static_cast<std::streamsize>(text.size()));
+  err.flush();
+}
+
+void Console::note(const std::string& text) const { send(text + '\n'); }
 
 void Console::warn(const std::string& text) const {
-  err << (colour ? "\x1b[33mwarning:\x1b[0m " : "warning: ") << text << '\n';
+  send((colour ? "\x1b[33mwarning:\x1b[0m " : "warning: ") + text + '\n');
 }
 
 void Console::error(const Json& error_object) const {
-  err << (colour ? "\x1b[31merror:\x1b[0m " : "error: ")
-      << error_object.value("message", std::string("without words")) << '\n';
+  std::string text = (colour ? "\x1b[31merror:\x1b[0m " : "error: ") +
+                     error_object.value("message", std::string("without words")) + '\n';
   const Json data = error_object.value("data", Json::object());
   const Json at = data.value("at", Json::object());
   for (const auto& [key, value] : at.items()) {
     if (key == "findings") continue;
-    err << "  " << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump())
-        << '\n';
+    text += fmt::format(
+        "  {}: {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
   }
   const std::string hint = data.value("hint", std::string());
   // Some say in the message what to do, and once is enough.
   const bool said =
       error_object.value("message", std::string()).find(hint) != std::string::npos;
-  if (!hint.empty() && !said) err << "  " << hint << '\n';
+  if (!hint.empty() && !said) text += fmt::format("  {}\n", hint);
+  send(text);
   if (json) print_json("error", {{"error", error_object}});
 }
 
@@ -153,10 +161,10 @@ std::string progress_text(
   return fmt::format("[{}{}] {}", std::string(full, '#'), std::string(cells - full, '.'), said);
 }
 
-void ProgressLine::show(
+std::string ProgressLine::drawn(
     std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
     std::string_view remark) {
-  if (console_.quiet) return;
+  if (console_.quiet) return "";
   const double fraction =
       total > 0 ? std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0)
                 : 0.0;
@@ -165,18 +173,31 @@ void ProgressLine::show(
   if (eta_s && *eta_s >= kNotWorthSaying_s)
     text += fmt::format("  {} left", duration_text(*eta_s));
   if (console_.terminal) {
-    clear();
+    const std::string before = erased();
     const std::string line = progress_text(fraction, text, terminal_width(), remark);
-    console_.err << line << std::flush;
     on_screen_ = line.size();
-    return;
+    return before + line;
   }
   if (!remark.empty()) text += fmt::format("  {}", remark);
   const auto tenth = static_cast<std::int64_t>(fraction * 10.0);
-  if (stage == shown_stage_ && tenth == shown_tenth_) return;
+  if (stage == shown_stage_ && tenth == shown_tenth_) return "";
   shown_stage_ = stage;
   shown_tenth_ = tenth;
-  console_.err << text << std::endl;
+  return text + '\n';
+}
+
+std::string ProgressLine::erased() {
+  if (on_screen_ == 0) return "";
+  // A terminal that was made narrower has wrapped it.
+  const std::size_t rows = rows_of(on_screen_, terminal_width() + 1);
+  on_screen_ = 0;
+  return (rows > 1 ? fmt::format("\x1b[{}A", rows - 1) : std::string()) + "\r\x1b[J";
+}
+
+void ProgressLine::show(
+    std::string_view stage, std::int64_t done, std::int64_t total, std::optional<double> eta_s,
+    std::string_view remark) {
+  console_.send(drawn(stage, done, total, eta_s, remark));
 }
 
 void ProgressLine::show(const studies::Progress& progress) {
@@ -185,13 +206,6 @@ void ProgressLine::show(const studies::Progress& progress) {
       progress.best_mm ? fmt::format("best {:.6f} mm", *progress.best_mm) : std::string());
 }
 
-void ProgressLine::clear() {
-  if (on_screen_ == 0) return;
-  // A terminal that was made narrower has wrapped it.
-  const std::size_t rows = rows_of(on_screen_, terminal_width() + 1);
-  if (rows > 1) console_.err << "\x1b[" << rows - 1 << 'A';
-  console_.err << "\r\x1b[J" << std::flush;
-  on_screen_ = 0;
-}
+void ProgressLine::clear() { console_.send(erased()); }
 
 }  // namespace sixdial::cli

@@ -25,6 +25,8 @@ struct Console {
 
   /// --json: {"schema": name, "schema_version": 1, ...document} on one line.
   void print_json(std::string_view schema, const Json& document) const;
+  /// To stderr, the whole text in one write: nobody who looks sees the half of it.
+  void send(std::string_view text) const;
   /// The text (ended by a newline) in the human form, the document with --json.
   void print(std::string_view schema, const Json& document, const std::string& text) const;
   void note(const std::string& text) const;
@@ -68,6 +70,12 @@ class ProgressLine {
   void show(const studies::Progress& progress);
   /// Takes the line off the terminal so that other text can be printed.
   void clear();
+  /// What show() and clear() send, for a caller that sends it together with other text; the
+  /// line counts as drawn, or as erased, from now on.
+  [[nodiscard]] std::string drawn(
+      std::string_view stage, std::int64_t done, std::int64_t total,
+      std::optional<double> eta_s, std::string_view remark);
+  [[nodiscard]] std::string erased();
 
  private:
   const Console& console_;

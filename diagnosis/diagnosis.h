@@ -12,9 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/estimates.h"
 #include "diagnosis/gain.h"
 #include "diagnosis/identify.h"
 #include "diagnosis/limits.h"
+#include "diagnosis/scatter.h"
 
 namespace sixdial::diagnosis {
 
@@ -27,20 +29,6 @@ struct DiagnosisSettings {
   std::uint64_t seed = 1;
   bool with_gain = true;  // trains networks: most of the time of a small session
   bool with_limits = true;
-};
-
-enum class NoiseSource { kRepeats, kRigFile };
-
-struct Noise {
-  NoiseSource source = NoiseSource::kRigFile;
-  double sigma_mm = 0.0;
-  int degrees_of_freedom = 0;  // 0: taken as known
-};
-
-struct Estimate {
-  std::string name, unit;
-  double value = 0.0;
-  double sd = 0.0;  // NaN where the value was searched, not fitted
 };
 
 struct Cause {
@@ -60,13 +48,6 @@ struct Dependence {
   std::string enters;
   double log_odds_before = 0.0, log_odds_after = 0.0;
   double rms_before_mm = 0.0, rms_after_mm = 0.0;
-};
-
-/// A dial that scatters more than it should, and more than the others.
-struct NoisyDial {
-  std::string dial;
-  double sigma_mm = 0.0;
-  double expected_mm = 0.0;  // by its repeats, else by the rig file
 };
 
 struct Remainder {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diagnosis/identify.h"
+#include "diagnosis/tool_shift.h"
 
 namespace sixdial::diagnosis {
 
@@ -51,18 +52,23 @@ struct GainSettings {
   bool networks = true;
 };
 
-/// `all` as they were explained (exchanged dials set right), `g1` and `g2` the same readings
-/// counted on each side; `raw_g1` and `raw_g2` as they were measured (the same objects where no
-/// dials were exchanged). `extended` names the causes and where to start.
-[[nodiscard]] GainStudy study_gain(
-    const Readings& all, const Readings& g1, const Readings& g2, const Readings& raw_g1,
-    const Readings& raw_g2, const JointFit& baseline, const JointFit& extended,
-    const GainSettings& settings, const std::stop_token& stop = {});
+/// The same readings twice: those counted that were fitted, and those counted that judge.
+struct FittedAndJudged {
+  Readings fitted;  // G1
+  Readings judged;  // G2
+};
 
-/// Shift of the tool by sample that explains the residuals best, the cuboid's angle free where
-/// the contacts allow it; 2 x trials [mm], NaN where too few readings.
-[[nodiscard]] Eigen::Matrix2Xd tool_shift(
-    const Readings& readings, const JointFit& fit, const Eigen::VectorXd& residual_mm,
-    const Eigen::VectorXd& weight);
+/// What is judged, and on what.
+struct GainQuestion {
+  const Readings& all;        // as they were explained: exchanged dials set right
+  FittedAndJudged explained;  // the same, by side
+  /// As they were measured, where dials were exchanged: what the models without causes face.
+  std::optional<FittedAndJudged> as_measured;
+  const JointFit& baseline;
+  const JointFit& extended;  // names the causes, and says where to start
+};
+[[nodiscard]] GainStudy study_gain(
+    const GainQuestion& question, const GainSettings& settings,
+    const std::stop_token& stop = {});
 
 }  // namespace sixdial::diagnosis

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "diagnosis/evidence.h"
-#include "geometry/robots/five_bar.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -85,32 +85,55 @@ std::vector<std::string> absorbers(
   return result;
 }
 
-}  // namespace
+/// What one session can show: each hypothesis against its rivals.
+class LimitStudy {
+ public:
+  LimitStudy(
+      const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
+      const Settings& settings)
+      : readings_(readings), fit_(fit), projector_(fit) {
+    const simulation::ExtendedModel extended(readings.model(), fit.effects);
+    const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+    for (const Hypothesis& each : hypotheses) {
+      if (each.effect->exchanges_dials) continue;  // no size to be told
+      Seen seen = seen_of(each, extended, simulated);
+      if (!seen.columns.empty()) all_.push_back(std::move(seen));
+    }
+    // Log evidence that detects: the prior of one among so many, and what a name must show.
+    const double tests = static_cast<double>(std::max<std::size_t>(2, all_.size()));
+    seen_at_ = with_power(std::log(tests) + settings.least_log_odds);
+    apart_ = with_power(settings.tie_log_odds);
+  }
 
-std::vector<Limit> limits_of(
-    const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-    const Settings& settings) {
-  const Projector projector(fit);
-  const Eigen::MatrixXd& Q = projector.Q();
-  const Eigen::VectorXd& root = projector.root_weight();
-  const simulation::ExtendedModel extended(readings.model(), fit.effects);
-  const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+  [[nodiscard]] std::vector<Limit> limits() const {
+    std::vector<Limit> result;
+    for (const Seen& own : all_) result.push_back(limit_of(own));
+    return result;
+  }
 
-  std::vector<Seen> all;
-  for (const Hypothesis& each : hypotheses) {
-    if (each.effect->exchanges_dials) continue;  // no size to be told
+ private:
+  /// Mean log odds at which they exceed `log_odds` with the power asked for: two explanations
+  /// whose log odds are d differ by a signal of sqrt(2 d) standard deviations.
+  [[nodiscard]] static double with_power(double log_odds) {
+    return std::pow(kPower + std::sqrt(kPower * kPower + 2 * log_odds), 2) / 2;
+  }
+
+  [[nodiscard]] Seen seen_of(
+      const Hypothesis& each, const simulation::ExtendedModel& extended,
+      const Eigen::VectorXd& simulated) const {
     Seen seen{each, {}, 1.0, 0.0, {}};
     std::vector<double> values{0.0};
     if (each.effect->searched) {
       values =
-          each.effect->searched(readings.model().rig(), readings.circumstances(), each.place);
+          each.effect->searched(readings_.model().rig(), readings_.circumstances(), each.place);
       seen.search_cost = std::log(static_cast<double>(std::max<std::size_t>(1, values.size())));
       values = few_of(std::move(values));
     }
+    const Eigen::MatrixXd& Q = projector_.Q();
     for (const double value : values) {
       const Eigen::MatrixXd raw =
-          root.asDiagonal() *
-          effect_columns(readings, fit.model, extended, at_rest(each, value), simulated);
+          projector_.root_weight().asDiagonal() *
+          effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated);
       Eigen::MatrixXd kept(raw.rows(), 0);
       for (Eigen::Index i = 0; i < raw.cols(); ++i) {
         if (raw.col(i).squaredNorm() <= 0) continue;
@@ -123,22 +146,10 @@ std::vector<Limit> limits_of(
       seen.surviving = std::min(seen.surviving, projected.norm() / kept.norm());
       seen.columns.push_back(projected);
     }
-    if (!seen.columns.empty()) all.push_back(std::move(seen));
+    return seen;
   }
 
-  const double freedom = projector.freedom();
-  const double noise_squares = projector.squares();
-  const double s = std::sqrt(noise_squares / freedom);
-  const double tests = static_cast<double>(std::max<std::size_t>(2, all.size()));
-  // Log evidence that detects: the prior of one among so many, and what a name must show.
-  const double needed = std::log(tests) + settings.least_log_odds;
-  // Two explanations whose log odds are d differ by a signal of sqrt(2 d) standard deviations.
-  const double apart =
-      std::pow(kPower + std::sqrt(kPower * kPower + 2 * settings.tie_log_odds), 2) / 2;
-  const double seen_at = std::pow(kPower + std::sqrt(kPower * kPower + 2 * needed), 2) / 2;
-
-  std::vector<Limit> result;
-  for (const Seen& own : all) {
+  [[nodiscard]] Limit limit_of(const Seen& own) const {
     Limit limit;
     limit.hypothesis = own.hypothesis;
     const auto parameter =
@@ -146,6 +157,14 @@ std::vector<Limit> limits_of(
     limit.unit = std::string(parameter->unit);
     limit.plausible = parameter->sigma;
     limit.surviving = own.surviving;
+    limit.detect = limit.name = kInfinite;
+    if (own.surviving >= kLeastSurviving) find_sizes(own, limit);
+    limit.absorbed_by =
+        absorbers(readings_.model().parameters(), own.raw, fit_.J, projector_.root_weight());
+    return limit;
+  }
+
+  void find_sizes(const Seen& own, Limit& limit) const {
     // The typical searched value; a step in the middle, a period in the middle.
     const Eigen::MatrixXd& columns = own.columns[own.columns.size() / 2];
     // Of several parameters the direction that shows least.
@@ -153,59 +172,77 @@ std::vector<Limit> limits_of(
         columns.transpose() * columns, Eigen::ComputeFullV);
     const Eigen::VectorXd direction = svd.matrixV().rightCols(1);
     const Eigen::VectorXd unit_signal = columns * direction;
-    const double low = 1e-4 * s / std::max(1e-300, unit_signal.norm());
+    const double s_mm = std::sqrt(projector_.squares() / projector_.freedom());
+    const double low = 1e-4 * s_mm / std::max(1e-300, unit_signal.norm());
     const double high = 1e8 * low;
-    constexpr double kLeastSurviving = 1e-5;
-    if (own.surviving < kLeastSurviving) {
-      limit.detect = limit.name = kInfinite;
-    } else {
-      limit.detect = least_size(low, high, [&](double size) {
-        return evidence_of(columns, size * unit_signal, noise_squares, freedom) -
-                   own.search_cost >=
-               seen_at;
-      });
-      // The rivals that look most like it.
-      std::vector<std::pair<double, const Seen*>> rivals;
-      for (const Seen& other : all) {
-        if (other.hypothesis == own.hypothesis) continue;
-        double alike = 0.0;
-        for (const Eigen::MatrixXd& columns_b : other.columns) {
-          if (other.surviving < kLeastSurviving) continue;
-          const Eigen::MatrixXd basis = orthonormal_basis(columns_b);
-          alike = std::max(
-              alike,
-              (basis.transpose() * unit_signal).norm() / std::max(1e-300, unit_signal.norm()));
+    limit.detect = least_size(low, high, [&](double size) {
+      return evidence(columns, size * unit_signal) - own.search_cost >= seen_at_;
+    });
+    limit.name = limit.detect;
+    for (const Seen* other : hardest_rivals(own, unit_signal)) {
+      const double size = least_size(low, high, [&](double amount) {
+        const Eigen::VectorXd signal = amount * unit_signal;
+        double best = -1e300;
+        for (const Eigen::MatrixXd& columns_b : other->columns) {
+          best = std::max(best, evidence(columns_b, signal));
         }
-        rivals.emplace_back(alike, &other);
-      }
-      std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) {
-        return a.first != b.first ? a.first > b.first
-                                  : a.second->hypothesis.name() < b.second->hypothesis.name();
+        return evidence(columns, signal) - own.search_cost - (best - other->search_cost) >=
+               apart_;
       });
-      constexpr std::size_t kHardest = 4;
-      if (rivals.size() > kHardest) rivals.resize(kHardest);
-      limit.name = limit.detect;
-      for (const auto& [alike, other] : rivals) {
-        const double size = least_size(low, high, [&](double amount) {
-          const Eigen::VectorXd signal = amount * unit_signal;
-          double best = -1e300;
-          for (const Eigen::MatrixXd& columns_b : other->columns) {
-            best = std::max(best, evidence_of(columns_b, signal, noise_squares, freedom));
-          }
-          return evidence_of(columns, signal, noise_squares, freedom) - own.search_cost -
-                     (best - other->search_cost) >=
-                 apart;
-        });
-        if (size > limit.name || (!limit.rival && size >= limit.name)) {
-          limit.name = size;
-          limit.rival = other->hypothesis;
-        }
+      if (size > limit.name || (!limit.rival && size >= limit.name)) {
+        limit.name = size;
+        limit.rival = other->hypothesis;
       }
     }
-    limit.absorbed_by = absorbers(readings.model().parameters(), own.raw, fit.J, root);
-    result.push_back(std::move(limit));
   }
-  return result;
+
+  /// Those whose columns take over most of the signal.
+  [[nodiscard]] std::vector<const Seen*> hardest_rivals(
+      const Seen& own, const Eigen::VectorXd& unit_signal) const {
+    std::vector<std::pair<double, const Seen*>> rivals;
+    for (const Seen& other : all_) {
+      if (other.hypothesis == own.hypothesis) continue;
+      double alike = 0.0;
+      for (const Eigen::MatrixXd& columns_b : other.columns) {
+        if (other.surviving < kLeastSurviving) continue;
+        const Eigen::MatrixXd basis = orthonormal_basis(columns_b);
+        alike = std::max(
+            alike,
+            (basis.transpose() * unit_signal).norm() / std::max(1e-300, unit_signal.norm()));
+      }
+      rivals.emplace_back(alike, &other);
+    }
+    std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first
+                                : a.second->hypothesis.name() < b.second->hypothesis.name();
+    });
+    constexpr std::size_t kHardest = 4;
+    std::vector<const Seen*> result;
+    for (const auto& [alike, other] : rivals) {
+      if (result.size() < kHardest) result.push_back(other);
+    }
+    return result;
+  }
+
+  [[nodiscard]] double evidence(
+      const Eigen::MatrixXd& columns, const Eigen::VectorXd& signal) const {
+    return evidence_of(columns, signal, projector_.squares(), projector_.freedom());
+  }
+
+  const Readings& readings_;
+  const JointFit& fit_;
+  Projector projector_;
+  std::vector<Seen> all_;
+  double seen_at_ = 0.0;
+  double apart_ = 0.0;
+};
+
+}  // namespace
+
+std::vector<Limit> limits_of(
+    const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
+    const Settings& settings) {
+  return LimitStudy(readings, fit, hypotheses, settings).limits();
 }
 
 }  // namespace sixdial::diagnosis

@@ -25,10 +25,10 @@ finish() {
   rm -rf "$run_dir"
 }
 trap finish EXIT
-wait_for() {  # what, command ...: up to ten seconds
+wait_for() {  # what, command ...: up to a minute
   local what=$1 i
   shift
-  for ((i = 0; i < 100; i++)); do
+  for ((i = 0; i < 600; i++)); do
     "$@" && return 0
     sleep 0.1
   done

@@ -53,13 +53,19 @@ Collection::Collection(
 Collection::~Collection() { stop_and_wait(); }
 
 Json Collection::start(CollectRequest request) {
-  const std::lock_guard lock(mutex_);
-  if (is_active(state_)) {
-    throw Error(
-        ErrorCode::kWrongState, fmt::format("session {} is being collected", session_),
-        {{"session", session_}}, "Stop it first: collect.stop.");
+  const std::lock_guard only_one(thread_mutex_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_active(state_)) {
+      throw Error(
+          ErrorCode::kWrongState, fmt::format("session {} is being collected", session_),
+          {{"session", session_}}, "Stop it first: collect.stop.");
+    }
   }
-  if (thread_.joinable()) thread_.join();  // it has ended
+  // The last collection has ended, but its thread may still be telling so, and needs mutex_
+  // for that.
+  if (thread_.joinable()) thread_.join();
+  const std::lock_guard lock(mutex_);
   std::shared_ptr<Run> run = made_run(request);
   connect_devices(*run);
   store_.record_action(
@@ -149,6 +155,7 @@ void Collection::forget_last_run() {
   progress_ = {};
   stored_ = skipped_ = failed_ = left_out_ = 0;
   estimate_.reset();
+  ++estimate_turn_;
   unusual_.clear();
   ended_because_.clear();
   troubles_ = Json::array();
@@ -223,10 +230,14 @@ std::string Collection::unusual(const std::string& session, const db::PointKey& 
 
 void Collection::samples_changed(const std::string& session) {
   std::shared_ptr<const Run> run;
+  std::uint64_t turn = 0;
   {
     const std::lock_guard lock(mutex_);
     if (session != session_ || is_active(state_) || !run_) return;
     run = run_;
+    turn = ++estimate_turn_;
+    unusual_.clear();
+    estimate_.reset();
   }
   studies::LiveEstimate estimate(run->rig, run->plan.points);
   std::map<db::PointKey, double> unusual;
@@ -239,9 +250,9 @@ void Collection::samples_changed(const std::string& session) {
   }
   {
     const std::lock_guard lock(mutex_);
-    if (run_ != run || is_active(state_)) return;  // another collection has begun meanwhile
+    // Another collection has begun meanwhile, or another sample was withdrawn.
+    if (turn != estimate_turn_) return;
     unusual_ = std::move(unusual);
-    estimate_.reset();
     if (told) estimate_ = estimate.summary();
   }
   publish("estimate");

@@ -66,7 +66,9 @@ class Collection {
   /// against the fit so far. Empty: it is not.
   [[nodiscard]] std::string unusual(
       const std::string& session, const db::PointKey& point) const;
-  /// A sample was withdrawn: the estimate is made anew from what is left.
+  /// A sample was withdrawn: the estimate is made anew from what is left. If another collection
+  /// begins meanwhile, or another sample is withdrawn, this estimate is out of date and
+  /// dropped.
   void samples_changed(const std::string& session);
 
   // Commands of an active collection; throw Error wrong_state otherwise.
@@ -124,7 +126,8 @@ class Collection {
   std::size_t stored_ = 0, skipped_ = 0, failed_ = 0, left_out_ = 0;  // in this run
   std::map<db::PointKey, double> unusual_;            // times the usual residual
   std::optional<studies::EstimateSummary> estimate_;  // empty: nothing of G1 so far
-  std::string ended_because_;                         // empty while it runs
+  std::uint64_t estimate_turn_ = 0;         // counts what makes an older estimate out of date
+  std::string ended_because_;               // empty while it runs
   Json clock_steps_ = Json::array();        // when the time of day was changed, in this run
   std::vector<std::string> clock_remarks_;  // for the next sample
   Json troubles_ = Json::array();           // points without a sample, and why
@@ -133,6 +136,8 @@ class Collection {
   std::optional<acquisition::ManualAnswer> answer_;
   /// Shared: samples_changed() may still look at the last one while start() makes the next.
   std::shared_ptr<Run> run_;
+
+  std::mutex thread_mutex_;  // who starts or joins thread_ holds it; taken before mutex_
   std::jthread thread_;
 };
 

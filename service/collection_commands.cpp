@@ -167,6 +167,7 @@ void Collection::stop() {
 }
 
 void Collection::stop_and_wait() {
+  const std::lock_guard no_start(thread_mutex_);
   {
     const std::lock_guard lock(mutex_);
     if (is_active(state_)) state_ = CollectState::kStopping;

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <thread>
@@ -28,6 +29,7 @@ struct DaemonOptions {
   std::string socket = default_socket_path().string();
   std::string database = default_database_path().string();
   double clock_speed = 1.0;
+  double longest_shut_down_s = 4.5;
   std::string clock_start;
   std::string log_level = "info";
   bool print_protocol = false;
@@ -72,6 +74,11 @@ void add_options(CLI::App& app, DaemonOptions& options) {
          "the rig's clock runs so many times faster than the wall's (a mock rig)")
       ->check(CLI::Range(0.001, 1e6));
   app.add_option("--clock-start", options.clock_start, "what the rig's clock begins with, UTC");
+  app.add_option(
+         "--longest-shutdown", options.longest_shut_down_s,
+         "seconds after a signal to end, at most: what still hangs then is left")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
   app.add_option("--log-level", options.log_level, "debug, info, warn, error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
   options.live =
@@ -106,8 +113,11 @@ int print_rig(const std::string& dialect, std::ostream& out, std::ostream& err) 
 void serve(const DaemonOptions& options, std::ostream& out) {
   Service service(service_options(options));
   Server server(
-      service,
-      {.socket_path = options.socket, .take_over_from_systemd = true, .handle_signals = true});
+      service, {.socket_path = options.socket,
+                .take_over_from_systemd = true,
+                .handle_signals = true,
+                .longest_shut_down = std::chrono::milliseconds(
+                    std::llround(1e3 * options.longest_shut_down_s))});
   std::optional<LivePage> page;
   if (options.live->count() > 0) {
     page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});

@@ -94,48 +94,48 @@ std::optional<SignatureCurve> unless_empty(SignatureCurve curve) {
   return empty ? std::nullopt : std::optional(std::move(curve));
 }
 
+/// The axis that a row's picture is drawn against.
+Axis axis_of(simulation::Against against) {
+  switch (against) {
+    case simulation::Against::kJointAngle:
+      return Axis::kJointAngle;
+    case simulation::Against::kTime:
+      return Axis::kTime;
+    case simulation::Against::kTemperature:
+      return Axis::kTemperature;
+    case simulation::Against::kTravel:
+      return Axis::kTravel;
+    case simulation::Against::kForce:
+      return Axis::kForce;
+    case simulation::Against::kOtherCoordinate:
+      return Axis::kOtherCoordinate;
+    case simulation::Against::kRotation:
+      return Axis::kFaceRotation;
+    case simulation::Against::kReadingTimesRotation:
+      return Axis::kReadingTimesFace;
+    case simulation::Against::kReading:
+      return Axis::kReading;
+    case simulation::Against::kSimulatedReading:
+      return Axis::kSimulatedReading;
+  }
+  return Axis::kSample;
+}
+
 }  // namespace
 
-/// Which quantity shows an effect, against what, and which samples are told apart.
+/// The row's picture of an effect, with the axis that this session has for it.
 struct DiagnosisCurves::Shape {
-  enum class Shows { kJointAngle, kToolShift, kReading };
-  enum class Groups { kNone, kJointApproach, kPlungerDirection };
-  Shows shows = Shows::kReading;
-  Axis against = Axis::kFaceRotation;
-  Groups groups = Groups::kNone;
-  bool is_function = true;
+  using Shows = simulation::Shows;
+  using Groups = simulation::Groups;
+  Shows shows;
+  Axis against;
+  Groups groups;
+  bool is_function;
 };
 
 DiagnosisCurves::Shape DiagnosisCurves::shape_of(const ActiveEffect& active) {
-  using enum Shape::Shows;
-  const std::string_view cause = active.effect->cause;
-  const bool step = cause == "step";
-  if (active.place.joint >= 0) {
-    return {
-        kJointAngle, step ? Axis::kTime : Axis::kJointAngle,
-        cause == "joint_backlash" ? Shape::Groups::kJointApproach : Shape::Groups::kNone, true};
-  }
-  const bool at_the_tool = active.effect->after_kinematics || active.effect->before_kinematics;
-  if (step ? active.place.name == "base" : at_the_tool) {
-    if (step || cause == "base_drift") return {.shows = kToolShift, .against = Axis::kTime};
-    if (cause == "passive_clearance") return {.shows = kToolShift, .against = Axis::kTravel};
-    if (cause == "link_thermal_growth") {
-      return {.shows = kToolShift, .against = Axis::kTemperature, .is_function = false};
-    }
-    if (cause == "joint_compliance") {
-      return {.shows = kToolShift, .against = Axis::kForce, .is_function = false};
-    }
-    return {.shows = kToolShift, .against = Axis::kOtherCoordinate};
-  }
-  if (step) return {.against = Axis::kTime};
-  if (cause == "dial_lean") return {.against = Axis::kReadingTimesFace, .is_function = false};
-  if (active.place.dial >= 0) {
-    return {
-        .against = Axis::kReading,
-        .groups = cause == "dial_hysteresis" ? Shape::Groups::kPlungerDirection
-                                             : Shape::Groups::kNone};
-  }
-  return {.is_function = cause == "cuboid_size"};
+  const simulation::SignaturePlot plot = simulation::plot_at(*active.effect, active.place);
+  return {plot.shows, axis_of(plot.against), plot.groups, plot.is_function};
 }
 
 DiagnosisCurves::DiagnosisCurves(const DiagnosedReadings& data) : data_(data) {

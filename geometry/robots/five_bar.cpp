@@ -284,10 +284,8 @@ Reached frame_derivatives(
   const auto d = forward_derivative(values, {q[0], q[1]}, assembly);
   if (!d) return tl::unexpected(d.error());
   write_frames(values, d->pose, at.X);
-  for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    at.by_q[frame].setZero();
-    at.by_v[frame].setZero();
-  }
+  // What is not written here is zero from the start and never written: z, turns out of the
+  // plane.
   at.by_v[kTool].topRows<2>() = d->J_v;
   at.by_q[kTool].topRows<2>() = d->J_q;
   at.by_v[kTool](5, kAlpha) = 1.0;

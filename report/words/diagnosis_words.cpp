@@ -8,6 +8,7 @@
 
 #include "geometry/units.h"
 #include "simulation/effect.h"
+#include "simulation/effect_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -17,55 +18,6 @@ using diagnosis::WhyNotTestable;
 using studies::CauseKind;
 using studies::FoundCause;
 using studies::HypothesisId;
-
-bool one_dial(std::string_view where) {
-  return where != "dials" && where != "base" && where != "frame" && where != "cuboid" &&
-         where != "links" && where != "elbows" && where != "joints" && where != "samples" &&
-         !where.starts_with("joint") && !where.empty();
-}
-
-/// A value in the unit that people read, and that unit.
-struct Shown {
-  double factor;
-  std::string unit;  // with a space before it where one belongs
-};
-Shown as_read(std::string_view unit) {
-  if (unit == "rad") return {geometry::kDegPerRad, "\u00B0"};
-  if (unit == "1/K") return {1e6, " \u00B5m/(m\u00B7K)"};
-  if (unit == "rad/(N mm)") return {1e6, " \u00B5rad/(N\u00B7mm)"};
-  if (unit == "1") return {100.0, " %"};
-  return {1.0, unit.empty() ? std::string() : fmt::format(" {}", unit)};
-}
-
-int decimals_of(double resolved) {
-  if (!(resolved > 0.0) || !std::isfinite(resolved)) return 4;
-  return std::clamp(1 - static_cast<int>(std::floor(std::log10(resolved))), 0, 7);
-}
-
-std::string joint_words(std::string_view where) {
-  return fmt::format("joint {}", where.substr(std::string_view("joint").size()));
-}
-
-/// The estimate of that name; null if there is none.
-const Estimate* estimate_of(const FoundCause& cause, std::string_view name) {
-  const auto found = std::ranges::find(cause.estimate, name, &Estimate::name);
-  return found == cause.estimate.end() ? nullptr : &*found;
-}
-double value_of(const FoundCause& cause, std::string_view name) {
-  const Estimate* estimate = estimate_of(cause, name);
-  return estimate == nullptr ? std::nan("") : estimate->value;
-}
-
-std::string quantity(const Estimate& estimate) {
-  return quantity_in_words(estimate.value, estimate.sd, estimate.unit);
-}
-
-/// Length of two estimates as one quantity.
-std::string together(const Estimate& a, const Estimate& b) {
-  const double size = std::hypot(a.value, b.value);
-  const double sd = size > 0.0 ? std::hypot(a.value * a.sd, b.value * b.sd) / size : a.sd;
-  return quantity_in_words(size, sd, a.unit);
-}
 
 std::string data_fault_size(const FoundCause& cause) {
   const auto count = static_cast<int>(cause.estimate.at(0).value);
@@ -77,28 +29,8 @@ std::string data_fault_size(const FoundCause& cause) {
 }  // namespace
 
 std::string named(const HypothesisId& id) {
-  const auto& [cause, where] = id;
-  const simulation::Effect* effect = simulation::find_effect(cause);
-  std::string words(effect != nullptr ? effect->in_words : cause);
-  if (cause == "dial_swap") {
-    const std::size_t comma = where.find(',');
-    if (comma == std::string::npos) return words;
-    return fmt::format("{} {} and {}", words, where.substr(0, comma), where.substr(comma + 1));
-  }
-  if (where.starts_with("joint") && where != "joints") {
-    return fmt::format("{} of {}", words, joint_words(where));
-  }
-  if (where == "joints") return words + " of the joints";
-  if (where.empty()) return words;
-  if (const std::size_t at = words.find(" a dial"); at != std::string::npos) {
-    return words.replace(
-        at, std::string_view(" a dial").size(), fmt::format(" dial {}", where));
-  }
-  if (cause == "step") {
-    return one_dial(where) ? fmt::format("{} of dial {}", words, where)
-                           : fmt::format("{} of the {}", words, where);
-  }
-  return words;
+  const simulation::Effect* effect = simulation::find_effect(id.cause);
+  return effect != nullptr ? simulation::in_words_at(*effect, id.where) : id.cause;
 }
 
 std::string named(const FoundCause& cause) {
@@ -156,50 +88,19 @@ CauseTexts texts_of(const FoundCause& cause) {
 }
 
 std::string quantity_in_words(double value, double sd, std::string_view unit) {
-  const Shown shown = as_read(unit);
-  const double size = value * shown.factor;
-  const double uncertain = sd * shown.factor;
-  if (!std::isfinite(uncertain) || !(uncertain > 0.0)) {
-    return fmt::format("{:.3g}{}", size, shown.unit);
-  }
-  const int decimals = decimals_of(uncertain);
-  return fmt::format(
-      "{:.{}f}{} \u00B1 {:.{}f}{}", size, decimals, shown.unit, uncertain, decimals,
-      shown.unit);
+  return simulation::quantity_in_words(value, sd, unit);
 }
 
 std::string size_in_words(const FoundCause& cause) {
-  const std::vector<Estimate>& estimate = cause.estimate;
-  if (estimate.empty()) return "";
+  if (cause.estimate.empty()) return "";
   if (cause.is_data_fault()) return data_fault_size(cause);
-  const std::string& id = cause.id.cause;
-  if (id == "dial_swap") {
-    return fmt::format("they differ by {:.2f} mm rms", estimate[0].value);
+  const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
+  static const simulation::Effect kUnknownToThisProgram{};
+  std::vector<simulation::FoundParameter> found;
+  for (const Estimate& each : cause.estimate) {
+    found.push_back({each.name, each.value, each.sd, each.unit});
   }
-  if (id == "step") {
-    const Estimate* x = estimate_of(cause, "shift");
-    const Estimate* y = estimate_of(cause, "shift_y");
-    if (x == nullptr) return "";
-    return fmt::format(
-        "{} from sample {:.0f} on", y == nullptr ? quantity(*x) : together(*x, *y),
-        value_of(cause, "sample"));
-  }
-  if (estimate.size() > 1) {
-    if (id == "dial_cyclic") {
-      return fmt::format(
-          "amplitude {}, period {:.3g} mm", together(estimate[0], estimate[1]),
-          value_of(cause, "period"));
-    }
-    if (id == "joint_eccentricity" || id == "joint_second_harmonic") {
-      return "amplitude " + together(estimate[0], estimate[1]);
-    }
-    if (id == "base_drift" || id == "cuboid_offset") return together(estimate[0], estimate[1]);
-    if (id == "joint_compliance") {
-      return fmt::format(
-          "joint 1 {}, joint 2 {}", quantity(estimate[0]), quantity(estimate[1]));
-    }
-  }
-  return quantity(estimate[0]);
+  return simulation::size_in_words(effect != nullptr ? *effect : kUnknownToThisProgram, found);
 }
 
 std::string remark_on_gross(const studies::GrossReading& reading) {

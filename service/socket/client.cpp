@@ -28,7 +28,9 @@ void interrupt_on_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupted = 1; };
   sigemptyset(&action.sa_mask);
-  ::sigaction(SIGINT, &action, nullptr);  // without SA_RESTART: poll ends
+  // A write to the terminal goes on, or half of it would be lost; poll ends all the same.
+  action.sa_flags = SA_RESTART;
+  ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
 }
 

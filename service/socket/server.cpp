@@ -25,7 +25,6 @@ using asio::use_awaitable;
 using Acceptor = asio::local::stream_protocol::acceptor;
 
 constexpr auto kDrainFor = std::chrono::milliseconds(1000);
-constexpr auto kLongestShutDown = std::chrono::milliseconds(4500);
 constexpr int kFirstHandedOverSocket = 3;        // sd_listen_fds(3)
 constexpr std::size_t kLongestSocketPath = 107;  // sun_path of Linux
 
@@ -195,12 +194,11 @@ void Server::begin_shut_down() {
   asio::co_spawn(loop_, shut_down(), asio::detached);
 }
 
-void Server::end_in_any_case() {
-  // A request that hangs (a dead network file system, say) must not hold up the machine's
-  // shutdown. What was acknowledged is on the disk already.
-  std::thread([] {
-    std::this_thread::sleep_for(kLongestShutDown);
-    spdlog::warn("something does not end; leaving it");
+void Server::end_in_any_case() const {
+  std::thread([longest = options_.longest_shut_down] {
+    std::this_thread::sleep_for(longest);
+    // What was acknowledged is on the disk already.
+    spdlog::warn("a request or a job does not end; the process ends without it");
     std::_Exit(0);
   }).detach();
 }

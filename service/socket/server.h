@@ -38,6 +38,9 @@ struct ServerOptions {
   std::filesystem::path socket_path{};
   bool take_over_from_systemd = false;  // use LISTEN_FDS where set
   bool handle_signals = false;          // SIGTERM and SIGINT end run()
+  /// After a signal the process ends in any case: a request that hangs (a dead network file
+  /// system, say) must not hold up the machine's shutdown.
+  std::chrono::milliseconds longest_shut_down{4500};
   std::chrono::milliseconds slow_client{10'000};
   int socket_buffer_bytes = 0;  // 0: the system's
 };
@@ -51,7 +54,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Serves until stop(): then lets the collection finish its point, ends jobs, sends what is
-  /// queued, and returns within 5 s.
+  /// queued, and returns within 5 s, or what the options say.
   void run();
   /// From any thread.
   void stop();
@@ -64,7 +67,7 @@ class Server {
   asio::awaitable<void> shut_down();
   void welcome(LocalSocket socket);
   void begin_shut_down();
-  static void end_in_any_case();
+  void end_in_any_case() const;
 
   Service& service_;
   const ServerOptions options_;

@@ -50,8 +50,8 @@ TEST(SystemClock, EndsASleepWhenStopped) {
     stop.request_stop();
   });
   const auto before = steady_clock::now();
-  EXPECT_FALSE(clock.sleep_for(60s, stop.get_token()));
-  EXPECT_LT(steady_clock::now() - before, 30s);
+  EXPECT_FALSE(clock.sleep_for(600s, stop.get_token()));
+  EXPECT_LT(steady_clock::now() - before, 60s);
 }
 
 TEST(FakeClock, MovesOnlyWhenSleptOn) {

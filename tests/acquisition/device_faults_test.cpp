@@ -272,7 +272,7 @@ Outcome try_fault(const Case& each, int repeats, double speed) {
   Bench bench(each.connection, speed);
   bench.connect();
   const auto good = [&] { return good_now(bench.bank(), dial_of(each), DeviceTime{0}); };
-  if (!eventually(good, 20s)) {
+  if (!eventually(good)) {
     outcome.broken = "the dial never answered: " + bench.bank().latest()[dial_of(each)].reason;
     return outcome;
   }
@@ -280,7 +280,7 @@ Outcome try_fault(const Case& each, int repeats, double speed) {
   for (int i = 0; i < repeats; ++i) {
     const auto from = steady_clock::now();
     order(bench, each, 0.5);
-    if (!eventually([&] { return !good(); }, 20s)) {
+    if (!eventually([&] { return !good(); })) {
       outcome.broken = "never noticed";
       return outcome;
     }
@@ -288,7 +288,7 @@ Outcome try_fault(const Case& each, int repeats, double speed) {
     const bool comes_back_by_itself = each.fault == Fault::kHangUp;
     bench.mock().clear_faults();
     const auto well = steady_clock::now() + (comes_back_by_itself ? 500ms : 0ms);
-    if (!eventually(good, 30s)) {
+    if (!eventually(good)) {
       outcome.broken = "did not recover: " + bench.bank().latest()[dial_of(each)].reason;
       return outcome;
     }
@@ -430,16 +430,15 @@ TEST(DeviceFaults, ALowBatteryBehindACableIsNoticedAndItsReadingKept) {
   Bench bench("sylvac", 60.0);
   bench.connect();
   const auto newest = [&] { return bench.bank().latest()[kC]; };
-  ASSERT_TRUE(eventually([&] { return newest().quality == Quality::kGood; }, 20s));
+  ASSERT_TRUE(eventually([&] { return newest().quality == Quality::kGood; }));
   bench.mock().order_fault("C", {.fault = Fault::kLowBattery, .count = 0});
-  ASSERT_TRUE(eventually([&] { return newest().reason == "low battery"; }, 20s))
-      << newest().reason;
+  ASSERT_TRUE(eventually([&] { return newest().reason == "low battery"; })) << newest().reason;
   const Reading reading = newest();
   EXPECT_EQ(reading.quality, Quality::kUncertain);
   EXPECT_TRUE(reading.value_mm) << "the dial still measures";
   EXPECT_EQ(bench.bank().latest()[kC + 1].quality, Quality::kGood);
   bench.mock().clear_faults();
-  EXPECT_TRUE(eventually([&] { return newest().quality == Quality::kGood; }, 20s));
+  EXPECT_TRUE(eventually([&] { return newest().quality == Quality::kGood; }));
 }
 
 TEST(DeviceFaults, TwoCablesPluggedTheWrongWayAreNamed) {

@@ -71,9 +71,12 @@ TEST_F(Robot, AnUnreachableTargetIsRefusedAndTheNextMoveIsGood) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, RobotFaultKind::kUnreachable);
   EXPECT_TRUE(robot.move_to(Eigen::Vector2d(0.1, 0.2), 10s, {}));
-  EXPECT_EQ(robot.move_to(Eigen::Vector2d(1e9, 0.2), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
   EXPECT_EQ(
-      robot.move_to(Eigen::Vector2d(std::nan(""), 0.2), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
+      robot.move_to(Eigen::Vector2d(1e9, 0.2), 10s, {}).error().kind,
+      RobotFaultKind::kUnreachable);
+  EXPECT_EQ(
+      robot.move_to(Eigen::Vector2d(std::nan(""), 0.2), 10s, {}).error().kind,
+      RobotFaultKind::kUnreachable);
 }
 
 TEST_F(Robot, AMoveThatDoesNotEndIsReportedAndHalted) {
@@ -97,10 +100,10 @@ TEST_F(Robot, AStoppedMoveHaltsTheRobotInTime) {
     stop.request_stop();
   });
   const auto before = steady_clock::now();
-  const auto stopped = robot.move_to(Eigen::Vector2d(0.1, 0.2), 60s, stop.get_token());
+  const auto stopped = robot.move_to(Eigen::Vector2d(0.1, 0.2), 600s, stop.get_token());
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, RobotFaultKind::kCancelled);
-  EXPECT_LT(steady_clock::now() - before, 5s);
+  EXPECT_LT(steady_clock::now() - before, test::kPatience + test::kInTime);
   EXPECT_EQ(robot.state({})->fault_code, 2);
 }
 

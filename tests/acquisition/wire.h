@@ -124,9 +124,14 @@ class ModbusRtuServer {
 
 [[nodiscard]] std::uint16_t modbus_crc(const std::vector<std::uint8_t>& bytes);
 
-/// Waits until `condition`, at most `most`; whether it came true.
+/// How long a test waits for what must happen: long, for a loaded machine under a sanitizer;
+/// only a failing test waits so long.
+inline constexpr std::chrono::seconds kPatience{60};
+/// Within which a thing must end that could take a minute or for ever if it were wrong.
+inline constexpr std::chrono::seconds kInTime{20};
+
+/// Waits until `condition`; whether it came true within `most`.
 bool eventually(
-    const std::function<bool()>& condition,
-    std::chrono::milliseconds most = std::chrono::seconds(10));
+    const std::function<bool()>& condition, std::chrono::milliseconds most = kPatience);
 
 }  // namespace sixdial::test

@@ -128,6 +128,23 @@ TEST(CommandLine, ABundlesTargetIsCompensatedWithoutAService) {
   EXPECT_THAT(far.err, HasSubstr("-500.000"));
 }
 
+TEST(CommandLine, OffATerminalCompensationSaysOneLineOfTheCalibrationItMakesFirst) {
+  TempDirectory directory;
+  const std::string plan = (directory.path() / "plan.csv").string();
+  ASSERT_EQ(
+      sixdial({"plan", "random", "--rig", kBundle + "/rig.toml", "--count", "2", "-o", plan})
+          .code,
+      0);
+  const Outcome outcome = sixdial({"compensate", kBundle, "--plan", plan});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("making the calibration first; --calibration FILE"));
+  EXPECT_EQ(std::ranges::count(outcome.out, '\n'), 3) << outcome.out;  // titles, two points
+  const Outcome quiet = sixdial({"compensate", kBundle, "-q", "--plan", plan});
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(quiet.out, outcome.out);
+}
+
 TEST(CommandLine, AWrongBundleIsFiveWithFileLineAndColumn) {
   TempDirectory directory;
   std::filesystem::copy_file(kBundle + "/rig.toml", directory.path() / "rig.toml");

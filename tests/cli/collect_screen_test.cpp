@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <sstream>
 
 namespace sixdial::cli {
@@ -100,6 +101,104 @@ TEST(CollectScreen, OffATerminalThereAreNoLiveReadingsAndNoEscapes) {
   live.end();
   EXPECT_THAT(screen_err.str(), HasSubstr("\x1b["));  // taken away before it is drawn again
   EXPECT_THAT(screen_err.str(), HasSubstr("LOST"));
+}
+
+// What the service tells of one stored sample and of the estimate after it.
+Json sample_event(int point, const std::string& doubt) {
+  return {
+      {"set", "G1"},
+      {"point", point},
+      {"repeat", 0},
+      {"position_mm", {20.491, 29.754}},
+      {"dials", {{"A", {{"value_mm", 5.225}}}}},
+      {"remarks", Json::array()},
+      {"doubt", doubt}};
+}
+
+Json estimate_event(int samples, int total) {
+  return {
+      {"type", "estimate"},
+      {"stage", "storing"},
+      {"message", ""},
+      {"done", samples},
+      {"total", total},
+      {"eta_s", nullptr},
+      {"point", nullptr},
+      {"estimate",
+       {{"samples", samples},
+        {"set_aside", 0},
+        {"position_sd_mm", {{"mean", 0.01}, {"max", 0.02}}},
+        {"condition", 40.0},
+        {"undetermined", Json::array()},
+        {"parameters", Json::array()},
+        {"last_times_usual", nullptr},
+        {"last_unusual", false}}}};
+}
+
+TEST(CollectScreen, OffATerminalALineTellsOfEachTenthAndOfASampleInDoubt) {
+  std::ostringstream out, err;
+  const Console plain{.out = out, .err = err};
+  Screen screen(plain);
+  constexpr int kSamples = 150;
+  for (int i = 0; i < kSamples; ++i) {
+    screen.show_sample(sample_event(i, i == 42 ? "6 times the usual residual" : ""));
+    screen.show_state(estimate_event(i + 1, kSamples));
+  }
+  screen.end();
+  const std::string text = err.str();
+  EXPECT_EQ(std::ranges::count(text, '\n'), 12) << text;
+  EXPECT_THAT(
+      text, HasSubstr("collecting 75/150  estimate after 75 samples: position sd 0.0100 mm"));
+  EXPECT_THAT(text, HasSubstr("collecting 150/150  estimate after 150 samples"));
+  EXPECT_THAT(text, HasSubstr("G1 42.0  x 20.491"));
+  EXPECT_TRUE(out.str().empty());
+}
+
+/// Keeps what is written and counts the calls: on std::cerr each is one write().
+class CountingBuffer : public std::streambuf {
+ public:
+  [[nodiscard]] const std::string& text() const { return text_; }
+  [[nodiscard]] int writes() const { return writes_; }
+
+ private:
+  std::streamsize xsputn(const char* bytes, std::streamsize size) override {
+    ++writes_;
+    text_.append(bytes, static_cast<std::size_t>(size));
+    return size;
+  }
+  int_type overflow(int_type letter) override {
+    ++writes_;
+    text_ += traits_type::to_char_type(letter);
+    return letter;
+  }
+  std::string text_;
+  int writes_ = 0;
+};
+
+TEST(CollectScreen, EachChangeIsOneWriteOfAWholeScreen) {
+  CountingBuffer buffer;
+  std::ostream err(&buffer);
+  std::ostringstream out;
+  const Console terminal{.out = out, .err = err, .terminal = true};
+  Screen screen(terminal);
+  screen.show_dials(six_dials());
+  screen.show_state(estimate_event(1, 100));
+  const auto expect_one_write = [&](const char* what, const std::function<void()>& change) {
+    const int writes = buffer.writes();
+    const std::size_t bytes = buffer.text().size();
+    change();
+    EXPECT_EQ(buffer.writes() - writes, 1) << what;
+    const std::string newest = buffer.text().substr(bytes);
+    EXPECT_THAT(newest, testing::StartsWith("\x1b[?2026h")) << what;
+    EXPECT_THAT(newest, testing::EndsWith("\x1b[?2026l")) << what;
+    for (const char* part : {"10.49", "LOST", "estimate after", "collecting "}) {
+      EXPECT_THAT(newest, HasSubstr(part)) << what;
+    }
+  };
+  expect_one_write("dials over dials", [&] { screen.show_dials(six_dials()); });
+  expect_one_write("an estimate", [&] { screen.show_state(estimate_event(2, 100)); });
+  expect_one_write("a sample", [&] { screen.show_sample(sample_event(1, "")); });
+  expect_one_write("a note", [&] { screen.note("collect.pause"); });
 }
 
 }  // namespace

@@ -9,7 +9,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <functional>
+#include <optional>
 #include <sstream>
 
 #include "cli/collect_screen.h"
@@ -30,7 +33,8 @@ using ::testing::Not;
 const std::string kBundle = test_paths::test_data() + "/session_00";
 const std::string kBin = test_paths::bin_dir();
 
-/// As much of a terminal as the programs use: letters, \r, \n, wrapping, clearing, cursor up.
+/// As much of a terminal as the programs use: letters, \r, \n, wrapping, clearing, cursor up,
+/// and nothing of a synchronized change before its end.
 class Emulator {
  public:
   Emulator(std::size_t columns, std::size_t rows) : columns_(columns), rows_(rows) {
@@ -58,17 +62,23 @@ class Emulator {
   }
   /// What the terminal shows, the newest lines.
   [[nodiscard]] std::string text() const {
+    return before_change_ ? before_change_->substr(before_top_) : from(top());
+  }
+  /// And the lines above it that have rolled out of sight.
+  [[nodiscard]] std::string everything() const { return before_change_.value_or(from(0)); }
+  [[nodiscard]] std::size_t wrapped() const { return wrapped_; }
+  /// As terminals do after a while if a change's end does not come.
+  void end_change() { before_change_.reset(); }
+
+ private:
+  [[nodiscard]] std::string from(std::size_t first) const {
     std::string all;
-    const std::size_t first = screen_.size() > rows_ ? screen_.size() - rows_ : 0;
     for (std::size_t i = first; i < screen_.size(); ++i) all += screen_[i] + "\n";
     return all;
   }
-  [[nodiscard]] std::size_t wrapped() const { return wrapped_; }
-  [[nodiscard]] bool escaped(const std::string& what) const {
-    return std::ranges::find(escapes_, what) != escapes_.end();
+  [[nodiscard]] std::size_t top() const {
+    return screen_.size() > rows_ ? screen_.size() - rows_ : 0;
   }
-
- private:
   void letter(char c) {
     if (column_ >= columns_) {
       ++wrapped_;
@@ -84,12 +94,15 @@ class Emulator {
     if (row_ >= screen_.size()) screen_.emplace_back();
   }
   void escape(const std::string& sequence) {
-    escapes_.push_back(sequence);
     const auto count = static_cast<std::size_t>(std::max(
         1, std::atoi(sequence.substr(std::min<std::size_t>(2, sequence.size())).c_str())));
-    if (sequence.back() == 'A') {
-      const std::size_t top = screen_.size() > rows_ ? screen_.size() - rows_ : 0;
-      row_ = row_ >= top + count ? row_ - count : top;  // never above the terminal's top
+    if (sequence == "\x1b[?2026h") {
+      before_change_ = from(0);
+      before_top_ = before_change_->size() - from(top()).size();
+    } else if (sequence == "\x1b[?2026l") {
+      before_change_.reset();
+    } else if (sequence.back() == 'A') {
+      row_ = row_ >= top() + count ? row_ - count : top();  // never above the terminal's top
     } else if (sequence.back() == 'K') {
       screen_[row_].resize(std::min(screen_[row_].size(), column_));
     } else if (sequence.back() == 'J') {
@@ -98,8 +111,10 @@ class Emulator {
     }
   }
   std::size_t columns_, rows_, row_ = 0, column_ = 0, wrapped_ = 0;
-  std::vector<std::string> screen_, escapes_;
+  std::vector<std::string> screen_;
   std::string pending_;
+  std::optional<std::string> before_change_;  // what is shown while a change is under way
+  std::size_t before_top_ = 0;
 };
 
 /// A program in a terminal of this size.
@@ -153,9 +168,13 @@ class InTerminal {
   }
   /// Its exit code, after everything it printed was read.
   int wait() {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (std::chrono::steady_clock::now() < end && read_some()) {
+    auto end = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < end) {
+      const std::size_t before = all_.size();
+      if (!read_some()) break;
+      if (all_.size() > before) end = std::chrono::steady_clock::now() + kPatience;
     }
+    emulator_.end_change();
     int status = 0;
     ::waitpid(pid_, &status, 0);
     pid_ = -1;
@@ -205,6 +224,13 @@ std::size_t count_of(const std::string& text, const std::string& what) {
     ++count;
   }
   return count;
+}
+
+/// How many samples the estimate on the screen is made of; 0: there is none.
+int samples_told(const std::string& screen) {
+  const std::string words = "estimate after ";
+  const std::size_t at = screen.rfind(words);
+  return at == std::string::npos ? 0 : std::atoi(screen.c_str() + at + words.size());
 }
 
 TEST(Terminal, EveryCalculationShowsABarInPlaceThatGoesAwayAtItsEnd) {
@@ -290,22 +316,27 @@ TEST(Terminal, ACollectionIsSeenWholeInNarrowAndLowTerminalsAndWhileTheyChange) 
       "monday",          "--rig",    rig};
   {
     InTerminal wide(words, 120, 40);
-    EXPECT_TRUE(wide.until([](const std::string& screen) {
-      return screen.find("@") != std::string::npos &&
-             screen.find("estimate after 3") != std::string::npos;
+    const std::array parts{"keys: p pause",   "o done . open ! suspect x skipped",
+                           "tool x ",         "l11 ",
+                           "times the usual", "] collecting "};
+    EXPECT_TRUE(wide.until([&](const std::string& screen) {
+      return samples_told(screen) >= 3 && screen.find('@') != std::string::npos &&
+             std::ranges::all_of(
+                 parts, [&](const char* part) { return count_of(screen, part) == 1; });
     })) << wide.screen().text();
-    const std::string screen = wide.screen().text();
-    for (const char* part :
-         {"keys: p pause", "o done . open ! suspect x skipped", "tool x ", "l11 ",
-          "times the usual", "] collecting "}) {
-      EXPECT_EQ(count_of(screen, part), 1U) << part << "\n" << screen;
-    }
     EXPECT_EQ(wide.screen().wrapped(), 0U);
-    // Made narrower in the middle: what is drawn from then on fits.
+    // Nothing of an earlier drawing was left behind above it.
+    EXPECT_EQ(count_of(wide.screen().everything(), "keys: p pause"), 1U);
+    // Made narrower in the middle: once a drawing for the new width is there, all that follows
+    // fits.
     wide.resize(60, 24);
-    EXPECT_TRUE(wide.until_text("estimate after 6 ")) << wide.screen().text();
+    const std::string narrow_keys = wrapped(kKeyHelp, 59).front() + "\n";
+    EXPECT_TRUE(wide.until_text(narrow_keys)) << wide.screen().text();
     const std::size_t before = wide.all().size();
-    EXPECT_TRUE(wide.until_text("estimate after 9 ")) << wide.screen().text();
+    const int told = samples_told(wide.screen().text());
+    EXPECT_TRUE(wide.until([&](const std::string& screen) {
+      return samples_told(screen) >= told + 3;
+    })) << wide.screen().text();
     for (const std::string& line : lines_of(wide.all().substr(before))) {
       EXPECT_LE(line.size(), 60U) << line;
     }
@@ -315,14 +346,15 @@ TEST(Terminal, ACollectionIsSeenWholeInNarrowAndLowTerminalsAndWhileTheyChange) 
   for (const auto& [columns, rows] : {std::pair{60, 24}, {60, 14}, {40, 30}}) {
     InTerminal narrow(
         words, static_cast<std::uint16_t>(columns), static_cast<std::uint16_t>(rows));
-    EXPECT_TRUE(narrow.until_text("collecting ")) << narrow.screen().text();
-    EXPECT_TRUE(narrow.until_text("keys: p pause"));
-    EXPECT_TRUE(narrow.until_text("estimate after") || rows < 20);
+    EXPECT_TRUE(narrow.until([&rows = rows](const std::string& screen) {
+      return count_of(screen, "collecting ") == 1 && count_of(screen, "keys: p pause") == 1 &&
+             (samples_told(screen) > 0 || rows < 20);
+    })) << narrow.screen().text();
     narrow.type("\x03");
     EXPECT_EQ(narrow.wait(), 130);
     EXPECT_EQ(narrow.screen().wrapped(), 0U) << narrow.screen().text();
     EXPECT_LE(count_of(narrow.screen().text(), "keys: p"), 1U) << narrow.screen().text();
-    EXPECT_THAT(narrow.screen().text(), HasSubstr("what is stored stays"));
+    EXPECT_THAT(narrow.screen().everything(), HasSubstr("what is stored stays"));
   }
 }
 

@@ -26,14 +26,6 @@ const std::map<std::string, std::set<std::string>> kOtherMeanings{
     {"report/tables.cpp", {"step"}},      // of an optimiser
     {"report/report_run.cpp", {"step"}},  // of an optimiser
     {"studies/calibrate.cpp", {"step"}},  // of an optimiser
-    // Words and curves that move into the effects' rows.
-    {"studies/diagnosis_curves.cpp",
-     {"base_drift", "cuboid_offset", "cuboid_size", "dial_hysteresis", "dial_lean",
-      "joint_backlash", "joint_compliance", "link_thermal_growth", "passive_clearance",
-      "step"}},
-    {"report/words/diagnosis_words.cpp",
-     {"base_drift", "cuboid_offset", "dial_cyclic", "dial_swap", "joint_compliance",
-      "joint_eccentricity", "joint_second_harmonic", "step"}},
 };
 
 /// Names of effects that a text has as whole string literals.

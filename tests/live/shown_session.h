@@ -31,7 +31,7 @@ class ShownSession {
     session.name = "monday";
     db::Store& store = running_.service().store();
     store.save_plan(store.import_session(session), plan_);
-    page_ = std::make_unique<service::LivePage>(LivePageOptions{
+    page_ = std::make_unique<service::LivePage>(service::LivePageOptions{
         .socket_path = running_.socket_path(), .port = 0, .token = std::string(32, 'a')});
   }
 
@@ -81,7 +81,7 @@ class ShownSession {
           {"value_mm", value_mm}, {"quality", "good"}, {"reason", reason}, {"state", state}};
     };
     running_.service().events().publish(
-        kLiveTopic,
+        service::kLiveTopic,
         {{"type", "dials"},
          {"session", "monday"},
          {"stage", "paused"},

@@ -87,8 +87,8 @@ TEST_F(Faults, TruncatedLacksItsEnd) {
   Port mux(Port::serial(path("mux10")));
   rig_.order_fault("A", {.fault = Fault::kTruncated, .connection = "mux10"});
   mux.send("1\r");
-  const std::string got =
-      mux.read_until([](const std::string& s) { return s.size() > 9; }, kSilence_ms);
+  std::string got = mux.read_until([](const std::string& s) { return s.size() >= 9; });
+  got += mux.read_until([](const std::string& s) { return !s.empty(); }, kSilence_ms);
   EXPECT_EQ(got.size(), 9U);
   EXPECT_EQ(ask(mux, "1\r").size(), 13U);
 }

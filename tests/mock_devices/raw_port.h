@@ -26,7 +26,7 @@ namespace sixdial::mock_devices {
 using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
-inline constexpr int kPatience_ms = 10'000;  // of a test on a loaded machine
+inline constexpr int kPatience_ms = 60'000;  // of a test on a loaded machine
 inline constexpr int kSilence_ms = 300;      // how long "no answer" is waited for
 inline constexpr double kNoise_mm =
     0.02;  // noise, curve, hysteresis and quantum, ten times over

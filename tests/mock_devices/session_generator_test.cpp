@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -190,6 +190,19 @@ TEST(SessionGenerator, SwappedDialsAreHandedOverUnderEachOthersName) {
   }
 }
 
+/// Of this thread: other programs' share of the machine does not count.
+double thread_cpu_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kMost_s = 1.0;  // twenty times slower
+#else
+constexpr double kMost_s = 0.1;  // 5 ms in a release build
+#endif
+
 TEST(SessionGenerator, AHundredAndFiftyPointsTakeMilliseconds) {
   World world;
   world.robot = drawn_robot(world.rig, 1);
@@ -197,14 +210,14 @@ TEST(SessionGenerator, AHundredAndFiftyPointsTakeMilliseconds) {
   const auto plan = random_plan(world.rig, 1);
   double best_s = 1e9;
   for (int run = 0; run < 10; ++run) {
-    const auto start = std::chrono::steady_clock::now();
+    const double start_s = thread_cpu_s();
     const GeneratedSession session = generate_session(world, plan);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    const double took_s = thread_cpu_s() - start_s;
     ASSERT_EQ(session.rows.size(), 150U);
-    best_s = std::min(best_s, took.count());
+    best_s = std::min(best_s, took_s);
   }
   RecordProperty("milliseconds", std::to_string(1e3 * best_s));
-  EXPECT_LT(best_s, 0.1);  // 5 ms in release; a sanitizer is twenty times slower
+  EXPECT_LT(best_s, kMost_s);
 }
 
 TEST(SessionText, TheCsvHasSpec2sHeaderAndEmptyFieldsWhereNothingTouches) {

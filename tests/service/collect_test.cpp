@@ -387,8 +387,13 @@ TEST(Daemon, ASignalToEndIsObeyedInTheMiddleOfEverything) {
       "calibrate.start",
       {{"session", "other"}, {"particles", 2000}, {"qpso1_iterations", 100'000}});
   LineClient waiting = daemon.client();
-  waiting.send(R"({"jsonrpc":"2.0","id":1,"method":"job.wait","params":{"job":1}})"
+  waiting.send(R"({"jsonrpc":"2.0","id":"wait","method":"job.wait","params":{"job":1}})"
                "\n");
+  waiting.call("hello");  // answered after the line before it was taken
+  ASSERT_TRUE(eventually([&] {
+    return client.call("job.status", {{"job", 1}})["result"]["state"] == "running" &&
+           client.call("collect.status")["result"]["state"] == "running";
+  }));
   EXPECT_EQ(daemon.end(SIGTERM), 0);
   // The waiting client was told; nothing but files that belong there is left.
   const auto reply = waiting.read_line();

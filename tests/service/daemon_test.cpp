@@ -167,7 +167,8 @@ struct Said {
 
 Said run_client(const std::string& words, const std::filesystem::path& socket) {
   const std::string command = "SIXDIAL_SOCKET='" + socket.string() + "' timeout 60 python3 '" +
-                              test_paths::source_dir() + "/examples/client.py' " + words + " 2>&1";
+                              test_paths::source_dir() + "/examples/client.py' " + words +
+                              " 2>&1";
   Said said;
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return said;

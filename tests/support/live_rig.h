@@ -91,10 +91,20 @@ class Daemon {
       : socket_(directory / socket), log_(directory / (socket + ".log")) {
     const std::string program = test_paths::bin_dir() + "/sixdiald";
     const std::string database = (directory / "daemon.db").string();
-    std::vector<std::string> words{program,         "--socket",      socket_.string(),
-                                   "--db",          database,        "--log-level",
-                                   "warn",          "--clock-speed", std::to_string(kSpeed),
-                                   "--clock-start", clock_start};
+    std::vector<std::string> words{
+        program,
+        "--socket",
+        socket_.string(),
+        "--db",
+        database,
+        "--log-level",
+        "warn",
+        "--clock-speed",
+        std::to_string(kSpeed),
+        "--clock-start",
+        clock_start,
+        "--longest-shutdown",
+        std::to_string(kPatience.count())};
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);

@@ -1,0 +1,40 @@
+// How much the readings scatter by themselves, and whether what is left is more than that.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+
+namespace sixdial::diagnosis {
+
+enum class NoiseSource { kRepeats, kRigFile };
+
+struct Noise {
+  NoiseSource source = NoiseSource::kRigFile;
+  double sigma_mm = 0.0;
+  int degrees_of_freedom = 0;  // 0: taken as known
+};
+
+/// From repeats without their gross readings where there are enough, else from the rig file; of
+/// all dials, or of one.
+[[nodiscard]] Noise noise_of(
+    const Readings& readings, const JointFit& fit, std::optional<std::size_t> only = {});
+
+/// A dial that scatters more than it should, and more than the others.
+struct NoisyDial {
+  std::string dial;
+  double sigma_mm = 0.0;
+  double expected_mm = 0.0;  // by its repeats, else by the rig file
+};
+
+struct Scatter {
+  bool of_all = false;           // of the dials that do not stand out, together
+  std::vector<NoisyDial> dials;  // that stand out
+};
+/// What is left against the noise.
+[[nodiscard]] Scatter scatter_of(
+    const Readings& readings, const JointFit& fit, const Noise& noise);
+
+}  // namespace sixdial::diagnosis
