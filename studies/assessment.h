@@ -33,7 +33,7 @@ struct ParameterRow {
 
 /// A direction in the parameters that no pose shows, held at nominal.
 struct HeldRow {
-  std::string words{};          // "alpha rises while dtheta1 and dtheta2 fall"
+  std::string words{};          // which parameters rise while which fall
   Eigen::VectorXd direction{};  // unit vector in scaled parameters
   double singular_value = 0.0;
   /// How far the tool moves at most for one unit along it [mm]; empty without a workspace.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "geometry/units.h"
@@ -48,23 +50,38 @@ std::string parameter_line(const studies::ParameterRow& row) {
 }  // namespace
 
 std::string table_6_text(const studies::CalibrationResult& result) {
-  std::string text = fmt::format(
-      "{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n{:<20} {:>8} {:>8} {:>8}   {:>8} {:>8} "
-      "{:>8}\n",
-      "position error, mm", "G1", "", "", "G2", "", "", "", "mean", "std", "max", "mean", "std",
-      "max");
-  const auto cells = [](const std::optional<studies::SetErrors>& set) {
-    if (!set) return fmt::format(" {:>8} {:>8} {:>8}", "-", "-", "-");
-    return fmt::format(" {:8.4f} {:8.4f} {:8.4f}", set->mean_mm, set->std_mm, set->max_mm);
-  };
   std::vector<std::string> shown{
       "before", studies::without_residual_model(result.result_method)};
   if (shown.back() != result.result_method) shown.push_back(result.result_method);
+  std::size_t width = 20;
+  for (const std::string& id : shown) {
+    width = std::max(width, studies::method_name(id).size());
+  }
+  const auto line = [&](const std::string& name, const std::array<std::string, 6>& cells) {
+    return fmt::format(
+        "{:<{}} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n", name, width, cells[0], cells[1],
+        cells[2], cells[3], cells[4], cells[5]);
+  };
+  const auto cell = [](const std::optional<studies::SetErrors>& set,
+                       double studies::SetErrors::*figure) {
+    return set && std::isfinite((*set).*figure) ? fmt::format("{:8.4f}", (*set).*figure)
+                                                : std::string("-");
+  };
+  std::string text = line("position error, mm", {"G1", "", "", "G2", "", ""}) +
+                     line("", {"mean", "std", "max", "mean", "std", "max"});
   for (const std::string& id : shown) {
     const studies::MethodRow* row = result.method(id);
     if (row == nullptr) continue;
-    text += fmt::format("{:<20}", studies::method_name(id)) + cells(row->g1) + "  " +
-            cells(row->g2) + '\n';
+    std::array<std::string, 6> cells;
+    std::size_t k = 0;
+    for (const auto* set : {&row->g1, &row->g2}) {
+      for (const auto figure :
+           {&studies::SetErrors::mean_mm, &studies::SetErrors::std_mm,
+            &studies::SetErrors::max_mm}) {
+        cells.at(k++) = cell(*set, figure);
+      }
+    }
+    text += line(studies::method_name(id), cells);
   }
   return text;
 }
