@@ -53,6 +53,7 @@ using IdentifyFunction = std::function<Identified(
 /// A row of the table: one for each file of identifiers/, and those that are added at run time.
 struct Identifier {
   std::string_view name;         // "ekf_dqpso"
+  std::string_view title;        // as tables name it: "EKF-DQPSO"
   std::string_view description;  // for people
   Identified (*identify)(
       const ObservationSpace& space, const IdentifySettings& settings,

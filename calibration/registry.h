@@ -51,6 +51,7 @@ class Registry {
     added.description = std::move(description);
     added.function = std::move(function);
     added.row.name = added.name;
+    added.row.title = added.name;
     added.row.description = added.description;
     added.row.made = &added.function;
     return added.row;

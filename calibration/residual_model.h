@@ -63,6 +63,7 @@ struct MadeResidualModel {
 /// time.
 struct ResidualModel {
   std::string_view name;         // "anfis"
+  std::string_view title;        // as tables name it: "Gaussian process"
   std::string_view description;  // for people
   TrainedResidual (*train)(
       const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,

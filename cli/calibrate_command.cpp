@@ -5,10 +5,13 @@
 #include "cli/cli.h"
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/summary.h"
+#include "report/words/calibration_words.h"
 #include "service/study_params.h"
 #include "session/csv.h"
-#include "studies/assessment.h"
 #include "studies/calibrate.h"
+#include "studies/method_name.h"
 
 namespace sixdial::cli {
 namespace {
@@ -22,33 +25,35 @@ struct CalibrateOptions {
 void print_calibration(Cli& cli, const Json& document, const std::string& output) {
   if (!output.empty()) session::write_file(output, document.dump(1) + "\n");
   if (cli.console.json) {
-    cli.console.print_json("calibration", studies::result_summary(document));
+    cli.console.print_json("calibration", report::document_summary(document));
     return;
   }
-  cli.console.out << studies::table_6_text(document);
-  for (const std::string& line : studies::gross_error_lines(document["gross_errors"])) {
-    cli.console.warn(line);
+  const studies::CalibrationResult result = report::calibration_from_json(document);
+  cli.console.out << report::table_6_text(result);
+  if (result.gross_errors) {
+    for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
+      cli.console.warn(line);
+    }
   }
-  for (const std::string& line : studies::assessment_lines(document["assessment"])) {
-    cli.console.out << line << '\n';
+  if (result.assessment) {
+    for (const std::string& line : report::assessment_lines(*result.assessment)) {
+      cli.console.out << line << '\n';
+    }
   }
-  if (document["precision"].is_object()) {
-    cli.console.out << studies::precision_line(document["precision"]) << '\n';
+  if (result.precision) {
+    cli.console.out << report::precision_line(*result.precision) << '\n';
   }
-  cli.console.note(fmt::format(
-      "DQPSO is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s",
-      document["above_minimum_mm"].get<double>(),
-      document["inputs"]["seed"].get<std::uint64_t>(), document["seconds"].get<double>()));
+  cli.console.note(report::effort_line(result));
 }
 
 service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const Json document =
+  const studies::CalibrationResult result =
       run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, options.request, progress, std::move(stop));
       });
-  print_calibration(cli, document, options.output);
+  print_calibration(cli, report::to_json(result), options.output);
   return service::ExitCode::kOk;
 }
 
@@ -78,11 +83,16 @@ Json fetch_result(Cli& cli, std::int64_t result) {
 void add_calibrate_command(CLI::App& app, Cli& cli) {
   CLI::App* command = app.add_subcommand(
       "calibrate",
-      "Identifies the robot: EKF, two QPSO searches, ANFIS. A session of the service, "
-      "or a bundle without one.");
+      "Identifies the robot: EKF, two QPSO searches, ANFIS, or any other method. A session of "
+      "the service, or a bundle without one.");
   const auto options = std::make_shared<CalibrateOptions>();
   studies::CalibrationRequest& request = options->request;
   add_subject(*command, options->subject);
+  command
+      ->add_option(
+          "--method", request.method,
+          "such as lm+gp: any identifier, alone or with any residual model")
+      ->capture_default_str();
   add_profile(*command, request.profile);
   command->add_option("--seed", request.seed, "of the searches")->capture_default_str();
   add_threads(*command, request.threads);
@@ -93,6 +103,7 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     cli.action = [&cli, options] {
+      static_cast<void>(studies::chosen_method(options->request.method, "method"));
       return is_bundle(options->subject) ? calibrate_bundle(cli, *options)
                                          : calibrate_session(cli, *options);
     };

@@ -6,10 +6,10 @@
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
 #include "report/documents/comparison_json.h"
+#include "report/words/calibration_words.h"
 #include "report/words/comparison_words.h"
 #include "service/study_params.h"
 #include "session/csv.h"
-#include "studies/assessment.h"
 
 namespace sixdial::cli {
 namespace {
@@ -28,14 +28,14 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
   }
   const studies::ComparisonResult result = report::comparison_from_json(document);
   cli.console.out << report::comparison_text(result) << '\n';
-  for (const std::string& line : studies::gross_error_lines(result.gross_errors)) {
+  for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);
   }
-  for (const std::string& line : studies::assessment_lines(result.assessment)) {
+  for (const std::string& line : report::assessment_lines(result.assessment)) {
     cli.console.out << line << '\n';
   }
-  if (result.precision.is_object()) {
-    cli.console.out << studies::precision_line(result.precision) << '\n';
+  if (result.precision) {
+    cli.console.out << report::precision_line(*result.precision) << '\n';
   }
   cli.console.note(fmt::format(
       "{}; seed {}, {:.1f} s", report::before_in_words(result.before_uses_targets),

@@ -5,7 +5,10 @@
 #include "cli/cli.h"
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/words/validation_words.h"
 #include "session/csv.h"
@@ -18,6 +21,7 @@ namespace sixdial::cli {
 namespace {
 
 struct CompensateOptions {
+  std::string calibration_method{studies::kPaperMethod};
   std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
   std::vector<double> target_mm;
   std::vector<int> approach{0, 0};
@@ -33,16 +37,20 @@ struct ValidateOptions {
   std::int64_t result = 0, diagnosis = 0;
 };
 
+/// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
-  const auto at = [&](const char* key, std::size_t i) { return answer[key][i].get<double>(); };
+  const studies::CommandedTarget at = report::commanded_target_from_json(answer);
+  std::string angles, nominal;
+  for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
+    angles += fmt::format("{}theta{} {:.9f}", i == 0 ? "" : "  ", i + 1, at.theta_rad[i]);
+  }
+  for (const double angle : at.nominal_theta_rad) nominal += fmt::format(" {:.9f}", angle);
   cli.console.print(
       "compensation", answer,
       fmt::format(
-          "theta1 {:.9f}  theta2 {:.9f} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal {:.9f} "
-          "{:.9f}; closes to {:.1e} mm\n",
-          at("theta_rad", 0), at("theta_rad", 1), at("target_mm", 0), at("target_mm", 1),
-          answer["mode"].get<std::string>(), at("nominal_theta_rad", 0),
-          at("nominal_theta_rad", 1), answer["closure_mm"].get<double>()));
+          "{} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal{}; closes to {:.1e} mm\n", angles,
+          at.target_mm.x(), at.target_mm.y(), geometry::to_string(at.mode), nominal,
+          at.closure_mm));
 }
 
 void print_plan(
@@ -108,30 +116,35 @@ service::ExitCode extend_bundle(
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
   print_target(
-      cli, studies::compensation_answer(
+      cli, report::to_json(studies::commanded_target(
                command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
-               target_mm, mode));
+               target_mm, mode)));
   return service::ExitCode::kOk;
+}
+
+/// Made now, or read from a result file.
+studies::CalibrationResult calibration_of(
+    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+  if (!options.result_file.empty()) {
+    return report::calibration_from_json(read_document(options.result_file));
+  }
+  studies::CalibrationRequest request;
+  request.seed = options.seed;
+  request.method = options.calibration_method;
+  return made_first(
+      cli.console, "the calibration", "--calibration",
+      [&](const auto& progress, std::stop_token stop) {
+        return studies::calibrate(session, request, progress, std::move(stop));
+      });
 }
 
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
   if (options.by == "extended") return extend_bundle(cli, options, session);
-  Json document;
-  if (options.result_file.empty()) {
-    studies::CalibrationRequest request;
-    request.seed = options.seed;
-    document = made_first(
-        cli.console, "the calibration", "--calibration",
-        [&](const auto& progress, std::stop_token stop) {
-          return studies::calibrate(session, request, progress, std::move(stop));
-        });
-  } else {
-    document = read_document(options.result_file);
-  }
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
-  const calibration::CompensationModel model = studies::compensation_model(document, by);
+  const calibration::CompensationModel model =
+      studies::compensation_model(calibration_of(cli, options, session), by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);
@@ -143,8 +156,8 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   print_target(
-      cli, studies::compensated_target(
-               model, by, {options.target_mm[0], options.target_mm[1]}, mode));
+      cli, report::to_json(studies::compensated_target(
+               model, by, {options.target_mm[0], options.target_mm[1]}, mode)));
   return service::ExitCode::kOk;
 }
 
@@ -195,7 +208,7 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   }
   const studies::ValidationResult result = report::validation_from_json(stored.document);
   cli.console.print(
-      "validation", studies::result_summary(stored.document), report::validation_text(result));
+      "validation", report::document_summary(stored.document), report::validation_text(result));
   for (const studies::NotMeasured& point : result.troubles) {
     cli.console.warn(fmt::format("{} {} not measured: {}", point.set, point.point, point.why));
   }
@@ -235,6 +248,11 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command
+      ->add_option(
+          "--calibration-method", options->calibration_method,
+          "of a bundle that is calibrated now, such as lm+gp")
+      ->capture_default_str();
   command->add_option(
       "--diagnosis", options->diagnosis,
       "of extended: a stored diagnosis by number; default: the newest");

@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
+#include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/report_run.h"
@@ -24,6 +25,7 @@ namespace sixdial::cli {
 namespace {
 
 struct ReportOptions {
+  std::string method{studies::kPaperMethod};
   std::string subject, output, result_file, pdf, against;
   std::int64_t result = 0;
   std::uint64_t seed = 1;
@@ -43,12 +45,14 @@ void print_files(Cli& cli, const ReportOptions& options, Json answer) {
   cli.console.print("report", answer, text);
 }
 
-Json calibrate_here(Cli& cli, const session::Session& session, std::uint64_t seed) {
+studies::CalibrationResult calibrate_here(
+    Cli& cli, const session::Session& session, const ReportOptions& options) {
   return run_here(
       cli.console, fmt::format("the calibration of {}", session.name),
       [&](const auto& progress, std::stop_token stop) {
         studies::CalibrationRequest request;
-        request.seed = seed;
+        request.seed = options.seed;
+        request.method = options.method;
         return studies::calibrate(session, request, progress, std::move(stop));
       });
 }
@@ -57,8 +61,10 @@ service::ExitCode report_bundle(
     Cli& cli, const ReportOptions& options, const std::string& folder) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const Json document = options.result_file.empty() ? calibrate_here(cli, session, options.seed)
-                                                    : read_document(options.result_file);
+  const studies::CalibrationResult result =
+      options.result_file.empty()
+          ? calibrate_here(cli, session, options)
+          : report::calibration_from_json(read_document(options.result_file));
   Json comparison;
   if (options.compare) {
     studies::CompareRequest request;
@@ -80,11 +86,11 @@ service::ExitCode report_bundle(
   if (!options.against.empty()) {
     const session::Session other =
         read_bundle_with_warnings(cli, options.against, options.skip_bad_rows);
-    const Json other_document = calibrate_here(cli, other, options.seed);
-    more = report::against_sections({document, session}, {other_document, other});
+    const studies::CalibrationResult other_result = calibrate_here(cli, other, options);
+    more = report::against_sections({result, session}, {other_result, other});
   }
   const auto files = report::write_report(
-      document, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
+      result, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
       std::move(more));
   print_files(cli, options, {{"path", folder}, {"files", files}});
   return service::ExitCode::kOk;
@@ -103,6 +109,10 @@ void add_report_command(CLI::App& app, Cli& cli) {
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
+  command
+      ->add_option(
+          "--method", options->method, "of a bundle that is calibrated now, such as lm+gp")
+      ->capture_default_str();
   command->add_flag(
       "--compare", options->compare,
       "compare all methods now and show them; a stored comparison is shown anyway");

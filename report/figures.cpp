@@ -305,6 +305,37 @@ std::optional<Figure> convergence(const ReportData& data) {
   return out;
 }
 
+namespace {
+
+/// Which length and which angle the last trace moved most after the first.
+std::string moved_most(const ReportData& data) {
+  const ParameterTrace& last = data.traces.back();
+  if (data.traces.size() < 2 || last.error.empty() || data.traces.front().error.empty()) {
+    return "";
+  }
+  const Eigen::VectorXd change = last.error.back() - data.traces.front().error.back();
+  std::string words;
+  for (const bool angle : {false, true}) {
+    const ParameterRow* most = nullptr;
+    double shown = 0.0;
+    for (std::size_t k = 0; k < data.parameters.size(); ++k) {
+      const ParameterRow& row = data.parameters[k];
+      const double moved = change[static_cast<Eigen::Index>(k)] * shown_per_unit(row);
+      if ((row.unit == "deg") != angle) continue;
+      if (most != nullptr && std::abs(moved) <= std::abs(shown)) continue;
+      most = &row;
+      shown = moved;
+    }
+    if (most == nullptr) continue;
+    words += fmt::format(
+        "{}{} by {} {} (most of the {})", words.empty() ? "" : " and ", symbol(most->name),
+        fixed(shown, 4), most->unit, angle ? "angles" : "lengths");
+  }
+  return words.empty() ? "" : fmt::format("After the filter, {} moved {}. ", last.name, words);
+}
+
+}  // namespace
+
 std::optional<Figure> parameter_traces(const ReportData& data) {
   std::size_t steps = 0;
   for (const ParameterTrace& trace : data.traces) steps += trace.error.size();
@@ -312,11 +343,12 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
   Figure out{.id = "parameters_by_iteration", .title = "Parameter errors by step"};
   out.chart.panels_in_a_row = 5;
   out.chart.panel_height = 170;
-  for (std::size_t k = 0; k < geometry::kParameters.size(); ++k) {
+  for (std::size_t k = 0; k < data.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const geometry::ParameterInfo& info = geometry::kParameters[k];
+    const ParameterRow& row = data.parameters[k];
+    const double per_unit = shown_per_unit(row);
     Panel panel;
-    panel.title = fmt::format("{} [{}]", symbol(info.name), info.shown_unit);
+    panel.title = fmt::format("{} [{}]", symbol(row.name), row.unit);
     panel.x = {.label = "step", .unit = "", .square_root = true};
     panel.y = {.label = "", .unit = ""};
     double place = 0.0;
@@ -326,9 +358,9 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
           .name = fmt::format("{}, by {}", trace.name, trace.step),
           .mark = Mark::kStep,
           .style = style};
-      for (const geometry::ParameterVector& error : trace.error) {
+      for (const Eigen::VectorXd& error : trace.error) {
         series.x.push_back(place);
-        series.y.push_back(error[i] * info.shown_per_unit);
+        series.y.push_back(error[i] * per_unit);
         place += 1.0;
       }
       if (!series.x.empty()) panel.series.push_back(std::move(series));
@@ -345,31 +377,7 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
   out.good =
       "Quick movement over the first dozens of points, then a level line. Two parameters that "
       "wander together cannot be told apart by these poses.";
-  std::string moved;
-  const ParameterTrace& last = data.traces.back();
-  if (data.traces.size() > 1 && !last.error.empty() && !data.traces.front().error.empty()) {
-    const geometry::ParameterVector change =
-        last.error.back() - data.traces.front().error.back();
-    Eigen::Index most = 0;
-    const geometry::ParameterVector arc = change.array().abs();
-    arc.head<7>().maxCoeff(&most);
-    const auto angle = [&] {
-      Eigen::Index at = 0;
-      arc.tail<3>().maxCoeff(&at);
-      return at + 7;
-    }();
-    const auto say = [&](Eigen::Index at) {
-      const geometry::ParameterInfo& info = geometry::kParameters[static_cast<std::size_t>(at)];
-      return fmt::format(
-          "{} by {} {}", symbol(info.name), fixed(change[at] * info.shown_per_unit, 4),
-          info.shown_unit);
-    };
-    moved = fmt::format(
-        "After the filter, {} moved {} (most of the lengths) and {} (most of the "
-        "angles). ",
-        last.name, say(most), say(angle));
-  }
-  out.here = moved +
+  out.here = moved_most(data) +
              fmt::format("{} in all.", counted(static_cast<long long>(steps), "step", "steps"));
   out.table = trace_table(data, true);
   return out;

@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/units.h"
+
 namespace sixdial::report {
 namespace {
 constexpr double kNormal95 = 1.959963984540054;  // two-sided 95 % of the normal distribution
+}
+
+double shown_per_unit(const ParameterRow& row) {
+  return row.unit == "deg" ? geometry::kDegPerRad : 1.0;
 }
 
 std::vector<ParameterRow> parameter_rows(

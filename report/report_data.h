@@ -57,6 +57,8 @@ struct ParameterRow {
   std::optional<double> sd{}, low{}, high{};  // standard deviation, 95 % interval
   bool held = false;                          // these poses cannot identify it: kept at nominal
 };
+/// Shown value over stored value (mm, rad) of a row's unit.
+[[nodiscard]] double shown_per_unit(const ParameterRow& row);
 /// The ten robot parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
 [[nodiscard]] std::vector<ParameterRow> parameter_rows(
     const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
@@ -106,9 +108,9 @@ struct Convergence {
 
 /// Parameter errors by step (paper's Fig. 9): identified so far minus nominal [mm, rad].
 struct ParameterTrace {
-  std::string name{};  // "EKF", "QPSO-2"
-  std::string step{};  // "point", "iteration"
-  std::vector<geometry::ParameterVector> error{};
+  std::string name{};                    // "EKF", "QPSO-2"
+  std::string step{};                    // "point", "iteration"
+  std::vector<Eigen::VectorXd> error{};  // as many as there are parameters
 };
 
 struct RejectedRow {

@@ -8,9 +8,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "geometry/units.h"
 #include "report/csv_report.h"
+#include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/inputs_json.h"
+#include "report/documents/summary.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
 #include "report/rig_picture.h"
@@ -21,44 +25,27 @@
 #include "session/clock_text.h"
 #include "session/csv.h"
 #include "session/trials.h"
-#include "studies/assessment.h"
-#include "studies/calibrate.h"
+#include "studies/compensate.h"
 #include "studies/dial_residuals.h"
-#include "studies/network_json.h"
+#include "studies/method_name.h"
 
 namespace sixdial::report {
 namespace {
 
-std::optional<double> number_or_none(const Json& json, const char* key) {
-  const auto found = json.find(key);
-  if (found == json.end() || !found->is_number()) return std::nullopt;
-  return found->get<double>();
+std::optional<double> if_finite(double value) {
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-std::optional<Eigen::Vector2d> point_of(const Json& json) {
-  if (!json.is_array() || json.size() != 2 || !json[0].is_number()) return std::nullopt;
-  return Eigen::Vector2d(json[0].get<double>(), json[1].get<double>());
-}
-
-void check_belongs_together(const Json& document, const session::Session& session) {
-  if (document.value("schema", "") != "sixdial.calibration" ||
-      document.value("schema_version", 0) != studies::kCalibrationSchemaVersion) {
-    throw studies::Error(
-        studies::ErrorCode::kBadData,
-        fmt::format(
-            "a report needs a sixdial.calibration document of version {}, this is {} {}",
-            studies::kCalibrationSchemaVersion, document.value("schema", "nothing known"),
-            document.value("schema_version", 0)),
-        {{"session", session.name}}, "Calibrate the session again.");
+void check_belongs_together(
+    const studies::CalibrationResult& result, const session::Session& session) {
+  if (result.inputs.data_hash ==
+      std::string(studies::kHashPrefix) + session::data_sha256(session)) {
+    return;
   }
-  const std::string now = "sha256:" + session::data_sha256(session);
-  if (document["inputs"]["data_hash"] != now) {
-    throw studies::Error(
-        studies::ErrorCode::kBadData,
-        fmt::format(
-            "the session {} has other data than the result was made from", session.name),
-        {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
-  }
+  throw studies::Error(
+      studies::ErrorCode::kBadData,
+      fmt::format("the session {} has other data than the result was made from", session.name),
+      {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
 }
 
 void add_times_and_temperatures(report::Head& head, const session::Session& session) {
@@ -84,79 +71,66 @@ void add_times_and_temperatures(report::Head& head, const session::Session& sess
   if (last) head.measured_to = session::to_iso8601(*last);
 }
 
-/// name -> value of every leaf, "anfis.epochs".
-void flatten(
-    const Json& json, const std::string& prefix,
-    std::vector<std::pair<std::string, std::string>>& rows) {
-  for (const auto& [key, value] : json.items()) {
-    const std::string name = prefix.empty() ? key : prefix + "." + key;
-    if (value.is_object()) {
-      flatten(value, name, rows);
-    } else {
-      rows.emplace_back(name, value.is_string() ? value.get<std::string>() : value.dump());
-    }
-  }
-}
-
-std::vector<report::ParameterRow> parameters_of(const Json& document) {
+std::vector<report::ParameterRow> parameters_of(const studies::CalibrationResult& result) {
   std::vector<report::ParameterRow> rows;
-  for (std::size_t i = 0; i < document["parameters"].size(); ++i) {
-    const Json& each = document["parameters"][i];
-    const geometry::ParameterInfo& info = geometry::kParameters.at(i);
-    const double shown = info.shown_per_unit;
-    const auto scaled = [&](const char* key) -> std::optional<double> {
-      const auto value = number_or_none(each, key);
-      return value ? std::optional(*value * shown) : std::nullopt;
-    };
-    const bool fixed = each["fixed"].get<bool>();
+  for (const studies::ParameterRow& each : result.parameters) {
+    const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
+    const auto scaled = [&](double value) { return if_finite(value * unit.per_unit); };
     report::ParameterRow row;
-    row.name = info.name;
-    row.unit = info.shown_unit;
-    row.nominal = scaled("nominal").value_or(std::nan(""));
-    row.identified = scaled("identified").value_or(std::nan(""));
-    if (!fixed) {
-      row.sd = scaled("sd");
-      row.low = scaled("low_95");
-      row.high = scaled("high_95");
+    row.name = each.name;
+    row.unit = unit.name;
+    row.nominal = each.nominal * unit.per_unit;
+    row.identified = each.identified * unit.per_unit;
+    if (!each.fixed) {
+      row.sd = scaled(each.sd);
+      row.low = scaled(each.low_95);
+      row.high = scaled(each.high_95);
     }
-    row.held = fixed || each["partly_held"].get<bool>();
+    row.held = each.fixed || each.partly_held;
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-std::optional<report::ErrorStatistics> statistics_of(const Json& json) {
-  if (!json.is_object()) return std::nullopt;
+std::optional<report::ErrorStatistics> statistics_of(
+    const std::optional<studies::SetErrors>& errors) {
+  if (!errors) return std::nullopt;
   report::ErrorStatistics statistics;
-  statistics.mean_mm = json["mean_mm"].get<double>();
-  statistics.std_mm = number_or_none(json, "std_mm").value_or(std::nan(""));
-  statistics.max_mm = json["max_mm"].get<double>();
-  statistics.mean_low_mm = number_or_none(json, "mean_low_mm");
-  statistics.mean_high_mm = number_or_none(json, "mean_high_mm");
-  statistics.points = json["points"].get<int>();
+  statistics.mean_mm = errors->mean_mm;
+  statistics.std_mm = errors->std_mm;
+  statistics.max_mm = errors->max_mm;
+  statistics.mean_low_mm = if_finite(errors->mean_low_mm);
+  statistics.mean_high_mm = if_finite(errors->mean_high_mm);
+  statistics.points = errors->points;
   return statistics;
 }
 
-std::vector<report::Method> methods_of(const Json& document) {
-  constexpr std::array<std::string_view, 3> kOnMap{"before", "ekf_dqpso", "ekf_dqpso+anfis"};
+/// A panel of the residual map each: the robot before, its parameters alone, the result.
+std::vector<std::string> methods_on_map(const studies::CalibrationResult& result) {
+  return {
+      "before", studies::without_residual_model(result.result_method), result.result_method};
+}
+
+std::vector<report::Method> methods_of(const studies::CalibrationResult& result) {
+  const std::vector<std::string> on_map = methods_on_map(result);
   std::vector<report::Method> methods;
-  for (const Json& each : document["methods"]) {
+  for (const studies::MethodRow& each : result.methods) {
     report::Method method;
-    method.id = each["id"].get<std::string>();
-    method.name = each["name"].get<std::string>();
-    method.g1 = statistics_of(each["g1"]);
-    method.g2 = statistics_of(each["g2"]);
-    method.seconds = number_or_none(each, "seconds");
+    method.id = each.id;
+    method.name = studies::method_name(each.id);
+    method.g1 = statistics_of(each.g1);
+    method.g2 = statistics_of(each.g2);
+    method.seconds = each.seconds;
     method.has_residual_model = method.id.find('+') != std::string::npos;
-    method.on_map = std::ranges::find(kOnMap, method.id) != kOnMap.end();
+    method.on_map = std::ranges::find(on_map, method.id) != on_map.end();
     methods.push_back(std::move(method));
   }
   return methods;
 }
 
-/// All samples of the session, those without a position too; residuals from the document.
-std::vector<report::PointRow> points_of(const Json& document, const session::Session& session) {
-  const std::size_t methods = document["methods"].size();
+/// All samples of the session, those without a position too; residuals from the result.
+std::vector<report::PointRow> points_of(
+    const studies::CalibrationResult& result, const session::Session& session) {
   std::vector<report::PointRow> rows;
   const std::vector<simulation::Trial> trials = session::trials_of(session, "");
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
@@ -175,40 +149,16 @@ std::vector<report::PointRow> points_of(const Json& document, const session::Ses
     for (const int dial : trial.position_channels) {
       row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
     }
-    row.residual_mm.assign(methods, std::nullopt);
+    row.residual_mm.assign(result.methods.size(), std::nullopt);
     rows.push_back(std::move(row));
   }
-  for (const Json& each : document["points"]) {
-    report::PointRow& row = rows.at(each["sample"].get<std::size_t>());
-    for (std::size_t method = 0; method < methods; ++method) {
-      row.residual_mm[method] = point_of(each["residual_mm"][method]);
+  for (const studies::PointResiduals& each : result.points) {
+    report::PointRow& row = rows.at(static_cast<std::size_t>(each.sample));
+    for (std::size_t k = 0; k < row.residual_mm.size() && k < each.residual_mm.size(); ++k) {
+      if (each.residual_mm[k]) row.residual_mm[k] = Eigen::Vector2d(*each.residual_mm[k]);
     }
   }
   return rows;
-}
-
-void add_swarms(report::ReportData& data, const Json& document) {
-  for (const Json& each : document["convergence"]) {
-    report::Convergence swarm;
-    swarm.name = each["name"].get<std::string>();
-    for (const Json& best : each["best_mm"]) {
-      swarm.best_mm.push_back(best.is_number() ? best.get<double>() : std::nan(""));
-    }
-    data.convergence.push_back(std::move(swarm));
-  }
-  for (const Json& each : document["traces"]) {
-    report::ParameterTrace trace;
-    trace.name = each["name"].get<std::string>();
-    trace.step = each["step"].get<std::string>();
-    for (const Json& error : each["error"]) {
-      geometry::ParameterVector values;
-      for (int i = 0; i < geometry::kParameterCount; ++i) {
-        values[i] = error.at(static_cast<std::size_t>(i)).get<double>();
-      }
-      trace.error.push_back(values);
-    }
-    data.traces.push_back(std::move(trace));
-  }
 }
 
 void add_data_quality(report::ReportData& data, const session::Session& session) {
@@ -290,10 +240,10 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
   data.not_judged = std::move(verdict.not_judged);
 }
 
-/// Samples whose error after kinematics is over six times the usual (median) one.
-void add_outliers(report::ReportData& data) {
+/// Samples whose error after kinematics (row `id`) is over six times the usual (median) one.
+void add_outliers(report::ReportData& data, const std::string& id) {
   constexpr double kTimesUsual = 6.0;
-  const auto method = std::ranges::find(data.methods, "ekf_dqpso", &report::Method::id);
+  const auto method = std::ranges::find(data.methods, id, &report::Method::id);
   if (method == data.methods.end()) return;
   const auto column = static_cast<std::size_t>(method - data.methods.begin());
   std::vector<double> sizes;
@@ -317,15 +267,15 @@ void add_outliers(report::ReportData& data) {
   }
 }
 
-void add_gross_errors(report::ReportData& data, const Json& gross_errors) {
-  for (const Json& each : gross_errors["found"]) {
+void add_gross_errors(report::ReportData& data, const studies::GrossErrors& errors) {
+  for (const studies::GrossErrors::Found& each : errors.found) {
     data.outliers.push_back(
-        {.set = each["set"].get<std::string>(),
-         .point = each["point"].get<int>(),
-         .repeat = each["repeat"].get<int>(),
-         .dial = each["dial"].is_string() ? each["dial"].get<std::string>() : std::string(),
-         .residual_mm = each["size_mm"].get<double>(),
-         .times_usual = each["times_sigma"].get<double>()});
+        {.set = each.set,
+         .point = each.point,
+         .repeat = each.repeat,
+         .dial = each.dial.value_or(""),
+         .residual_mm = each.size_mm,
+         .times_usual = each.times_sigma});
   }
 }
 
@@ -353,7 +303,15 @@ void write_text(
 
 report::Head report_head(
     const Json& document, const session::Session& session, const std::string& operator_name) {
-  const Json& inputs = document["inputs"];
+  const Json inputs = document.value("inputs", Json::object());
+  return report_head(
+      read<studies::Inputs>(inputs, document.value("schema", "")),
+      settings_rows(inputs.value("settings", Json::object())), session, operator_name);
+}
+
+report::Head report_head(
+    const studies::Inputs& inputs, std::vector<std::pair<std::string, std::string>> settings,
+    const session::Session& session, const std::string& operator_name) {
   report::Head head;
   head.session_name = session.name;
   head.rig_name = session.rig.name;
@@ -361,12 +319,14 @@ report::Head report_head(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
   head.operator_name = operator_name;
   head.reported = session::now_utc_text();
-  head.software_version = inputs["version"].get<std::string>();
-  head.data_hash = inputs["data_hash"].get<std::string>();
-  head.rig_hash = inputs["rig_hash"].get<std::string>();
-  head.seed = inputs["seed"].get<std::uint64_t>();
-  head.profile = inputs["settings"].value("profile", "");
-  flatten(inputs["settings"], "", head.settings);
+  head.software_version = inputs.version;
+  head.data_hash = inputs.data_hash;
+  head.rig_hash = inputs.rig_hash;
+  head.seed = inputs.seed;
+  for (const auto& [name, value] : settings) {
+    if (name == "profile") head.profile = value;
+  }
+  head.settings = std::move(settings);
   add_times_and_temperatures(head, session);
   for (const geometry::Dial& dial : session.rig.dials) {
     report::Instrument instrument;
@@ -384,54 +344,51 @@ report::Head report_head(
 }
 
 report::ReportData report_data(
-    const Json& document, const session::Session& session, const std::string& operator_name,
-    const Json& comparison, const Json& diagnosis) {
-  check_belongs_together(document, session);
+    const studies::CalibrationResult& result, const session::Session& session,
+    const std::string& operator_name, const Json& comparison, const Json& diagnosis) {
+  check_belongs_together(result, session);
   report::ReportData data;
-  data.head = report_head(document, session, operator_name);
-  data.parameters = parameters_of(document);
-  const Json& identification = document["identification"];
-  for (const Json& each : identification["correlations"]) {
-    data.correlations.push_back(
-        {each["first"].get<std::string>(), each["second"].get<std::string>(),
-         each["coefficient"].get<double>()});
+  data.head = report_head(
+      result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
+  data.parameters = parameters_of(result);
+  for (const studies::CorrelationRow& each : result.identification.correlations) {
+    data.correlations.push_back({each.first, each.second, each.coefficient});
   }
-  data.singular_values = identification["singular_values"].get<std::vector<double>>();
-  data.condition_number = number_or_none(identification, "condition");
-  for (const Json& each : identification["held"]) {
-    data.unidentifiable.push_back(each["words"].get<std::string>());
+  const Eigen::VectorXd& values = result.identification.singular_values;
+  data.singular_values.assign(values.begin(), values.end());
+  data.condition_number = if_finite(result.identification.condition);
+  for (const studies::HeldRow& each : result.identification.held) {
+    data.unidentifiable.push_back(each.words);
   }
-  data.methods = methods_of(document);
-  data.result_method = document["result_method"].get<std::string>();
+  data.methods = methods_of(result);
+  data.result_method = result.result_method;
   data.position_noise_mm = position_noise(session);
-  data.rmse_mm = number_or_none(document, "rmse_mm");
-  data.least_squares_rmse_mm = number_or_none(document, "least_squares_rmse_mm");
-  add_swarms(data, document);
-  data.points = points_of(document, session);
-  geometry::ParameterVector identified;
-  for (int i = 0; i < geometry::kParameterCount; ++i) {
-    identified[i] =
-        document["parameters"].at(static_cast<std::size_t>(i))["identified"].get<double>();
+  data.rmse_mm = if_finite(result.rmse_mm);
+  data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
+  for (const studies::Convergence& each : result.convergence) {
+    data.convergence.push_back({.name = each.name, .best_mm = each.best_mm});
   }
-  data.dials = studies::dial_residuals(session, session.rig.robot.nominal, identified);
+  for (const studies::Trace& each : result.traces) {
+    data.traces.push_back({.name = each.name, .step = each.step, .error = each.error});
+  }
+  data.points = points_of(result, session);
+  data.dials = studies::dial_residuals(
+      session, session.rig.robot.nominal,
+      studies::compensation_model(result, studies::CompensateBy::kKinematics).v);
   add_data_quality(data, session);
-  if (document.contains("gross_errors")) {
-    add_gross_errors(data, document["gross_errors"]);
+  if (result.gross_errors) {
+    add_gross_errors(data, *result.gross_errors);
   } else {
-    add_outliers(data);
+    add_outliers(data, studies::without_residual_model(result.result_method));
   }
   if (comparison.is_object()) {
     append(data.sections, comparison_sections(comparison_from_json(comparison)));
   }
-  // Results of earlier versions do not say how many samples a network rests on.
-  if (document.contains("anfis") && document["anfis"]["x"].contains("samples")) {
-    append(data.sections, anfis_sections(document["anfis"]));
-  }
-  if (document.contains("assessment")) {
+  append(data.sections, residual_model_sections(result));
+  if (result.assessment && result.gross_errors) {
     append(
         data.sections,
-        assessment_sections(
-            document["assessment"], document["precision"], document["gross_errors"]));
+        assessment_sections(*result.assessment, result.precision, *result.gross_errors));
   }
   if (diagnosis.is_object()) {
     const studies::DiagnosisResult found = diagnosis_from_json(diagnosis);
@@ -444,11 +401,10 @@ report::ReportData report_data(
 }
 
 std::vector<std::string> write_report(
-    const Json& document, const session::Session& session, const std::string& operator_name,
-    const std::filesystem::path& folder, const Json& comparison, const Json& diagnosis,
-    std::vector<report::Section> more) {
-  report::ReportData data =
-      report_data(document, session, operator_name, comparison, diagnosis);
+    const studies::CalibrationResult& result, const session::Session& session,
+    const std::string& operator_name, const std::filesystem::path& folder,
+    const Json& comparison, const Json& diagnosis, std::vector<report::Section> more) {
+  report::ReportData data = report_data(result, session, operator_name, comparison, diagnosis);
   // As found, as left is what such a report is made for: it comes first.
   for (const report::Section& section : more) {
     const auto* words =
@@ -472,7 +428,7 @@ std::vector<std::string> write_report(
   for (const report::CsvFile& table : report::csv_report(data)) {
     write_text(folder, table.name, table.text, files);
   }
-  write_text(folder, "calibration.json", document.dump(1) + "\n", files);
+  write_text(folder, "calibration.json", to_json(result).dump(1) + "\n", files);
   if (comparison.is_object()) {
     write_text(folder, "comparison.json", comparison.dump(1) + "\n", files);
   }

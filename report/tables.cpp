@@ -405,19 +405,19 @@ Table trace_table(const ReportData& data, bool only_changes) {
       .caption = "Identified minus nominal, by step of the filter and of the swarm"};
   out.rows_on_page = 260;
   out.columns = {text_column("stage", "stage"), text_column("step", "step")};
-  for (const geometry::ParameterInfo& p : geometry::kParameters) {
+  for (const ParameterRow& p : data.parameters) {
     out.columns.push_back(
-        {.key = fmt::format("{}_{}", p.name, p.shown_unit),
+        {.key = fmt::format("{}_{}", p.name, p.unit),
          .title = symbol(p.name),
-         .unit = std::string{p.shown_unit},
+         .unit = p.unit,
          .group = ""});
   }
   for (const ParameterTrace& trace : data.traces) {
     for (std::size_t i = 0; i < trace.error.size(); ++i) {
       std::vector<Cell> row{trace.name, whole(static_cast<long long>(i))};
-      for (std::size_t p = 0; p < geometry::kParameters.size(); ++p) {
-        const double shown_value = trace.error[i][static_cast<Eigen::Index>(p)] *
-                                   geometry::kParameters[p].shown_per_unit;
+      for (std::size_t p = 0; p < data.parameters.size(); ++p) {
+        const double shown_value =
+            trace.error[i][static_cast<Eigen::Index>(p)] * shown_per_unit(data.parameters[p]);
         row.push_back(number(shown_value, 4));
       }
       out.rows.push_back(std::move(row));

@@ -71,6 +71,12 @@ void fit_params(At& at, Request& request) {
 }
 
 template <class At, class Request>
+void calibration_params(At& at, Request& request) {
+  at("method", request.method);
+  fit_params(at, request);
+}
+
+template <class At, class Request>
 void comparison_params(At& at, Request& request) {
   fit_params(at, request);
   at("methods", request.methods);
@@ -91,7 +97,7 @@ void diagnosis_params(At& at, Request& request) {
 Json params_of(const studies::CalibrationRequest& request) {
   Json params = Json::object();
   ParamWriter at(params);
-  fit_params(at, request);
+  calibration_params(at, request);
   return params;
 }
 
@@ -112,7 +118,7 @@ Json params_of(const studies::DiagnosisRequest& request) {
 studies::CalibrationRequest calibration_request(const Json& params) {
   studies::CalibrationRequest request;
   ParamReader at(params);
-  fit_params(at, request);
+  calibration_params(at, request);
   return request;
 }
 

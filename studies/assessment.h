@@ -1,9 +1,13 @@
-// What a session can and cannot tell about the robot, as JSON that results carry and reports
-// show: uncertainty of each parameter and of the position over the workspace, directions that
-// the poses leave open, readings that stand out.
+// What a session can and cannot tell about the robot: uncertainty of each parameter and of the
+// position over the workspace, directions that the poses leave open, readings that stand out.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/five_bar/spaces.h"
@@ -11,36 +15,134 @@
 #include "calibration/uncertainty.h"
 #include "session/session.h"
 #include "studies/error.h"
-#include "studies/json.h"
+#include "studies/mode_assessment.h"
 
 namespace sixdial::studies {
+
+/// One parameter of a fit, in its stored unit ("mm" or "rad").
+struct ParameterRow {
+  std::string name{}, unit{};
+  double nominal = 0.0, identified = 0.0;
+  double sd = 0.0, low_95 = 0.0, high_95 = 0.0;
+  bool fixed = false;        // kept its nominal value because it was asked to
+  bool partly_held = false;  // part of a direction that was held at nominal: sd says nothing
+};
+[[nodiscard]] std::vector<ParameterRow> parameter_rows(
+    const std::vector<calibration::ParameterEstimate>& estimates,
+    const calibration::ObservationSpace& space);
+
+/// A direction in the parameters that no pose shows, held at nominal.
+struct HeldRow {
+  std::string words{};          // which parameters rise while which fall
+  Eigen::VectorXd direction{};  // unit vector in scaled parameters
+  double singular_value = 0.0;
+  /// How far the tool moves at most for one unit along it [mm]; empty without a workspace.
+  std::optional<double> effect_mm{};
+};
+
+struct CorrelationRow {
+  std::string first{}, second{};  // names of parameters
+  double coefficient = 0.0;
+};
+[[nodiscard]] std::vector<CorrelationRow> correlation_rows(
+    const calibration::Identifiability& known, std::span<const std::string_view> names);
+
+struct IdentifiabilityRow {
+  Eigen::VectorXd singular_values{};             // of the scaled Jacobian, falling
+  double condition = 0.0;                        // not finite: a direction is open
+  std::optional<double> condition_determined{};  // without what is held
+  double observability = 0.0;
+  int free = 0, determined = 0;  // parameters, combinations of them
+  std::vector<HeldRow> held{};
+  std::vector<CorrelationRow> correlations{};
+};
+
+/// Uncertainty of the predicted position on a grid, row by row from low y; NaN where the robot
+/// cannot go.
+struct PositionMap {
+  std::vector<double> x_mm{}, y_mm{};        // of columns, of rows
+  std::vector<double> sd_x_mm{}, sd_y_mm{};  // by node
+  std::vector<double> radius_95_mm{};        // by node
+  double mean_sd_mm = 0.0, max_sd_mm = 0.0, max_radius_95_mm = 0.0;
+  Eigen::Vector2d worst_mm{0, 0};
+};
+
+struct Assessment {
+  std::string space{};  // "positions", "dials"
+  int samples = 0;
+  int readings = 0;  // coordinates of positions, or dial readings
+  calibration::NoiseEstimate noise{};
+  std::vector<ParameterRow> parameters{};
+  std::vector<WorkingModeRow> working_modes{};
+  IdentifiabilityRow identifiability{};
+  std::optional<PositionMap> position_uncertainty{};
+};
+
+/// `fit`: of the space at the parameters that are assessed. `g1`: the trials of the space;
+/// `all`: those that show the workspace.
+[[nodiscard]] Assessment assess(
+    const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
+    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
+    const geometry::Rig& rig);
+
+/// Standard deviation of each parameter from positions and from raw readings, side by side.
+struct Precision {
+  struct Row {
+    std::string name{}, unit{};
+    double positions_sd = 0.0, dials_sd = 0.0;
+    double ratio = 0.0;  // positions over dials
+  };
+  std::vector<Row> parameters{};
+  double geometric_mean_ratio = 0.0;
+};
+/// Empty where the session has only one of the two, or one leaves something open. `space` and
+/// `fit`: the least-squares fit that there is already; the other space is fitted here.
+[[nodiscard]] std::optional<Precision> precision_of(
+    const calibration::ObservationSpace& space, const calibration::Identified& fit,
+    std::span<const simulation::Trial> g1, const session::Session& session,
+    const calibration::IdentifySettings& settings);
+
+/// What was done with a reading that stands out.
+enum class Treatment {
+  kSetAside,       // G1: not fitted
+  kKept,           // G1: listed, but fitted
+  kKeptValidates,  // G2 judges with all it has
+};
+/// "set aside", "kept", "kept, validates".
+[[nodiscard]] std::string_view to_string(Treatment treatment);
+[[nodiscard]] std::optional<Treatment> treatment_from(std::string_view text);
+
+struct GrossErrors {
+  struct Found {
+    int sample = 0;  // row of the session
+    std::string set{};
+    int point = 0, repeat = 0;
+    int line = 0;                        // of session.csv
+    std::optional<std::string> dial{};   // empty: the position as a whole
+    std::optional<double> reading_mm{};  // of that dial
+    double size_mm = 0.0, times_sigma = 0.0;
+    Treatment treatment = Treatment::kSetAside;
+  };
+  std::vector<Found> found{};
+  int readings = 0;       // that were judged
+  double sigma_mm = 0.0;  // robust standard deviation of a good reading
+  double limit_times_sigma = 0.0;
+  bool set_aside = true;
+  /// So many stand out in G1 and in G2 that they cannot be accidents; 0: none.
+  int systematic_g1 = 0, systematic_g2 = 0;
+  std::optional<std::string> not_possible{};  // why the check could not judge
+};
 
 /// A session with the readings that stand out marked bad ("gross error"), and what was found.
 struct CheckedSession {
   session::Session session;
-  calibration::GrossErrorCheck g1;  // set aside
-  calibration::GrossErrorCheck g2;  // listed only: G2 judges with all it has
+  GrossErrors found;
+  std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
 };
 /// `set_aside` false: the list alone, the session is unchanged.
 [[nodiscard]] CheckedSession check_gross_errors(
     const session::Session& session, const calibration::IdentifySettings& settings,
     bool set_aside);
-[[nodiscard]] Json gross_errors_json(
-    const CheckedSession& checked, const session::Session& session, bool set_aside);
-
-/// "assessment" of a result: noise, parameters, identifiability, position_uncertainty.
-/// `trials`: of G1. `fit`: of the space at the parameters that are assessed.
-[[nodiscard]] Json assessment_json(
-    const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
-    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
-    const geometry::Rig& rig);
-
-/// Standard deviation of each parameter from positions and from raw readings, side by side;
-/// null where the session has only one of them, or one leaves something open.
-[[nodiscard]] Json precision_json(
-    std::span<const simulation::Trial> g1, const session::Session& session,
-    const calibration::IdentifySettings& settings);
-[[nodiscard]] std::string precision_line(const Json& precision);
 
 /// The space that a request names: "positions" or "dials". Throws Error bad_data where the
 /// session has no dial readings for the latter.
@@ -57,9 +159,5 @@ struct CheckedSession {
 /// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
 /// the dials; empty for an instrument that gives none.
 [[nodiscard]] std::optional<double> rig_noise_mm(const calibration::PositionObservations& set);
-
-/// What people read of it on the screen, a sentence a line.
-[[nodiscard]] std::vector<std::string> assessment_lines(const Json& assessment);
-[[nodiscard]] std::vector<std::string> gross_error_lines(const Json& gross_errors);
 
 }  // namespace sixdial::studies

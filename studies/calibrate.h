@@ -1,26 +1,28 @@
 // A session in, a calibration result out: the same code for the service's job and for
-// `sixdial calibrate BUNDLE`. The result is one JSON document that says what it was made from
-// (session, hashes, seed, settings, version), so that every figure can be computed again.
+// `sixdial calibrate BUNDLE`. The result says what it was made from (session, hashes, seed,
+// settings, version), so that every figure can be computed again.
+//
+//   studies::CalibrationRequest request;
+//   request.method = "lm+gp";
+//   const studies::CalibrationResult result = studies::calibrate(session, request);
+//   const auto* row = result.method(result.result_method);  // its errors on G1 and G2
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
-#include "calibration/pipeline.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
+#include "studies/calibration_result.h"
 #include "studies/progress.h"
 
 namespace sixdial::studies {
 
-inline constexpr int kCalibrationSchemaVersion = 1;
-
 struct CalibrationRequest {
+  /// Any identifier, alone or with any residual model after a '+'.
+  std::string method{kPaperMethod};
   calibration::Profile profile = calibration::Profile::kDefault;
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has; the result does not depend on it
@@ -34,20 +36,10 @@ struct CalibrationRequest {
   bool keep_gross_errors = false;   // list readings that stand out, but fit them too
 };
 
-/// "sixdial.calibration": inputs, parameters [mm, rad], identification, methods (Table 6),
-/// convergence, traces, anfis, points with their residuals by method. Throws Error: bad_data
-/// (too few samples, poses out of reach), cancelled.
-[[nodiscard]] Json calibrate(
+/// Throws Error: invalid_params (a method or parameter that there is not, with the nearest),
+/// bad_data (too few samples, poses out of reach), cancelled.
+[[nodiscard]] CalibrationResult calibrate(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress = {}, std::stop_token stop = {});
-
-/// The document without its long lists (points, convergence, traces, networks).
-[[nodiscard]] Json result_summary(const Json& document);
-
-/// Table 6 as text: before, EKF-DQPSO, EKF-DQPSO + ANFIS for G1 and G2, mean, std, max [mm].
-[[nodiscard]] std::string table_6_text(const Json& document);
-
-/// "EKF-DQPSO + ANFIS" for "ekf_dqpso+anfis".
-[[nodiscard]] std::string method_name(const std::string& id);
 
 }  // namespace sixdial::studies

@@ -10,11 +10,10 @@
 #include "calibration/comparison.h"
 #include "calibration/five_bar/spaces.h"
 #include "session/clock_text.h"
-#include "session/nearest.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
-#include "studies/calibrate.h"
 #include "studies/error.h"
+#include "studies/method_name.h"
 
 namespace sixdial::studies {
 namespace {
@@ -23,21 +22,7 @@ using calibration::ComparedMethod;
 using calibration::Comparison;
 using calibration::MethodChoice;
 
-MethodChoice choice_of(const std::string& id) {
-  auto choice = calibration::method_choice(id);
-  if (choice) return *std::move(choice);
-  const calibration::UnknownMethod& unknown = choice.error();
-  const auto nearest = session::nearest_name(unknown.word, unknown.known);
-  const std::string shown = id.substr(0, 64);
-  const std::string part = unknown.word.substr(0, 64);
-  throw Error(
-      ErrorCode::kInvalidParams,
-      part == shown ? fmt::format("there is no method '{}'", shown)
-                    : fmt::format("there is no '{}' for the method '{}'", part, shown),
-      {{"param", "methods"}},
-      nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
-              : fmt::format("One of: {}.", fmt::join(unknown.known, ", ")));
-}
+MethodChoice choice_of(const std::string& id) { return chosen_method(id, "methods"); }
 
 std::vector<MethodChoice> choices_of(const CompareRequest& request) {
   std::vector<MethodChoice> choices;
@@ -183,17 +168,16 @@ ComparisonResult compare(
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
   const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
-  const auto g1_trials = session::trials_of(checked.session, "G1");
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return calibration::position_space(
         calibration::position_observations(trials), session.rig.robot.nominal,
         settings.identify.noise_mm);
   };
-  const auto g1 = positions(g1_trials);
-  const auto g2 = positions(session::trials_of(checked.session, "G2"));
+  const auto g1 = positions(checked.g1);
+  const auto g2 = positions(checked.g2);
   if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
   calibration::ObservationSpace space =
-      space_of(request.space, g1_trials, checked.session, settings.identify.noise_mm);
+      space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
   settings.identify.fixed = fixed_parameters(space, request.fix, request.free);
 
   const auto began = std::chrono::steady_clock::now();
@@ -220,11 +204,10 @@ ComparisonResult compare(
       .choices = choices_made(request, settings, space),
       .before_uses_targets = found->before_uses_targets,
       .least_squares_rmse_mm = reference.rmse,
-      .assessment = assessment_json(
-          space, reference.fit, g1_trials, session::trials_of(checked.session, ""),
-          session.rig),
-      .precision = precision_json(g1_trials, checked.session, settings.identify),
-      .gross_errors = gross_errors_json(checked, session, set_aside),
+      .assessment = assess(space, reference.fit, checked.g1, checked.all, session.rig),
+      .precision =
+          precision_of(space, reference, checked.g1, checked.session, settings.identify),
+      .gross_errors = checked.found,
       .seconds = found->seconds};
   for (const ComparedMethod& method : found->methods) {
     result.methods.push_back(row_of(method, *found, space));

@@ -11,8 +11,8 @@
 
 #include "calibration/comparison.h"
 #include "session/session.h"
+#include "studies/assessment.h"
 #include "studies/inputs.h"
-#include "studies/json.h"
 #include "studies/progress.h"
 
 namespace sixdial::studies {
@@ -92,7 +92,9 @@ struct ComparisonResult {
   /// figures for all poses.
   std::optional<std::string> best{};
   double least_squares_rmse_mm = 0.0;
-  Json assessment = nullptr, precision = nullptr, gross_errors = nullptr;
+  Assessment assessment{};
+  std::optional<Precision> precision{};  // empty: one of the two spaces leaves something open
+  GrossErrors gross_errors{};
   double seconds = 0.0;
 };
 

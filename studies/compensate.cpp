@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <stdexcept>
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "studies/calibrate.h"
-#include "studies/network_json.h"
 
 namespace sixdial::studies {
 namespace {
@@ -18,6 +17,33 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kFull, std::string_view("full")},
     std::pair{CompensateBy::kExtended, std::string_view("extended")}};
 constexpr std::size_t kMostNamed = 10;
+
+/// What the trained residual model adds to the position; empty for a method without one.
+calibration::Correction correction_of(const CalibrationResult& result) {
+  if (result.networks) {
+    return [networks = std::vector{result.networks->x.model, result.networks->y.model}](
+               const Eigen::Vector2d& q_rad) {
+      return Eigen::Vector2d(calibration::anfis_correction(networks, q_rad));
+    };
+  }
+  if (!result.residual_model) return {};
+  const StoredResidualModel& stored = *result.residual_model;
+  const auto refuse = [&](const std::string& what) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
+        {{"session", result.inputs.session}}, "Calibrate the session again.");
+  };
+  const calibration::ResidualModel* model = calibration::find_residual_model(stored.name);
+  if (model == nullptr) refuse("this program does not know it");
+  try {
+    return [correction = calibration::load_residual(*model, stored.saved).correction](
+               const Eigen::Vector2d& q_rad) { return Eigen::Vector2d(correction(q_rad)); };
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -35,43 +61,30 @@ std::optional<CompensateBy> compensate_by_from(std::string_view text) {
   return std::nullopt;
 }
 
-calibration::CompensationModel compensation_model(const Json& document, CompensateBy by) {
-  if (document.value("schema", "") != "sixdial.calibration" ||
-      document.value("schema_version", 0) != kCalibrationSchemaVersion) {
+calibration::CompensationModel compensation_model(
+    const CalibrationResult& result, CompensateBy by) {
+  if (std::ssize(result.parameters) != geometry::kParameterCount) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format(
-            "compensation needs a sixdial.calibration document of version {}, this is {}",
-            kCalibrationSchemaVersion, document.value("schema", "nothing known")),
-        {}, "Calibrate the session again.");
+            "the calibration has {} parameters where {} are needed", result.parameters.size(),
+            geometry::kParameterCount),
+        {{"session", result.inputs.session}}, "Calibrate the session again.");
   }
   calibration::CompensationModel model;
-  const Json& parameters = document.at("parameters");
-  for (std::size_t i = 0; i < static_cast<std::size_t>(geometry::kParameterCount); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    model.nominal[k] = parameters.at(i).at("nominal").get<double>();
-    model.v[k] = parameters.at(i).at("identified").get<double>();
-  }
-  if (by == CompensateBy::kBefore) model.v = model.nominal;
-  if (by == CompensateBy::kFull) {
-    model.correction =
-        [networks = std::vector{
-             network_from(document.at("anfis").at("x")),
-             network_from(document.at("anfis").at("y"))}](const Eigen::Vector2d& q_rad) {
-          return Eigen::Vector2d(calibration::anfis_correction(networks, q_rad));
-        };
-  }
+  model.nominal = result.nominal();
+  model.v = by == CompensateBy::kBefore ? result.nominal() : result.identified();
+  if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }
 
-Json compensated_target(
+CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
-  return compensation_answer(
-      calibration::compensate(model, target_mm, mode), by, target_mm, mode);
+  return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
 }
 
-Json compensation_answer(
+CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
     CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
   if (!found) {
@@ -81,13 +94,13 @@ Json compensation_answer(
         "Choose a target inside the workspace, or another working mode.");
   }
   return {
-      {"target_mm", {target_mm.x(), target_mm.y()}},
-      {"mode", geometry::to_string(mode)},
-      {"by", to_string(by)},
-      {"theta_rad", {found->q_rad[0], found->q_rad[1]}},
-      {"nominal_theta_rad", {found->nominal_q_rad[0], found->nominal_q_rad[1]}},
-      {"closure_mm", found->closure_mm},
-      {"iterations", found->iterations}};
+      .target_mm = target_mm,
+      .mode = mode,
+      .by = by,
+      .theta_rad = {found->q_rad.begin(), found->q_rad.end()},
+      .nominal_theta_rad = {found->nominal_q_rad.begin(), found->nominal_q_rad.end()},
+      .closure_mm = found->closure_mm,
+      .iterations = found->iterations};
 }
 
 geometry::WorkingMode mode_of(

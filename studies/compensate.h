@@ -5,12 +5,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calibration/compensation.h"
 #include "geometry/rig.h"
 #include "session/plan.h"
+#include "studies/calibration_result.h"
 #include "studies/error.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -21,19 +22,28 @@ enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
 [[nodiscard]] std::string_view to_string(CompensateBy by);
 [[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
 
-/// From a sixdial.calibration document, not kExtended. Throws Error bad_data for another
-/// document.
+/// The robot of a calibration, not kExtended; kFull with the residual model that was trained,
+/// if the method has one. Throws Error bad_data where that cannot be loaded.
 [[nodiscard]] calibration::CompensationModel compensation_model(
-    const Json& document, CompensateBy by);
+    const CalibrationResult& result, CompensateBy by);
 
-/// {target_mm, mode, by, ...} of a solution; throws Error bad_data for a trouble.
-[[nodiscard]] Json compensation_answer(
+/// The joint angles to command for one target.
+struct CommandedTarget {
+  Eigen::Vector2d target_mm{0, 0};
+  geometry::WorkingMode mode{};
+  CompensateBy by = CompensateBy::kFull;
+  std::vector<double> theta_rad{}, nominal_theta_rad{};  // joint by joint
+  double closure_mm = 0.0;  // what is left of the way to the target
+  int iterations = 0;
+};
+
+/// Throws Error bad_data for a trouble.
+[[nodiscard]] CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
     CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
 
-/// {target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations}. Throws Error
-/// bad_data that says why the target cannot be had.
-[[nodiscard]] Json compensated_target(
+/// Throws Error bad_data that says why the target cannot be had.
+[[nodiscard]] CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
 

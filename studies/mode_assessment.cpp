@@ -1,7 +1,5 @@
 #include "studies/mode_assessment.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/SVD>
 #include <algorithm>
 #include <map>
@@ -13,31 +11,26 @@ namespace {
 // Beyond this nothing is left of a singular value but rounding.
 constexpr double kOpen = 1e10;
 
-std::string words(const Json& condition) {
-  return condition.is_number() && condition.get<double>() < kOpen
-             ? fmt::format("{:.0f}", condition.get<double>())
-             : std::string("infinite");
-}
-
-Json condition_of(const calibration::LeastSquaresFit& fit, const std::vector<int>& rows) {
+std::optional<double> condition_of(
+    const calibration::LeastSquaresFit& fit, const std::vector<int>& rows) {
   std::vector<int> free;
   for (int i = 0; i < fit.directions.rows(); ++i) {
     if (fit.directions.row(i).norm() > 0.0) free.push_back(i);
   }
-  if (free.empty() || rows.size() < free.size()) return nullptr;
+  if (free.empty() || rows.size() < free.size()) return std::nullopt;
   Eigen::MatrixXd A = fit.J(rows, free);
   for (std::size_t i = 0; i < free.size(); ++i) {
     A.col(static_cast<Eigen::Index>(i)) *= fit.scale[free[i]];
   }
   const Eigen::VectorXd values = A.jacobiSvd().singularValues();
   const double least = values[values.size() - 1];
-  if (!(least * kOpen > values[0])) return nullptr;
+  if (!(least * kOpen > values[0])) return std::nullopt;
   return values[0] / least;
 }
 
 }  // namespace
 
-Json working_modes_json(
+std::vector<WorkingModeRow> working_modes_of(
     const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
   std::map<int, const simulation::Trial*> by_sample;
@@ -62,26 +55,14 @@ Json working_modes_json(
       here->rows.push_back(row);
     }
   }
-  Json json = Json::array();
+  std::vector<WorkingModeRow> rows;
   for (const Rows& each : modes) {
-    json.push_back(
-        {{"mode", to_string(each.mode)},
-         {"samples", each.samples},
-         {"condition", condition_of(fit, each.rows)}});
+    rows.push_back(
+        {.mode = each.mode,
+         .samples = each.samples,
+         .condition = condition_of(fit, each.rows)});
   }
-  return json;
-}
-
-std::string working_modes_line(const Json& modes, const Json& pooled_condition) {
-  if (modes.size() < 2) return "";
-  std::string text = "condition number by working mode: ";
-  for (const Json& each : modes) {
-    text += fmt::format(
-        "{} {} ({} samples), ", each["mode"].get<std::string>(), words(each["condition"]),
-        each["samples"].get<int>());
-  }
-  text.replace(text.size() - 2, 2, "; ");
-  return text + "pooled " + words(pooled_condition);
+  return rows;
 }
 
 }  // namespace sixdial::studies

@@ -9,18 +9,18 @@
 #include "calibration/pipeline.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
-#include "studies/calibrate.h"
 #include "studies/extended_command.h"
 #include "studies/inputs.h"
+#include "studies/method_name.h"
 
 namespace sixdial::studies {
 namespace {
 
 /// Row of the calibration's own table that predicts this way's errors.
-std::string predicting_method(const Json& calibration, CompensateBy by) {
-  const std::string full = calibration.value("result_method", "ekf_dqpso+anfis");
+std::string predicting_method(const CalibrationResult& calibration, CompensateBy by) {
   if (by == CompensateBy::kBefore) return "before";
-  return by == CompensateBy::kFull ? full : full.substr(0, full.find('+'));
+  return by == CompensateBy::kFull ? calibration.result_method
+                                   : without_residual_model(calibration.result_method);
 }
 
 std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
@@ -34,12 +34,10 @@ std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
       .points = stats.count};
 }
 
-Json prediction(const Json& calibration, const Json& diagnosed_gain, CompensateBy by) {
-  if (by == CompensateBy::kExtended) return diagnosed_gain;
-  for (const Json& row : calibration.at("methods")) {
-    if (row["id"] == predicting_method(calibration, by)) return row["g2"];
-  }
-  return nullptr;
+/// Results of the paper's method are told as they always were.
+std::optional<std::string> method_to_tell(const CalibrationResult& calibration) {
+  if (calibration.result_method == kPaperMethod) return std::nullopt;
+  return calibration.result_method;
 }
 
 }  // namespace
@@ -49,7 +47,7 @@ std::string validation_set(const std::string& set, CompensateBy by) {
 }
 
 session::Plan validation_plan(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const DiagnosisResult* diagnosis) {
   session::Plan targets;
   std::set<int> seen;
@@ -93,13 +91,14 @@ session::Plan validation_plan(
 }
 
 std::optional<double> ValidatedWay::predicted_mean_mm() const {
-  if (!predicted.is_object() || !predicted.contains("mean_mm")) return std::nullopt;
-  if (!predicted["mean_mm"].is_number()) return std::nullopt;
-  return predicted["mean_mm"].get<double>();
+  if (predicted) return predicted->mean_mm;
+  if (!predicted_gain.is_object() || !predicted_gain.contains("mean_mm")) return std::nullopt;
+  if (!predicted_gain["mean_mm"].is_number()) return std::nullopt;
+  return predicted_gain["mean_mm"].get<double>();
 }
 
 ValidationResult validation_result(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
     const Json& diagnosed_gain) {
   ValidationResult result{
@@ -107,17 +106,20 @@ ValidationResult validation_result(
       .inputs = {
           .session = calibrated.name,
           .set = request.set,
-          .calibration_data_hash = calibration.at("inputs").at("data_hash").get<std::string>(),
+          .calibration_data_hash = calibration.inputs.data_hash,
+          .calibration_method = method_to_tell(calibration),
           .validation_session = validation.name,
           .version = SIXDIAL_VERSION}};
   const Inputs measured = inputs_of(validation, 0);
   result.inputs.rig_hash = measured.rig_hash;
   result.inputs.data_hash = measured.data_hash;
   for (const CompensateBy by : request.by) {
-    ValidatedWay way{
-        .by = by,
-        .set = validation_set(request.set, by),
-        .predicted = prediction(calibration, diagnosed_gain, by)};
+    ValidatedWay way{.by = by, .set = validation_set(request.set, by)};
+    if (by == CompensateBy::kExtended) {
+      way.predicted_gain = diagnosed_gain;
+    } else if (const MethodRow* row = calibration.method(predicting_method(calibration, by))) {
+      way.predicted = row->g2;
+    }
     std::vector<double> errors_mm;
     for (const simulation::Trial& trial : session::trials_of(validation, way.set)) {
       if (!trial.position_mm || !trial.target_mm) {

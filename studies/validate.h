@@ -11,6 +11,7 @@
 #include "session/session.h"
 #include "studies/compensate.h"
 #include "studies/diagnosis_result.h"
+#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -29,7 +30,7 @@ struct ValidationRequest {
 /// does not favour one. `diagnosis`: needed where the request has kExtended. Throws Error
 /// bad_data: no targets in that set, no solution.
 [[nodiscard]] session::Plan validation_plan(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const DiagnosisResult* diagnosis = nullptr);
 
 struct ReachedErrors {
@@ -42,8 +43,9 @@ struct ValidatedWay {
   CompensateBy by = CompensateBy::kBefore;
   std::string set{};                      // that holds its samples
   std::optional<ReachedErrors> errors{};  // empty: nothing was measured
-  Json predicted = nullptr;  // the row of the calibration or diagnosis that predicts them
-  int without_position = 0;  // samples whose dials give none
+  std::optional<SetErrors> predicted{};   // by the calibration, on its G2
+  Json predicted_gain = nullptr;  // of kExtended: the row of the diagnosis that predicts them
+  int without_position = 0;       // samples whose dials give none
 
   [[nodiscard]] std::optional<double> predicted_mean_mm() const;
 };
@@ -68,6 +70,7 @@ struct ValidationInputs {
   std::string session{};  // that was calibrated
   std::string set{};      // whose targets were commanded again
   std::string calibration_data_hash{};
+  std::optional<std::string> calibration_method{};   // empty: the paper's
   std::optional<std::int64_t> calibration_result{};  // numbers in the database
   std::optional<std::int64_t> diagnosis_result{};
   std::string validation_session{};  // that holds what was measured
@@ -86,7 +89,7 @@ struct ValidationResult {
 /// `diagnosed_gain`: what a diagnosis predicts of the extended model, a row of its "gain".
 /// `validation`: what was measured. Numbers of results and troubles are the caller's to add.
 [[nodiscard]] ValidationResult validation_result(
-    const session::Session& calibrated, const Json& calibration,
+    const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
     const Json& diagnosed_gain = nullptr);
 

@@ -28,6 +28,7 @@ Identified filter(
 
 extern constinit const Identifier ekf{
     .name = "ekf",
+    .title = "EKF",
     .description = "extended Kalman filter, Q = R = 1e-4 (17)-(22)",
     .identify = filter};
 

@@ -16,6 +16,7 @@ Identified search(
 
 extern constinit const Identifier ekf_dqpso{
     .name = "ekf_dqpso",
+    .title = "EKF-DQPSO",
     .description = "filter tuned by QPSO-1, parameters by QPSO-2 (29), (31)",
     .identify = search};
 

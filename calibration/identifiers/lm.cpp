@@ -23,6 +23,7 @@ Identified fit(
 
 extern constinit const Identifier lm{
     .name = "lm",
+    .title = "least squares (LM)",
     .description = "Levenberg-Marquardt, nonlinear least squares",
     .identify = fit};
 

@@ -52,10 +52,12 @@ Identified iterated(
 
 extern constinit const Identifier lse{
     .name = "lse",
+    .title = "LSE",
     .description = "linear least squares at nominal, one step (16)",
     .identify = once};
 extern constinit const Identifier lse_iterated{
     .name = "lse_iterated",
+    .title = "LSE, iterated",
     .description = "linear least squares, repeated until it settles",
     .identify = iterated};
 

@@ -75,6 +75,7 @@ Identified fit(
 
 extern constinit const Identifier tikhonov{
     .name = "tikhonov",
+    .title = "Tikhonov",
     .description = "least squares with a pull towards nominal",
     .identify = fit};
 

@@ -121,11 +121,13 @@ TrainedResidual as_printed(
 
 extern constinit const ResidualModel anfis_chosen{
     .name = "anfis",
+    .title = "ANFIS",
     .description = "ANFIS, size and ridge by cross-validation, no network if none helps",
     .train = chosen,
     .load = load};
 extern constinit const ResidualModel anfis_paper{
     .name = "anfis_paper",
+    .title = "ANFIS as printed",
     .description = "ANFIS as printed: 6 functions, 36 rules, ridge 1e-6",
     .train = as_printed,
     .load = load};

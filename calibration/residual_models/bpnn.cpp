@@ -188,6 +188,7 @@ TrainedResidual train(
 
 extern constinit const ResidualModel bpnn{
     .name = "bpnn",
+    .title = "BPNN",
     .description = "back-propagation network 2-40-2, batch gradient descent",
     .train = train,
     .load = load};

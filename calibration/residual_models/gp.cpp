@@ -270,6 +270,7 @@ TrainedResidual train(
 
 extern constinit const ResidualModel gaussian_process{
     .name = "gp",
+    .title = "Gaussian process",
     .description = "Gaussian process, hyperparameters by marginal likelihood",
     .train = train,
     .load = load};

@@ -30,6 +30,10 @@ TrainedResidual train(
 }  // namespace
 
 extern constinit const ResidualModel no_residual_model{
-    .name = "none", .description = "no residual model", .train = train, .load = load};
+    .name = "none",
+    .title = "none",
+    .description = "no residual model",
+    .train = train,
+    .load = load};
 
 }  // namespace sixdial::calibration

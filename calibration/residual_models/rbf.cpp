@@ -142,6 +142,7 @@ TrainedResidual train(
 
 extern constinit const ResidualModel rbf{
     .name = "rbf",
+    .title = "RBF",
     .description = "radial basis functions, width and ridge by leave-one-out",
     .train = train,
     .load = load};

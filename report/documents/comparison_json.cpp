@@ -1,5 +1,6 @@
 #include "report/documents/comparison_json.h"
 
+#include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/words/comparison_words.h"
 
@@ -14,18 +15,6 @@ std::optional<calibration::FitStatus> fit_status_from(std::string_view text) {
     if (calibration::describe(each) == text) return each;
   }
   return std::nullopt;
-}
-
-/// A truth that is written as one of two words.
-template <class Fields, class Bool>
-void one_of_two(Fields& at, const char* key, Bool& value, const char* yes, const char* no) {
-  at.named(
-      key, value, [&](bool each) { return each ? yes : no; },
-      [&](std::string_view text) -> std::optional<bool> {
-        if (text == yes) return true;
-        if (text == no) return false;
-        return std::nullopt;
-      });
 }
 
 }  // namespace
@@ -45,7 +34,8 @@ void describe(Fields& at, Of<Fields, studies::ComparisonChoices>& choices) {
       calibration::profile_from);
   at("loss", choices.loss);
   at("fixed", choices.fixed);
-  one_of_two(at, "gross_errors", choices.gross_errors_set_aside, "set aside", "listed");
+  one_of_two(
+      at, "gross_errors", choices.gross_errors_set_aside, true, "set aside", false, "listed");
   at("noise_mm", choices.noise_mm);
   at("hold_uncertainty_mm", choices.hold_uncertainty_mm);
   at("first_variance", choices.first_variance);
@@ -115,7 +105,7 @@ void describe(Fields& at, Of<Fields, studies::ComparisonResult>& result) {
     inputs("settings", result.choices);
   });
   one_of_two(
-      at, "before_is", result.before_uses_targets, before_in_words(true),
+      at, "before_is", result.before_uses_targets, true, before_in_words(true), false,
       before_in_words(false));
   at("methods", result.methods);
   at("best", result.best);

@@ -57,6 +57,8 @@ class Writer {
   void maybe(const char* key, const std::optional<T>& value) {
     if (value) (*this)(key, *value);
   }
+  /// Whether a document that is read has this key; what is written has it.
+  [[nodiscard]] bool has(const char*) const { return true; }
   /// An enum by its name.
   template <class Enum, class ToText, class FromText>
   void named(const char* key, const Enum& value, ToText to_text, FromText) {
@@ -111,6 +113,7 @@ class Reader {
     value.reset();
     if (from_.contains(key)) (*this)(key, value.emplace());
   }
+  [[nodiscard]] bool has(const char* key) const { return from_.contains(key); }
   template <class Enum, class ToText, class FromText>
   void named(const char* key, Enum& value, ToText, FromText from_text) {
     std::string text;
@@ -310,6 +313,21 @@ template <class T>
 void Reader::operator()(const char* key, T& value) {
   const DocumentPlace there{&at_, key, 0};
   read_into(value, entry(key, there), document_, there);
+}
+
+/// A value that has two states, by a word for each.
+template <class Fields, class Value>
+void one_of_two(
+    Fields& at, const char* key, Value& value, std::remove_cv_t<Value> first, const char* word,
+    std::remove_cv_t<Value> second, const char* other) {
+  using Plain = std::remove_cv_t<Value>;
+  at.named(
+      key, value, [=](const Plain& each) { return each == first ? word : other; },
+      [=](std::string_view text) -> std::optional<Plain> {
+        if (text == word) return first;
+        if (text == other) return second;
+        return std::nullopt;
+      });
 }
 
 /// Refuses a document of another schema or a version that is not `least` to `most`.

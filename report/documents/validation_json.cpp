@@ -1,6 +1,7 @@
 #include "report/documents/validation_json.h"
 
 #include "report/documents/fields.h"
+#include "report/documents/set_errors_json.h"
 #include "report/words/validation_words.h"
 
 namespace sixdial::report {
@@ -29,10 +30,13 @@ void describe(Fields& at, Of<Fields, studies::ReachedErrors>& errors) {
 template <class Fields>
 void describe(Fields& at, Of<Fields, studies::ValidatedWay>& way) {
   way_key(at, "id", way.by);
-  if constexpr (!Fields::kReads) at("name", compensation_name(way.by));
   at("set", way.set);
   at("errors", way.errors);
-  at("predicted", way.predicted);
+  if (way.by == studies::CompensateBy::kExtended) {
+    at("predicted", way.predicted_gain);
+  } else {
+    at("predicted", way.predicted);
+  }
   at("without_position", way.without_position);
 }
 
@@ -58,6 +62,7 @@ void describe(Fields& at, Of<Fields, studies::ValidationInputs>& inputs) {
   at("session", inputs.session);
   at("set", inputs.set);
   at("calibration_data_hash", inputs.calibration_data_hash);
+  at.maybe("calibration_method", inputs.calibration_method);
   at("calibration_result", inputs.calibration_result);
   at("diagnosis_result", inputs.diagnosis_result);
   at("validation_session", inputs.validation_session);
@@ -77,7 +82,14 @@ void describe(Fields& at, Of<Fields, studies::ValidationResult>& result) {
   at("troubles", result.troubles);
 }
 
-Json to_json(const studies::ValidationResult& result) { return write(result); }
+Json to_json(const studies::ValidationResult& result) {
+  Json json = write(result);
+  for (std::size_t i = 0; i < result.methods.size(); ++i) {
+    json["methods"][i]["name"] =
+        compensation_name(result.methods[i].by, result.inputs.calibration_method);
+  }
+  return json;
+}
 
 studies::ValidationResult validation_from_json(const Json& json) {
   expect_schema(

@@ -7,10 +7,11 @@
 #include <optional>
 
 #include "geometry/robots/five_bar.h"
+#include "geometry/units.h"
 #include "report/tables.h"
 #include "report/text.h"
 #include "session/trials.h"
-#include "studies/calibrate.h"
+#include "studies/compensate.h"
 
 namespace sixdial::report {
 namespace {
@@ -28,17 +29,6 @@ report::Column column(
       .group = std::move(group)};
 }
 
-void check_is_calibration(const Calibrated& each) {
-  if (each.document.value("schema", "") == "sixdial.calibration" &&
-      each.document.value("schema_version", 0) == studies::kCalibrationSchemaVersion) {
-    return;
-  }
-  throw studies::Error(
-      studies::ErrorCode::kBadData,
-      fmt::format("the result of session {} cannot be compared", each.session.name),
-      {{"session", each.session.name}}, "Calibrate it again with this version.");
-}
-
 /// Time of the first sample; empty where none has one.
 std::string measured_at(const session::Session& session) {
   std::optional<session::TimePoint> first;
@@ -54,18 +44,9 @@ std::string name_and_time(const session::Session& session) {
                       : fmt::format("{}, {}", session.name, report::readable_time(time));
 }
 
-std::optional<double> sd_of(const Json& parameter) {
-  const auto sd = parameter.find("sd");
-  if (parameter["fixed"].get<bool>() || sd == parameter.end() || !sd->is_number()) return {};
-  return sd->get<double>();
-}
-
-geometry::ParameterVector identified(const Json& document) {
-  geometry::ParameterVector v;
-  for (int i = 0; i < geometry::kParameterCount; ++i) {
-    v[i] = document["parameters"].at(static_cast<std::size_t>(i))["identified"].get<double>();
-  }
-  return v;
+std::optional<double> sd_of(const studies::ParameterRow& parameter) {
+  if (parameter.fixed || !std::isfinite(parameter.sd)) return std::nullopt;
+  return parameter.sd;
 }
 
 struct Shift {
@@ -75,8 +56,9 @@ struct Shift {
 
 /// The tool by the one against the other parameters, at the joint angles of this session.
 Shift shift_of(const Calibrated& here, const Calibrated& other) {
-  const geometry::ParameterVector v = identified(here.document);
-  const geometry::ParameterVector w = identified(other.document);
+  constexpr auto kBy = studies::CompensateBy::kKinematics;
+  const auto v = studies::compensation_model(here.result, kBy).v;
+  const auto w = studies::compensation_model(other.result, kBy).v;
   Shift shift;
   for (const session::Sample& sample : here.session.samples) {
     const auto assembly = session::assembly_of(here.session.rig, sample);
@@ -103,24 +85,20 @@ report::Table error_table(const Calibrated& earlier, const Calibrated& later) {
   }
   const auto row = [&](const Calibrated& each, const std::string& id, std::string words) {
     std::vector<report::Cell> cells{std::move(words)};
-    const Json& methods = each.document["methods"];
-    const auto method = std::ranges::find_if(
-        methods, [&](const Json& m) { return m["id"].get<std::string>() == id; });
-    for (const char* set : {"g1", "g2"}) {
-      const bool known = method != methods.end() && (*method)[set].is_object();
-      for (const char* key : {"mean_mm", "max_mm"}) {
-        cells.push_back(known ? number((*method)[set][key].get<double>()) : report::Cell{});
-      }
-      cells.push_back(
-          known ? report::whole((*method)[set]["points"].get<int>()) : report::Cell{});
+    const studies::MethodRow* method = each.result.method(id);
+    for (const auto set : {&studies::MethodRow::g1, &studies::MethodRow::g2}) {
+      const bool known = method != nullptr && (method->*set).has_value();
+      cells.push_back(known ? number((method->*set)->mean_mm) : report::Cell{});
+      cells.push_back(known ? number((method->*set)->max_mm) : report::Cell{});
+      cells.push_back(known ? report::whole((method->*set)->points) : report::Cell{});
     }
     t.rows.push_back(std::move(cells));
   };
   row(earlier, "before", fmt::format("as found: {}, before", earlier.session.name));
-  row(earlier, earlier.document["result_method"].get<std::string>(),
+  row(earlier, earlier.result.result_method,
       fmt::format("as found: {}, calibrated", earlier.session.name));
   row(later, "before", fmt::format("as left: {}, before", later.session.name));
-  row(later, later.document["result_method"].get<std::string>(),
+  row(later, later.result.result_method,
       fmt::format("as left: {}, calibrated", later.session.name));
   t.notes.emplace_back(
       "\"Before\" is by the nominal parameters of each session's rig file: enter the "
@@ -144,12 +122,14 @@ report::Table parameter_table(
       column("change_sd", "sd of the change"),
       column("times", "change / sd"),
       column("verdict", "")};
-  for (std::size_t i = 0; i < geometry::kParameters.size(); ++i) {
-    const geometry::ParameterInfo& info = geometry::kParameters[i];
-    const Json& a = earlier.document["parameters"].at(i);
-    const Json& b = later.document["parameters"].at(i);
-    const double shown = info.shown_per_unit;
-    const double change = b["identified"].get<double>() - a["identified"].get<double>();
+  for (const studies::ParameterRow& a : earlier.result.parameters) {
+    const auto found =
+        std::ranges::find(later.result.parameters, a.name, &studies::ParameterRow::name);
+    if (found == later.result.parameters.end()) continue;
+    const studies::ParameterRow& b = *found;
+    const geometry::ShownUnit unit = geometry::shown_unit(a.unit);
+    const double shown = unit.per_unit;
+    const double change = b.identified - a.identified;
     const auto sd_a = sd_of(a);
     const auto sd_b = sd_of(b);
     std::optional<double> sd, times;
@@ -166,10 +146,9 @@ report::Table parameter_table(
       return number(value ? std::optional(shown * *value) : std::nullopt, decimals);
     };
     t.rows.push_back(
-        {report::symbol(info.name), std::string(info.shown_unit),
-         scaled(a["identified"].get<double>()), scaled(sd_a),
-         scaled(b["identified"].get<double>()), scaled(sd_b), scaled(change), scaled(sd),
-         number(times, 1), std::move(verdict)});
+        {report::symbol(a.name), std::string(unit.name), scaled(a.identified), scaled(sd_a),
+         scaled(b.identified), scaled(sd_b), scaled(change), scaled(sd), number(times, 1),
+         std::move(verdict)});
   }
   t.notes.emplace_back(
       "Change is as left minus as found: +0.010 mm is a link that is 0.010 mm longer now. "
@@ -181,8 +160,6 @@ report::Table parameter_table(
 }  // namespace
 
 std::vector<report::Section> against_sections(const Calibrated& here, const Calibrated& other) {
-  check_is_calibration(here);
-  check_is_calibration(other);
   const bool here_is_later = measured_at(here.session) >= measured_at(other.session);
   const Calibrated& earlier = here_is_later ? other : here;
   const Calibrated& later = here_is_later ? here : other;
@@ -199,7 +176,7 @@ std::vector<report::Section> against_sections(const Calibrated& here, const Cali
       name_and_time(earlier.session), name_and_time(later.session),
       report::counted(shift.poses, "pose", "poses"), report::length(shift.mean_mm),
       report::length(shift.max_mm), changed, judged));
-  if (earlier.document["inputs"]["rig_hash"] != later.document["inputs"]["rig_hash"]) {
+  if (earlier.result.inputs.rig_hash != later.result.inputs.rig_hash) {
     out.blocks.emplace_back(
         "The two rig files differ: a dial that stands elsewhere shows as a robot that moved "
         "(x0, y0, alpha).");

@@ -6,20 +6,18 @@
 
 #include "report/document.h"
 #include "session/session.h"
-#include "studies/error.h"
-#include "studies/json.h"
+#include "studies/calibration_result.h"
 
 namespace sixdial::report {
 
-/// A session and its "sixdial.calibration" document.
+/// A session and what its calibration found.
 struct Calibrated {
-  const Json& document;
+  const studies::CalibrationResult& result;
   const session::Session& session;
 };
 
 /// Errors before and after of both, parameters with the change against its uncertainty, and how
-/// far the tool stands elsewhere at the same joint angles. Throws Error bad_data where a
-/// document is no calibration.
+/// far the tool stands elsewhere at the same joint angles.
 [[nodiscard]] std::vector<report::Section> against_sections(
     const Calibrated& here, const Calibrated& other);
 

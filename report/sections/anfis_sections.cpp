@@ -1,49 +1,55 @@
-// The networks of a calibration as a section of its report.
+// The residual model of a calibration as a section of its report: the paper's networks with
+// their membership functions, any other model with what it chose.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 
+#include "geometry/units.h"
 #include "report/sections/sections_of_studies.h"
-#include "studies/network_json.h"
+#include "studies/method_name.h"
 
 namespace sixdial::report {
 namespace {
 
+using calibration::AnfisCandidate;
 using calibration::AnfisModel;
+using calibration::AnfisReport;
 using report::Column;
 using report::number;
 using report::whole;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
+constexpr double kDeg = geometry::kDegPerRad;
 constexpr int kCurvePoints = 61;
 constexpr int kStyles = 8;
-constexpr std::array kAxes{"x", "y"};
+
+/// Both networks by the coordinate that they learned.
+std::array<std::pair<const char*, const AnfisReport*>, 2> axes_of(
+    const studies::Networks& networks) {
+  return {std::pair{"x", &networks.x}, std::pair{"y", &networks.y}};
+}
 
 Column column(std::string key, std::string title, std::string unit = "") {
   return {
       .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
 }
 
-report::Table network_table(const Json& anfis) {
+report::Table network_table(const studies::Networks& networks) {
   report::Table table{.id = "anfis", .caption = "The networks and what they used"};
   table.columns = {
       column("axis", "residual of"), column("functions", "functions per input"),
       column("rules", "rules"),      column("consequents", "consequents"),
       column("samples", "samples"),  column("effective_parameters", "effective parameters"),
       column("ridge", "ridge"),      column("best_epoch", "best epoch")};
-  for (const char* axis : kAxes) {
-    const Json& network = anfis.at(axis);
+  for (const auto& [axis, network] : axes_of(networks)) {
+    const AnfisModel& model = network->model;
     table.rows.push_back(
-        {std::string(axis), whole(network["functions"].get<int>()),
-         whole(network["rules"].get<int>()), whole(network["consequents_count"].get<int>()),
-         whole(network["samples"].get<int>()),
-         number(network["effective_parameters"].get<double>(), 1),
-         fmt::format("{:g}", network["ridge"].get<double>()),
-         whole(network["best_epoch"].get<int>())});
+        {std::string(axis), whole(model.functions), whole(model.rules()),
+         whole(model.consequents.size()), whole(network->samples),
+         number(model.effective_parameters, 1), fmt::format("{:g}", model.ridge),
+         whole(network->best_epoch)});
   }
   table.notes.emplace_back(
       "Effective parameters: trace of the matrix that maps the samples to the network's "
@@ -53,20 +59,16 @@ report::Table network_table(const Json& anfis) {
 }
 
 /// The best ridge of each number of functions, by leave-one-out error.
-std::map<int, Json> best_by_size(const Json& selection) {
-  std::map<int, Json> best;
-  for (const Json& each : selection["candidates"]) {
-    const int functions = each["functions"].get<int>();
-    const auto known = best.find(functions);
-    if (known == best.end() ||
-        each["loo_rmse_mm"].get<double>() < known->second["loo_rmse_mm"].get<double>()) {
-      best[functions] = each;
-    }
+std::map<int, AnfisCandidate> best_by_size(const calibration::AnfisSelection& selection) {
+  std::map<int, AnfisCandidate> best;
+  for (const AnfisCandidate& each : selection.candidates) {
+    const auto [known, is_new] = best.emplace(each.functions, each);
+    if (!is_new && each.loo_rmse < known->second.loo_rmse) known->second = each;
   }
   return best;
 }
 
-report::Table size_table(const Json& anfis) {
+report::Table size_table(const studies::Networks& networks) {
   report::Table table{
       .id = "anfis_sizes", .caption = "Sizes offered, by leave-one-out cross-validation"};
   table.columns = {
@@ -76,22 +78,21 @@ report::Table size_table(const Json& anfis) {
       column("effective_parameters", "effective parameters"),
       column("loo_rmse_mm", "leave-one-out RMSE", "mm"),
       column("remark", "remark")};
-  const auto row = [&](const char* axis, const Json& each, std::string remark) {
-    const int functions = each["functions"].get<int>();
+  const auto row = [&](const char* axis, const AnfisCandidate& each, std::string remark) {
+    const bool none = each.functions == 0;
     table.rows.push_back(
         {std::string(axis),
-         functions == 0 ? report::Cell{std::string("no network")} : whole(functions),
-         functions == 0 ? report::Cell{}
-                        : report::Cell{fmt::format("{:g}", each["ridge"].get<double>())},
-         number(each["effective_parameters"].get<double>(), 1),
-         number(each["loo_rmse_mm"].get<double>(), 5), std::move(remark)});
+         none ? report::Cell{std::string("no network")} : whole(each.functions),
+         none ? report::Cell{} : report::Cell{fmt::format("{:g}", each.ridge)},
+         number(each.effective_parameters, 1), number(each.loo_rmse, 5), std::move(remark)});
   };
-  for (const char* axis : kAxes) {
-    const Json& selection = anfis.at(axis)["selection"];
+  for (const auto& [axis, network] : axes_of(networks)) {
+    if (!network->selection) continue;
+    const calibration::AnfisSelection& selection = *network->selection;
     for (const auto& [functions, each] : best_by_size(selection)) {
-      row(axis, each, functions == selection["functions"].get<int>() ? "chosen" : "");
+      row(axis, each, functions == selection.chosen.functions ? "chosen" : "");
     }
-    row(axis, selection["as_printed"], "the paper's setting");
+    row(axis, selection.as_printed, "the paper's setting");
   }
   table.notes.emplace_back(
       "Each sample is predicted by the network that did not see it, premises as they start. "
@@ -99,7 +100,7 @@ report::Table size_table(const Json& anfis) {
   return table;
 }
 
-report::Figure membership_plot(const Json& anfis) {
+report::Figure membership_plot(const studies::Networks& networks) {
   report::Figure figure;
   figure.id = "membership";
   figure.title = "Membership functions after training";
@@ -117,8 +118,8 @@ report::Figure membership_plot(const Json& anfis) {
       column("function", "function"),      column("centre_deg", "centre", "deg"),
       column("width_deg", "width", "deg"), column("slope", "slope")};
   double least_cover = 1.0;
-  for (const char* axis : kAxes) {
-    const AnfisModel model = studies::network_from(anfis.at(axis));
+  for (const auto& [axis, network] : axes_of(networks)) {
+    const AnfisModel& model = network->model;
     if (model.functions == 0) continue;
     for (int input = 0; input < model.inputs; ++input) {
       const double low = model.box_low[input];
@@ -163,25 +164,47 @@ report::Figure membership_plot(const Json& anfis) {
 
 }  // namespace
 
-std::vector<report::Section> anfis_sections(const Json& anfis) {
+std::vector<report::Section> anfis_sections(const studies::Networks& networks) {
   report::Section section{.id = "anfis", .heading = "What the networks learned"};
-  const auto functions = [&](const char* axis) {
-    return anfis.at(axis)["functions"].get<int>();
-  };
-  if (functions("x") == 0 && functions("y") == 0) {
-    section.blocks.emplace_back(
-        "No network is used: what the parameters leave over cannot be told from noise, and a "
-        "network that learns noise makes the robot worse.");
-  } else {
+  const bool used = networks.x.model.functions > 0 || networks.y.model.functions > 0;
+  if (used) {
     section.blocks.emplace_back(
         "One ANFIS network for x and one for y learned from the joint angles what the "
         "parameters leave over. Their outputs are bounded outside the trained region.");
-    section.blocks.emplace_back(network_table(anfis));
+    section.blocks.emplace_back(network_table(networks));
+  } else {
+    section.blocks.emplace_back(
+        "No network is used: what the parameters leave over cannot be told from noise, and a "
+        "network that learns noise makes the robot worse.");
   }
-  if (anfis.at("x")["selection"].is_object()) section.blocks.emplace_back(size_table(anfis));
-  if (functions("x") > 0 || functions("y") > 0) {
-    section.blocks.emplace_back(membership_plot(anfis));
+  if (networks.x.selection) section.blocks.emplace_back(size_table(networks));
+  if (used) section.blocks.emplace_back(membership_plot(networks));
+  return {std::move(section)};
+}
+
+std::vector<report::Section> residual_model_sections(const studies::CalibrationResult& result) {
+  // Results of earlier versions do not say how many samples a network rests on.
+  if (result.networks && result.networks->x.samples > 0) {
+    return anfis_sections(*result.networks);
   }
+  if (!result.residual_model) return {};
+  const studies::StoredResidualModel& model = *result.residual_model;
+  report::Section section{.id = "residual_model", .heading = "What the residual model learned"};
+  section.blocks.emplace_back(fmt::format(
+      "{}: what the parameters leave over is learned from the joint angles. Outside the "
+      "trained "
+      "region its output is bounded. It chose: {}.",
+      studies::method_name(result.result_method), model.note));
+  report::Table table{.id = "residual_model", .caption = "What the residual model used"};
+  table.columns = {
+      column("axis", "residual of"), column("effective_parameters", "effective parameters")};
+  constexpr std::array<const char*, 3> kCoordinates{"x", "y", "z"};
+  for (Eigen::Index i = 0; i < model.effective_parameters.size() && i < 3; ++i) {
+    table.rows.push_back(
+        {std::string(kCoordinates[static_cast<std::size_t>(i)]),
+         number(model.effective_parameters[i], 1)});
+  }
+  section.blocks.emplace_back(std::move(table));
   return {std::move(section)};
 }
 

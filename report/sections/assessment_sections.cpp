@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "geometry/units.h"
 #include "report/sections/contour.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/tables.h"
@@ -18,7 +18,6 @@ using report::Column;
 using report::number;
 using report::whole;
 
-constexpr double kDeg = 180.0 / std::numbers::pi;
 constexpr int kLevels = 6;
 constexpr int kContourStyle = 3;
 constexpr int kWorstStyle = 0;
@@ -29,17 +28,7 @@ Column column(std::string key, std::string title, std::string unit = "") {
       .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
 }
 
-double number_of(const Json& json) {
-  return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::vector<double> numbers_of(const Json& json) {
-  std::vector<double> values;
-  for (const Json& each : json) values.push_back(number_of(each));
-  return values;
-}
-
-report::Table parameter_table(const Json& assessment) {
+report::Table parameter_table(const studies::Assessment& assessment) {
   report::Table table{
       .id = "uncertainty",
       .caption = "Parameters of the least-squares fit with their uncertainty"};
@@ -52,31 +41,30 @@ report::Table parameter_table(const Json& assessment) {
       column("low_95", "95 % from"),
       column("high_95", "to"),
       column("remark", "remark")};
-  for (const Json& each : assessment["parameters"]) {
-    const bool angle = each["unit"] == "rad";
-    const double shown = angle ? kDeg : 1.0;
-    const bool fixed = each["fixed"].get<bool>();
-    const auto cell = [&](const char* key) {
-      return number(shown * number_of(each[key]), angle ? 5 : 4);
+  for (const studies::ParameterRow& each : assessment.parameters) {
+    const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
+    const auto cell = [&](double value) {
+      return number(unit.per_unit * value, each.unit == "rad" ? 5 : 4);
     };
-    const auto uncertain = [&](const char* key) { return fixed ? report::Cell{} : cell(key); };
+    const auto uncertain = [&](double value) {
+      return each.fixed ? report::Cell{} : cell(value);
+    };
     table.rows.push_back(
-        {report::symbol(each["name"].get<std::string>()), std::string(angle ? "deg" : "mm"),
-         cell("nominal"), cell("identified"), uncertain("sd"), uncertain("low_95"),
-         uncertain("high_95"),
-         fixed                             ? std::string("fixed at nominal")
-         : each["partly_held"].get<bool>() ? std::string("leans on nominal")
-                                           : std::string()});
+        {report::symbol(each.name), std::string(unit.name), cell(each.nominal),
+         cell(each.identified), uncertain(each.sd), uncertain(each.low_95),
+         uncertain(each.high_95),
+         each.fixed         ? std::string("fixed at nominal")
+         : each.partly_held ? std::string("leans on nominal")
+                            : std::string()});
   }
-  table.notes.push_back(assessment["noise"]["words"].get<std::string>() + ".");
+  table.notes.push_back(assessment.noise.words + ".");
   return table;
 }
 
-report::Figure uncertainty_map(const Json& assessment) {
-  const Json& map = assessment["position_uncertainty"];
-  const std::vector<double> x = numbers_of(map["x_mm"]);
-  const std::vector<double> y = numbers_of(map["y_mm"]);
-  const std::vector<double> radius = numbers_of(map["radius_95_mm"]);
+report::Figure uncertainty_map(const studies::PositionMap& map) {
+  const std::vector<double>& x = map.x_mm;
+  const std::vector<double>& y = map.y_mm;
+  const std::vector<double>& radius = map.radius_95_mm;
   report::Figure figure;
   figure.id = "uncertainty_map";
   figure.title = "Uncertainty of the predicted position over the workspace";
@@ -89,8 +77,7 @@ report::Figure uncertainty_map(const Json& assessment) {
       "points are missing there.";
   figure.here = fmt::format(
       "Root mean square {:.4f} mm; at worst {:.4f} mm (95 %) near ({:.0f}, {:.0f}) mm.",
-      number_of(map["mean_sd_mm"]), number_of(map["max_radius_95_mm"]),
-      number_of(map["worst_mm"][0]), number_of(map["worst_mm"][1]));
+      map.mean_sd_mm, map.max_radius_95_mm, map.worst_mm.x(), map.worst_mm.y());
 
   double low = std::numeric_limits<double>::infinity();
   double high = 0.0;
@@ -116,8 +103,8 @@ report::Figure uncertainty_map(const Json& assessment) {
   }
   report::Series worst{
       .name = "least certain place", .mark = report::Mark::kDots, .style = kWorstStyle};
-  worst.x = {number_of(map["worst_mm"][0])};
-  worst.y = {number_of(map["worst_mm"][1])};
+  worst.x = {map.worst_mm.x()};
+  worst.y = {map.worst_mm.y()};
   panel.series.push_back(std::move(worst));
   figure.chart.panels.push_back(std::move(panel));
 
@@ -130,78 +117,75 @@ report::Figure uncertainty_map(const Json& assessment) {
     for (std::size_t i = 0; i < x.size(); ++i) {
       const std::size_t k = row * x.size() + i;
       figure.table.rows.push_back(
-          {number(x[i], 2), number(y[row], 2), number(number_of(map["sd_x_mm"][k]), 5),
-           number(number_of(map["sd_y_mm"][k]), 5), number(radius[k], 5)});
+          {number(x[i], 2), number(y[row], 2), number(map.sd_x_mm[k], 5),
+           number(map.sd_y_mm[k], 5), number(radius[k], 5)});
     }
   }
   return figure;
 }
 
-report::Table precision_table(const Json& precision) {
+report::Table precision_table(const studies::Precision& precision) {
   report::Table table{.id = "precision", .caption = "Standard deviation by what is fitted"};
   table.columns = {
       column("name", "parameter"), column("unit", "unit"),
       column("positions_sd", "positions of the active three"),
       column("dials_sd", "raw readings of all dials"), column("ratio", "ratio")};
-  for (const Json& each : precision["parameters"]) {
-    const double shown = each["unit"] == "rad" ? kDeg : 1.0;
+  for (const studies::Precision::Row& each : precision.parameters) {
+    const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
     table.rows.push_back(
-        {report::symbol(each["name"].get<std::string>()),
-         std::string(each["unit"] == "rad" ? "deg" : "mm"),
-         number(shown * number_of(each["positions_sd"]), 5),
-         number(shown * number_of(each["dials_sd"]), 5), number(number_of(each["ratio"]), 2)});
+        {report::symbol(each.name), std::string(unit.name),
+         number(unit.per_unit * each.positions_sd, 5), number(unit.per_unit * each.dials_sd, 5),
+         number(each.ratio, 2)});
   }
   table.notes.push_back(fmt::format(
       "Raw readings are {:.2f} times as precise in the geometric mean.",
-      number_of(precision["geometric_mean_ratio"])));
+      precision.geometric_mean_ratio));
   return table;
 }
 
-report::Section uncertainty(const Json& assessment) {
+report::Section uncertainty(const studies::Assessment& assessment) {
   report::Section section{.id = "uncertainty", .heading = "What the numbers are worth"};
   section.blocks.emplace_back(fmt::format(
       "Least-squares fit of {} {} from {} samples of G1. Standard deviations: {}.",
-      assessment["readings"].get<int>(),
-      assessment["space"] == "dials" ? "raw dial readings" : "coordinates of positions",
-      assessment["samples"].get<int>(), assessment["noise"]["words"].get<std::string>()));
+      assessment.readings,
+      assessment.space == "dials" ? "raw dial readings" : "coordinates of positions",
+      assessment.samples, assessment.noise.words));
   section.blocks.emplace_back(parameter_table(assessment));
-  if (assessment["position_uncertainty"].is_object()) {
-    section.blocks.emplace_back(uncertainty_map(assessment));
+  if (assessment.position_uncertainty) {
+    section.blocks.emplace_back(uncertainty_map(*assessment.position_uncertainty));
   }
   return section;
 }
 
-report::Table mode_table(const Json& assessment) {
+report::Table mode_table(const studies::Assessment& assessment) {
   report::Table table{
       .id = "working_modes", .caption = "Condition number of each working mode and of all"};
   table.columns = {
       column("mode", "working mode"), column("samples", "samples"),
       column("condition", "condition number")};
-  for (const Json& each : assessment["working_modes"]) {
+  for (const studies::WorkingModeRow& each : assessment.working_modes) {
     table.rows.push_back(
-        {each["mode"].get<std::string>(), whole(each["samples"].get<int>()),
-         number(number_of(each["condition"]), 0)});
+        {geometry::to_string(each.mode), whole(each.samples), number(each.condition, 0)});
   }
   table.rows.push_back(
-      {std::string("pooled"), whole(assessment["samples"].get<int>()),
-       number(number_of(assessment["identifiability"]["condition"]), 0)});
+      {std::string("pooled"), whole(assessment.samples),
+       number(assessment.identifiability.condition, 0)});
   table.notes.emplace_back(
       "Each mode by itself, as if the others had not been measured. Smaller is better; none "
       "is given where a mode leaves a direction open.");
   return table;
 }
 
-report::Section cannot_tell(const Json& assessment) {
+report::Section cannot_tell(const studies::Assessment& assessment) {
   report::Section section{.id = "cannot_tell", .heading = "What the data cannot tell"};
-  const Json& known = assessment["identifiability"];
+  const studies::IdentifiabilityRow& known = assessment.identifiability;
   section.blocks.emplace_back(fmt::format(
       "{} of {} free parameters (or combinations of them) are determined. Condition number of "
       "the scaled Jacobian {:.4g}; observability index {:.4f} mm per unit and sample "
       "(geometric "
       "mean of the singular values over the root of the number of samples; larger is better).",
-      known["determined"].get<int>(), known["free"].get<int>(), number_of(known["condition"]),
-      number_of(known["observability"])));
-  if (assessment["working_modes"].size() > 1) {
+      known.determined, known.free, known.condition, known.observability));
+  if (assessment.working_modes.size() > 1) {
     section.blocks.emplace_back(mode_table(assessment));
   }
   report::Table held{
@@ -209,10 +193,9 @@ report::Section cannot_tell(const Json& assessment) {
   held.columns = {
       column("direction", "what moves together"), column("singular_value", "singular value"),
       column("effect_mm", "moves the tool at most, for 1 mm of it", "mm")};
-  for (const Json& each : known["held"]) {
+  for (const studies::HeldRow& each : known.held) {
     held.rows.push_back(
-        {each["words"].get<std::string>(), number(number_of(each["singular_value"]), 6),
-         number(number_of(each["effect_mm"]), 4)});
+        {each.words, number(each.singular_value, 6), number(each.effect_mm, 4)});
   }
   if (held.rows.empty()) {
     section.blocks.emplace_back("Nothing had to be held at nominal.");
@@ -225,35 +208,32 @@ report::Section cannot_tell(const Json& assessment) {
   return section;
 }
 
-report::Section outliers(const Json& gross_errors) {
+report::Section outliers(const studies::GrossErrors& errors) {
   report::Section section{.id = "gross_errors", .heading = "Readings that stand out"};
-  if (gross_errors["not_possible"].is_string()) {
-    section.blocks.emplace_back(
-        "Not checked: " + gross_errors["not_possible"].get<std::string>() + ".");
+  if (errors.not_possible) {
+    section.blocks.emplace_back("Not checked: " + *errors.not_possible + ".");
     return section;
   }
   section.blocks.emplace_back(fmt::format(
       "{} readings of G1 were checked against everything else in the session by a robust fit. "
       "A reading counts as a gross error beyond {:.1f} robust standard deviations (of {:.4f} "
       "mm). {} found.",
-      gross_errors["readings"].get<int>(), number_of(gross_errors["limit_times_sigma"]),
-      number_of(gross_errors["sigma_mm"]),
-      gross_errors["found"].empty() ? std::string("None was")
-                                    : fmt::format("{} were", gross_errors["found"].size())));
-  for (const char* set : {"g1", "g2"}) {
-    const int systematic = gross_errors["systematic"][set].get<int>();
+      errors.readings, errors.limit_times_sigma, errors.sigma_mm,
+      errors.found.empty() ? std::string("None was")
+                           : fmt::format("{} were", errors.found.size())));
+  for (const auto& [set, systematic] :
+       {std::pair{"G1", errors.systematic_g1}, std::pair{"G2", errors.systematic_g2}}) {
     if (systematic == 0) continue;
     section.blocks.emplace_back(fmt::format(
         "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
         "model is wrong. None was set aside.",
-        systematic, set[1] == '1' ? "G1" : "G2"));
+        systematic, set));
   }
-  if (!gross_errors["found"].empty()) {
+  if (!errors.found.empty()) {
     section.blocks.emplace_back(fmt::format(
         "They are listed under the quality of the measured data. Raw readings stay as they "
-        "were "
-        "stored; those of G1 were {}; G2 is judged with all of its readings.",
-        gross_errors["set_aside"].get<bool>() ? "not fitted" : "fitted all the same"));
+        "were stored; those of G1 were {}; G2 is judged with all of its readings.",
+        errors.set_aside ? "not fitted" : "fitted all the same"));
   }
   return section;
 }
@@ -261,9 +241,10 @@ report::Section outliers(const Json& gross_errors) {
 }  // namespace
 
 std::vector<report::Section> assessment_sections(
-    const Json& assessment, const Json& precision, const Json& gross_errors) {
+    const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
+    const studies::GrossErrors& gross_errors) {
   report::Section worth = uncertainty(assessment);
-  if (precision.is_object()) worth.blocks.emplace_back(precision_table(precision));
+  if (precision) worth.blocks.emplace_back(precision_table(*precision));
   return {std::move(worth), cannot_tell(assessment), outliers(gross_errors)};
 }
 

@@ -5,24 +5,29 @@
 #include <vector>
 
 #include "report/document.h"
+#include "report/documents/json.h"
 #include "session/session.h"
+#include "studies/calibration_result.h"
 #include "studies/compare.h"
 #include "studies/diagnosis_result.h"
-#include "studies/json.h"
 
 namespace sixdial::report {
 
 /// The report's sections: uncertainty with its map and both spaces side by side (`precision`
-/// may be null), what the data cannot tell, gross errors.
+/// may be empty), what the data cannot tell, gross errors.
 [[nodiscard]] std::vector<Section> assessment_sections(
-    const Json& assessment, const Json& precision, const Json& gross_errors);
+    const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
+    const studies::GrossErrors& gross_errors);
 
 /// The report's section with Table 6 of all methods and what each identified.
 [[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);
 
 /// The report's section: size, effective parameters, sizes that were offered, membership
-/// functions. `anfis`: {"x": network, "y": network}.
-[[nodiscard]] std::vector<Section> anfis_sections(const Json& anfis);
+/// functions.
+[[nodiscard]] std::vector<Section> anfis_sections(const studies::Networks& networks);
+/// The same of whichever residual model a calibration has; none where it has none.
+[[nodiscard]] std::vector<Section> residual_model_sections(
+    const studies::CalibrationResult& result);
 
 /// The report's sections: causes with their signatures, what is left, gain, parameters, what
 /// could not be tested, limits.

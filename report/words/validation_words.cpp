@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "studies/method_name.h"
+
 namespace sixdial::report {
 namespace {
 
@@ -14,14 +16,16 @@ std::string cell(const std::optional<double>& value_mm) {
 
 }  // namespace
 
-std::string compensation_name(studies::CompensateBy by) {
+std::string compensation_name(
+    studies::CompensateBy by, const std::optional<std::string>& calibration_method) {
   switch (by) {
     case studies::CompensateBy::kBefore:
       return "before calibration";
     case studies::CompensateBy::kKinematics:
       return "after kinematics";
     case studies::CompensateBy::kFull:
-      return "after kinematics + ANFIS";
+      return calibration_method ? "after " + studies::method_name(*calibration_method)
+                                : std::string("after kinematics + ANFIS");
     case studies::CompensateBy::kExtended:
       return "after diagnosis (extended)";
   }
@@ -37,7 +41,8 @@ std::string validation_text(const studies::ValidationResult& result) {
       return cell(way.errors ? std::optional((*way.errors).*which) : std::nullopt);
     };
     text += fmt::format(
-        "{:<26} {} {} {} {:>7} {:>10}\n", compensation_name(way.by),
+        "{:<26} {} {} {} {:>7} {:>10}\n",
+        compensation_name(way.by, result.inputs.calibration_method),
         figure(&studies::ReachedErrors::mean_mm), figure(&studies::ReachedErrors::std_mm),
         figure(&studies::ReachedErrors::max_mm), way.errors ? way.errors->points : 0,
         cell(way.predicted_mean_mm()));

@@ -8,7 +8,9 @@
 namespace sixdial::report {
 
 /// "after kinematics + ANFIS".
-[[nodiscard]] std::string compensation_name(studies::CompensateBy by);
+/// `calibration_method`: where it is not the paper's.
+[[nodiscard]] std::string compensation_name(
+    studies::CompensateBy by, const std::optional<std::string>& calibration_method = {});
 /// The table for people: mean, std and max for each way, and what was predicted.
 [[nodiscard]] std::string validation_text(const studies::ValidationResult& result);
 

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <set>
 
+#include "report/documents/calibration_json.h"
+#include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
 #include "service/document_job.h"
@@ -58,11 +60,12 @@ Json target(const Call& call) {
     }
     const studies::ExtendedCommand command(
         report::diagnosis_from_json(Json::parse(record.json)).extended_fit, rig);
-    answer = studies::compensation_answer(
-        command.solve(target_mm, *mode, moment), by, target_mm, *mode);
+    answer = report::to_json(studies::commanded_target(
+        command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
-    answer = studies::compensated_target(
-        studies::compensation_model(Json::parse(record.json), by), by, target_mm, *mode);
+    const auto calibrated = report::calibration_from_json(Json::parse(record.json));
+    answer = report::to_json(studies::compensated_target(
+        studies::compensation_model(calibrated, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
   return answer;
@@ -87,7 +90,9 @@ Json plan(const Call& call) {
                 studies::ExtendedCommand(
                     report::diagnosis_from_json(document).extended_fit, rig),
                 rig, "", temperature_c)
-          : studies::compensated_plan(asked, studies::compensation_model(document, by), rig);
+          : studies::compensated_plan(
+                asked, studies::compensation_model(report::calibration_from_json(document), by),
+                rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
@@ -166,7 +171,8 @@ Json predicted_by(const std::optional<studies::DiagnosisResult>& diagnosis) {
 Json start_validation(const Call& call) {
   Service& service = call.service;
   const db::ResultRecord record = calibration_record(call);
-  const Json calibration = Json::parse(record.json);
+  const studies::CalibrationResult calibration =
+      report::calibration_from_json(Json::parse(record.json));
   const studies::ValidationRequest request = validation_request(call.params);
   const bool extended =
       std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();

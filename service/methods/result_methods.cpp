@@ -5,6 +5,8 @@
 #include <array>
 #include <filesystem>
 
+#include "report/documents/calibration_json.h"
+#include "report/documents/summary.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
@@ -15,6 +17,7 @@
 #include "service/study_params.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
+#include "studies/method_name.h"
 
 namespace sixdial::service {
 namespace {
@@ -24,12 +27,13 @@ constexpr std::size_t kMostPageBytes =
 
 Json start_calibration(const Call& call) {
   const studies::CalibrationRequest request = calibration_request(call.params);
+  static_cast<void>(studies::chosen_method(request.method, "method"));
   return start_document_job(
       call, "calibration", request.seed,
       [request](
           const session::Session& session, const studies::ProgressCallback& progress,
           std::stop_token stop) {
-        return studies::calibrate(session, request, progress, std::move(stop));
+        return report::to_json(studies::calibrate(session, request, progress, std::move(stop)));
       });
 }
 
@@ -50,7 +54,7 @@ Json get(const Call& call) {
     return answer;
   }
   if (!call.params.contains("offset")) {
-    answer["summary"] = studies::result_summary(Json::parse(record.json));
+    answer["summary"] = report::document_summary(Json::parse(record.json));
     return answer;
   }
   const auto begin = call.params["offset"].get<std::size_t>();
@@ -100,19 +104,21 @@ Json write(const Call& call) {
   const auto document_of = [](const std::optional<db::ResultRecord>& result) {
     return result ? Json::parse(result->json) : Json(nullptr);
   };
-  const Json document = Json::parse(record.json);
+  const studies::CalibrationResult result =
+      report::calibration_from_json(Json::parse(record.json));
   std::vector<report::Section> more;
   if (const auto other_name = param_or<std::string>(call.params, "against", "");
       !other_name.empty()) {
     const Json wanted{{"session", other_name}};
     const db::ResultRecord other =
         calibration_record(Call{call.service, wanted, call.caller, call.sink});
-    const Json other_document = Json::parse(other.json);
+    const studies::CalibrationResult other_result =
+        report::calibration_from_json(Json::parse(other.json));
     const session::Session other_session = reader.load_session(other.session);
-    more = report::against_sections({document, session}, {other_document, other_session});
+    more = report::against_sections({result, session}, {other_result, other_session});
   }
   const auto files = report::write_report(
-      document, session, reader.session_info(record.session).who.name, path,
+      result, session, reader.session_info(record.session).who.name, path,
       document_of(comparison), document_of(diagnosis), std::move(more));
   return {
       {"path", path.string()},
@@ -130,6 +136,10 @@ constexpr Param kResult{
 constexpr Param kSessionOr{.name = "session", .doc = "instead of `result`"};
 constexpr std::array kCalibrateParams{
     params::kSession,
+    Param{
+        .name = "method",
+        .doc = "any identifier, alone or with any residual model after a '+', such as lm+gp; "
+               "default ekf_dqpso+anfis"},
     Param{
         .name = "profile",
         .doc = "paper: its literal choices; default: without its known faults",
@@ -173,7 +183,8 @@ constexpr std::array kMethods{
     Method{
         .name = "calibrate.start",
         .summary =
-            "Calibrates a session as a job: EKF, two QPSO searches, ANFIS. Answers at once.",
+            "Calibrates a session as a job: EKF, two QPSO searches, ANFIS, or by any other "
+            "method. Answers at once.",
         .params = kCalibrateParams,
         .result = "as job.status",
         .example =

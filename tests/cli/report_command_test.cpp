@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "cli/cli.h"
+#include "report/documents/calibration_json.h"
 #include "report/sections/against_sections.h"
 #include "session/bundle.h"
 #include "studies/calibrate.h"
@@ -38,7 +39,7 @@ int sixdial(std::vector<std::string> words, std::string& err) {
   return code;
 }
 
-Json calibrated(const session::Session& session) {
+studies::CalibrationResult calibrated(const session::Session& session) {
   studies::CalibrationRequest request;
   request.qpso1_iterations = 5;
   request.qpso2_iterations = 20;
@@ -58,8 +59,8 @@ double value(const report::Cell& cell) { return std::get<report::Number>(cell).v
 
 TEST(Against, ASessionAgainstItselfHasNotChanged) {
   const session::Session session = session::read_bundle(kSessions + "00");
-  const Json document = calibrated(session);
-  const auto sections = report::against_sections({document, session}, {document, session});
+  const studies::CalibrationResult result = calibrated(session);
+  const auto sections = report::against_sections({result, session}, {result, session});
   const report::Table& t = table_of(sections.at(0), "against_parameters");
   ASSERT_EQ(t.rows.size(), 10U);
   for (const auto& row : t.rows) {
@@ -71,11 +72,10 @@ TEST(Against, ASessionAgainstItselfHasNotChanged) {
 
 TEST(Against, ALinkThatGrewIsNamedWithItsSign) {
   session::Session session = session::read_bundle(kSessions + "00");
-  const Json before = calibrated(session);
-  Json after = before;
+  const studies::CalibrationResult before = calibrated(session);
+  studies::CalibrationResult after = before;
   constexpr double kGrowth_mm = 5.0;  // many times the parameter's uncertainty
-  Json& l12 = after["parameters"][geometry::kL12];
-  l12["identified"] = l12["identified"].get<double>() + kGrowth_mm;
+  after.parameters.at(geometry::kL12).identified += kGrowth_mm;
   session::Session later = session;
   later.name = "later";
   for (session::Sample& sample : later.samples) {
@@ -98,11 +98,8 @@ TEST(Against, ALinkThatGrewIsNamedWithItsSign) {
 }
 
 TEST(Against, AResultThatIsNoCalibrationIsRefused) {
-  const session::Session session = session::read_bundle(kSessions + "00");
   const Json nothing{{"schema", "something.else"}};
-  EXPECT_THROW(
-      static_cast<void>(report::against_sections({nothing, session}, {nothing, session})),
-      studies::Error);
+  EXPECT_THROW(static_cast<void>(report::calibration_from_json(nothing)), studies::Error);
 }
 
 TEST(ReportCommand, PrintsAPdfAndShowsTwoSessionsBelowAMegabyte) {

@@ -21,11 +21,10 @@ namespace fs = std::filesystem;
 
 /// Words that are also names of effects, but mean something else there.
 const std::map<std::string, std::set<std::string>> kOtherMeanings{
-    {"report/chart_json.cpp", {"step"}},  // a line drawn in steps
-    {"report/figures.cpp", {"step"}},     // of an optimiser
-    {"report/tables.cpp", {"step"}},      // of an optimiser
-    {"report/report_run.cpp", {"step"}},  // of an optimiser
-    {"studies/calibrate.cpp", {"step"}},  // of an optimiser
+    {"report/chart_json.cpp", {"step"}},                  // a line drawn in steps
+    {"report/figures.cpp", {"step"}},                     // of an optimiser
+    {"report/tables.cpp", {"step"}},                      // of an optimiser
+    {"report/documents/calibration_json.cpp", {"step"}},  // of an optimiser
 };
 
 /// Names of effects that a text has as whole string literals.

@@ -249,7 +249,7 @@ ReportData sample_session(const SampleOptions& options) {
       {.name = "QPSO-2",
        .best_mm = swarm(bench, *out.rmse_mm * 1.03, *out.rmse_mm, 400, 38.0)}};
   out.traces = {
-      {.name = "EKF", .step = "point", .error = filter},
+      {.name = "EKF", .step = "point", .error = {filter.begin(), filter.end()}},
       {.name = "QPSO-2", .step = "iteration"}};
   for (int i = 0; i <= 400; ++i) {
     const double left = std::exp(-i / 38.0);

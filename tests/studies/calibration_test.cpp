@@ -5,7 +5,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "report/documents/calibration_json.h"
 #include "report/report_run.h"
+#include "report/words/calibration_words.h"
 #include "session/bundle.h"
 #include "studies/calibrate.h"
 #include "tests/support/paths.h"
@@ -74,9 +76,10 @@ Json whole_result(LineClient& client, std::int64_t result) {
 TEST(Calibration, ABundleGivesItsNoiseAsErrorAndTheInputsOfTheResult) {
   const session::Session session = session::read_bundle(kBundle);
   std::vector<std::string> stages;
-  const Json document = calibrate(session, quick(), [&](const Progress& progress) {
-    if (stages.empty() || stages.back() != progress.stage) stages.push_back(progress.stage);
-  });
+  const Json document =
+      report::to_json(calibrate(session, quick(), [&](const Progress& progress) {
+        if (stages.empty() || stages.back() != progress.stage) stages.push_back(progress.stage);
+      }));
   EXPECT_EQ(document["schema"], "sixdial.calibration");
   EXPECT_GT(method_of(document, "before")["g2"]["mean_mm"], 1.0);
   EXPECT_LT(method_of(document, "ekf_dqpso")["g2"]["mean_mm"], kNoiseOnly_mm);
@@ -89,7 +92,7 @@ TEST(Calibration, ABundleGivesItsNoiseAsErrorAndTheInputsOfTheResult) {
 }
 
 TEST(Calibration, ResidualsOfThePointsAreTheErrorsOfTableSix) {
-  const Json document = calibrate(session::read_bundle(kBundle), quick());
+  const Json document = report::to_json(calibrate(session::read_bundle(kBundle), quick()));
   const std::size_t methods = document["methods"].size();
   ASSERT_GE(methods, 4U);
   for (std::size_t m = 0; m < methods; ++m) {
@@ -112,7 +115,8 @@ TEST(Calibration, ResidualsOfThePointsAreTheErrorsOfTableSix) {
 }
 
 TEST(Calibration, TheTableOnTheScreenHasThePapersRowsInItsOrder) {
-  const std::string text = table_6_text(calibrate(session::read_bundle(kBundle), quick()));
+  const std::string text =
+      report::table_6_text(calibrate(session::read_bundle(kBundle), quick()));
   const std::size_t before = text.find("before calibration");
   const std::size_t dqpso = text.find("EKF-DQPSO ");
   const std::size_t anfis = text.find("EKF-DQPSO + ANFIS");
@@ -145,7 +149,10 @@ TEST(Calibration, TheServiceAndABundleGiveTheSameFigures) {
   const Json stored = whole_result(client, ended["result"].get<std::int64_t>());
   CalibrationRequest alone = quick();
   alone.threads = 1;
-  EXPECT_EQ(figures(stored), figures(calibrate(session::read_bundle(kBundle), alone)));
+  EXPECT_EQ(
+      figures(stored),
+      figures(Json::parse(
+          report::to_json(calibrate(session::read_bundle(kBundle), alone)).dump())));
 }
 
 TEST(Calibration, AResultOutlivesTheServiceAndMakesTheSameReport) {
@@ -188,14 +195,13 @@ TEST(Calibration, AResultOutlivesTheServiceAndMakesTheSameReport) {
 
 TEST(Calibration, AReportFromOtherDataThanTheResultsIsRefused) {
   session::Session session = session::read_bundle(kBundle);
-  const Json document = calibrate(session, quick());
-  const report::ReportData data = report::report_data(document, session, "somebody");
+  const CalibrationResult result = calibrate(session, quick());
+  const report::ReportData data = report::report_data(result, session, "somebody");
   EXPECT_EQ(data.points.size(), 150U);
   EXPECT_EQ(data.parameters.size(), 10U);
   session.samples.pop_back();
-  EXPECT_THROW(static_cast<void>(report::report_data(document, session, "somebody")), Error);
-  EXPECT_THROW(
-      static_cast<void>(report::report_data({{"schema", "other"}}, session, "x")), Error);
+  EXPECT_THROW(static_cast<void>(report::report_data(result, session, "somebody")), Error);
+  EXPECT_THROW(static_cast<void>(report::calibration_from_json({{"schema", "other"}})), Error);
 }
 
 TEST(Calibration, IsCancelledAsAJob) {

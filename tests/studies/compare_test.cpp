@@ -12,6 +12,7 @@
 #include "calibration/random.h"
 #include "report/documents/comparison_json.h"
 #include "report/report_run.h"
+#include "report/words/calibration_words.h"
 #include "report/words/comparison_words.h"
 #include "session/bundle.h"
 #include "studies/assessment.h"
@@ -209,10 +210,10 @@ session::Session coaxial_session() {
 
 constexpr const char* kCommonTurn = "alpha rises while dtheta1 and dtheta2 fall";
 
-void expect_common_turn(const Json& held) {
-  ASSERT_EQ(held.size(), 1U) << held;
-  EXPECT_THAT(held[0]["words"].get<std::string>(), ::testing::StartsWith(kCommonTurn));
-  EXPECT_THAT(held[0]["words"].get<std::string>(), ::testing::HasSubstr("common shift"));
+void expect_common_turn(const std::vector<HeldRow>& held) {
+  ASSERT_EQ(held.size(), 1U);
+  EXPECT_THAT(held[0].words, ::testing::StartsWith(kCommonTurn));
+  EXPECT_THAT(held[0].words, ::testing::HasSubstr("common shift"));
 }
 
 TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
@@ -223,8 +224,9 @@ TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
     request.methods = {"before", "lse", "lm", "tikhonov", "ekf", "ekf_dqpso", "lm+gp"};
     if (fixed) request.fix = {"d"};
     const ComparisonResult compared = compare(session, request);
-    expect_common_turn(compared.assessment["identifiability"]["held"]);
-    const std::string screen = ::testing::PrintToString(assessment_lines(compared.assessment));
+    expect_common_turn(compared.assessment.identifiability.held);
+    const std::string screen =
+        ::testing::PrintToString(report::assessment_lines(compared.assessment));
     EXPECT_THAT(screen, ::testing::HasSubstr(kCommonTurn));
     for (const ComparedRow& method : compared.methods) {
       ASSERT_TRUE(method.g2) << method.id;
@@ -239,10 +241,10 @@ TEST(Compare, TheConfoundingOfACoaxialRobotIsNamedWithItsDistanceFittedToo) {
     calibration.qpso2_iterations = 200;
     calibration.anfis_epochs = 20;
     if (fixed) calibration.fix = {"d"};
-    const Json calibrated = calibrate(session, calibration);
-    expect_common_turn(calibrated["identification"]["held"]);
-    expect_common_turn(calibrated["assessment"]["identifiability"]["held"]);
-    EXPECT_LT(calibrated["above_minimum_mm"].get<double>(), 1e-6);
+    const CalibrationResult calibrated = calibrate(session, calibration);
+    expect_common_turn(calibrated.identification.held);
+    expect_common_turn(calibrated.assessment->identifiability.held);
+    EXPECT_LT(calibrated.above_minimum_mm, 1e-6);
     const report::ReportData report = report::report_data(calibrated, session, "somebody");
     ASSERT_EQ(report.unidentifiable.size(), 1U);
     EXPECT_THAT(report.unidentifiable[0], ::testing::StartsWith(kCommonTurn));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "report/sections/sections_of_studies.h"
+#include "report/words/calibration_words.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
 #include "studies/mode_assessment.h"
@@ -26,49 +27,48 @@ session::Session session_in(std::vector<geometry::WorkingMode> modes, int points
   return measured(simple_world(5), plan.value());
 }
 
-Json assessed(const session::Session& session, const std::string& space_name) {
+Assessment assessed(const session::Session& session, const std::string& space_name) {
   const auto trials = session::trials_of(session, "G1");
   const auto space = space_of(space_name, trials, session, 0.003);
   calibration::IdentifySettings settings;
   const auto found =
       calibration::identify(*calibration::find_identifier("lm"), space, settings);
-  return assessment_json(space, found.fit, trials, trials, session.rig);
+  return assess(space, found.fit, trials, trials, session.rig);
 }
 
 TEST(WorkingModes, PooledDetermineTheRobotBetterThanAnyOneWithAsManyPoints) {
   for (const char* space : {"positions", "dials"}) {
-    const Json plus = assessed(session_in({kPlus}, 60), space);
-    const Json over = assessed(session_in({kElbow1Over}, 60), space);
-    const Json both = assessed(session_in({kPlus, kElbow1Over}, 60), space);
-    const auto pooled = both["identifiability"]["condition"].get<double>();
-    for (const Json& alone : {plus, over}) {
-      ASSERT_EQ(alone["working_modes"].size(), 1U);
-      const auto condition = alone["identifiability"]["condition"].get<double>();
-      EXPECT_NEAR(alone["working_modes"][0]["condition"].get<double>() / condition, 1.0, 1e-6);
+    const Assessment plus = assessed(session_in({kPlus}, 60), space);
+    const Assessment over = assessed(session_in({kElbow1Over}, 60), space);
+    const Assessment both = assessed(session_in({kPlus, kElbow1Over}, 60), space);
+    const auto pooled = both.identifiability.condition;
+    for (const Assessment& alone : {plus, over}) {
+      ASSERT_EQ(alone.working_modes.size(), 1U);
+      const auto condition = alone.identifiability.condition;
+      EXPECT_NEAR(alone.working_modes[0].condition.value() / condition, 1.0, 1e-6);
       EXPECT_LT(pooled, 0.8 * condition) << space;
     }
     // Of one session: each mode's rows alone against all.
-    ASSERT_EQ(both["working_modes"].size(), 2U);
-    for (const Json& each : both["working_modes"]) {
-      EXPECT_EQ(each["samples"], 30);
-      EXPECT_LT(pooled, 0.8 * each["condition"].get<double>()) << space;
+    ASSERT_EQ(both.working_modes.size(), 2U);
+    for (const WorkingModeRow& each : both.working_modes) {
+      EXPECT_EQ(each.samples, 30);
+      EXPECT_LT(pooled, 0.8 * each.condition.value()) << space;
     }
     std::printf(
-        "%s: condition ++ %.0f, -+ %.0f, pooled %.0f\n", space,
-        plus["identifiability"]["condition"].get<double>(),
-        over["identifiability"]["condition"].get<double>(), pooled);
+        "%s: condition ++ %.0f, -+ %.0f, pooled %.0f\n", space, plus.identifiability.condition,
+        over.identifiability.condition, pooled);
   }
 }
 
 TEST(WorkingModes, AreInWhatPeopleReadAndInTheReport) {
-  const Json both = assessed(session_in({kPlus, kElbow1Over}, 40), "positions");
-  const auto lines = assessment_lines(both);
+  const Assessment both = assessed(session_in({kPlus, kElbow1Over}, 40), "positions");
+  const auto lines = report::assessment_lines(both);
   EXPECT_THAT(lines, ::testing::Contains(HasSubstr("condition number by working mode: ++ ")));
   EXPECT_THAT(lines, ::testing::Contains(HasSubstr("(20 samples); pooled ")));
-  const Json nothing_gross{
-      {"not_possible", "no"}, {"found", Json::array()}, {"systematic", {{"g1", 0}, {"g2", 0}}}};
+  GrossErrors nothing_gross;
+  nothing_gross.not_possible = "no";
   int tables = 0;
-  for (const auto& section : report::assessment_sections(both, nullptr, nothing_gross)) {
+  for (const auto& section : report::assessment_sections(both, std::nullopt, nothing_gross)) {
     for (const auto& block : section.blocks) {
       const auto* table = std::get_if<report::Table>(&block);
       if (table == nullptr || table->id != "working_modes") continue;
@@ -77,20 +77,21 @@ TEST(WorkingModes, AreInWhatPeopleReadAndInTheReport) {
     }
   }
   EXPECT_EQ(tables, 1);
-  const Json one = assessed(session_in({kPlus}, 40), "positions");
+  const Assessment one = assessed(session_in({kPlus}, 40), "positions");
   EXPECT_THAT(
-      assessment_lines(one), ::testing::Not(::testing::Contains(HasSubstr("by working mode"))));
+      report::assessment_lines(one),
+      ::testing::Not(::testing::Contains(HasSubstr("by working mode"))));
 }
 
 TEST(WorkingModes, AModeOfTooFewPointsHasNoConditionOfItsOwn) {
   session::Session session = session_in({kPlus, kElbow1Over}, 40);
   session.samples.resize(22);  // two of the second mode
-  const Json assessment = assessed(session, "positions");
-  ASSERT_EQ(assessment["working_modes"].size(), 2U);
-  EXPECT_TRUE(assessment["working_modes"][1]["condition"].is_null());
+  const Assessment assessment = assessed(session, "positions");
+  ASSERT_EQ(assessment.working_modes.size(), 2U);
+  EXPECT_FALSE(assessment.working_modes[1].condition);
   EXPECT_THAT(
-      working_modes_line(
-          assessment["working_modes"], assessment["identifiability"]["condition"]),
+      report::working_modes_line(
+          assessment.working_modes, assessment.identifiability.condition),
       HasSubstr("-+ infinite (2 samples)"));
 }
 

@@ -5,6 +5,7 @@
 
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
+#include "report/documents/calibration_json.h"
 #include "report/documents/validation_json.h"
 #include "report/words/validation_words.h"
 #include "session/bundle.h"
@@ -148,7 +149,7 @@ TEST(Validation, OnTheRobotEachStepOfTheMethodBringsTheToolNearerToItsTargets) {
 
 TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
   const session::Session session = session::read_bundle(kBundle);
-  const Json calibration = calibrate(session, quick());
+  const CalibrationResult calibration = calibrate(session, quick());
   ValidationRequest request;
   request.by = {CompensateBy::kBefore, CompensateBy::kFull};
   const session::Plan plan = validation_plan(session, calibration, request);
@@ -166,7 +167,8 @@ TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
 
 TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
   const session::Session session = session::read_bundle(kBundle);
-  const Json calibration = Json::parse(calibrate(session, quick()).dump());
+  const CalibrationResult calibration = report::calibration_from_json(
+      Json::parse(report::to_json(calibrate(session, quick())).dump()));
   const auto full = compensation_model(calibration, CompensateBy::kFull);
   const auto kinematics = compensation_model(calibration, CompensateBy::kKinematics);
   const auto before = compensation_model(calibration, CompensateBy::kBefore);
@@ -174,23 +176,16 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
   EXPECT_NE(kinematics.v, before.v);
   // The residuals of the document, by kinematics and by the full model, differ by what the
   // networks say.
-  const Json& methods = calibration["methods"];
   const auto column = [&](const char* id) {
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-      if (methods[i]["id"] == id) return i;
-    }
-    return methods.size();
+    return static_cast<std::size_t>(calibration.method(id) - calibration.methods.data());
   };
-  for (const Json& point : calibration["points"]) {
-    const session::Sample& sample = session.samples[point["sample"].get<std::size_t>()];
-    const Json& without = point["residual_mm"][column("ekf_dqpso")];
-    const Json& with = point["residual_mm"][column("ekf_dqpso+anfis")];
-    const Eigen::Vector2d learned(
-        without[0].get<double>() - with[0].get<double>(),
-        without[1].get<double>() - with[1].get<double>());
+  for (const PointResiduals& point : calibration.points) {
+    const session::Sample& sample = session.samples[static_cast<std::size_t>(point.sample)];
+    const Eigen::Vector2d learned = point.residual_mm.at(column("ekf_dqpso")).value() -
+                                    point.residual_mm.at(column("ekf_dqpso+anfis")).value();
     EXPECT_LT((full.correction(sample.q) - learned).norm(), 1e-12);
   }
-  EXPECT_THROW(compensation_model({{"schema", "other"}}, CompensateBy::kFull), Error);
+  EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), Error);
 }
 
 TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {

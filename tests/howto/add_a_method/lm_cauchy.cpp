@@ -23,6 +23,9 @@ Identified fit(
 }  // namespace
 
 extern constinit const Identifier lm_cauchy{
-    .name = "lm_cauchy", .description = "Levenberg-Marquardt, Cauchy loss", .identify = fit};
+    .name = "lm_cauchy",
+    .title = "Lm cauchy",
+    .description = "Levenberg-Marquardt, Cauchy loss",
+    .identify = fit};
 
 }  // namespace sixdial::calibration

@@ -1,5 +1,5 @@
 // ANFIS saved, loaded and shown.
-#include "studies/network_json.h"
+#include "report/documents/network_json.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "calibration/random.h"
+#include "report/documents/calibration_json.h"
 #include "report/report_run.h"
 #include "report/sections/sections_of_studies.h"
 #include "session/bundle.h"
@@ -15,7 +16,7 @@
 #include "studies/compensate.h"
 #include "tests/support/paths.h"
 
-namespace sixdial::studies {
+namespace sixdial::report {
 namespace {
 
 using calibration::AnfisModel;
@@ -23,6 +24,10 @@ using calibration::MembershipKind;
 
 const std::filesystem::path kBundle =
     std::filesystem::path(test_paths::test_data()) / "session_00";
+
+calibration::AnfisReport read_network(const Json& json) {
+  return read<calibration::AnfisReport>(json, "network");
+}
 
 struct Lesson {
   Eigen::MatrixXd inputs;
@@ -57,8 +62,8 @@ TEST(NetworkJson, WhatIsLoadedAnswersAsWhatWasSavedBitForBit) {
         learning.cross_validate = chosen;
         const auto report = calibration::learn_anfis(taught.inputs, taught.targets, learning);
         ASSERT_GT(report.model.functions, 0);
-        const std::string text = network_json(report).dump();
-        const AnfisModel loaded = network_from(Json::parse(text));
+        const std::string text = write(report).dump();
+        const AnfisModel loaded = read_network(Json::parse(text)).model;
         EXPECT_EQ(loaded.effective_parameters, report.model.effective_parameters);
         EXPECT_EQ(loaded.ridge, report.model.ridge);
         EXPECT_EQ(loaded.rules(), report.model.rules());
@@ -72,7 +77,7 @@ TEST(NetworkJson, WhatIsLoadedAnswersAsWhatWasSavedBitForBit) {
         // saved again it is the same text
         auto again = report;
         again.model = loaded;
-        EXPECT_EQ(network_json(again).dump(), text);
+        EXPECT_EQ(write(again).dump(), text);
       }
     }
   }
@@ -82,7 +87,7 @@ TEST(NetworkJson, WhatIsLoadedAnswersAsWhatWasSavedBitForBit) {
 TEST(NetworkJson, NoNetworkStaysNoNetwork) {
   calibration::AnfisReport report;
   report.model = calibration::zero_anfis(2);
-  const AnfisModel loaded = network_from(Json::parse(network_json(report).dump()));
+  const AnfisModel loaded = read_network(Json::parse(write(report).dump())).model;
   EXPECT_EQ(loaded.functions, 0);
   EXPECT_EQ(loaded.inputs, 2);
   EXPECT_EQ(loaded.predict(Eigen::Vector2d(1.0, 2.0)), 0.0);
@@ -94,12 +99,11 @@ TEST(NetworkJson, ADamagedNetworkIsRefusedByName) {
   learning.anfis.functions = 3;
   learning.anfis.epochs = 5;
   learning.cross_validate = false;
-  const Json whole =
-      network_json(calibration::learn_anfis(taught.inputs, taught.targets, learning));
+  const Json whole = write(calibration::learn_anfis(taught.inputs, taught.targets, learning));
   const auto trouble = [](const Json& json) -> std::string {
     try {
-      static_cast<void>(network_from(json));
-    } catch (const Error& error) {
+      static_cast<void>(read_network(json));
+    } catch (const studies::Error& error) {
       return error.what();
     }
     return "";
@@ -144,8 +148,7 @@ TEST(NetworkJson, TheReportShowsMembershipsEffectiveParametersAndTheSizesOffered
   const Lesson taught = lesson(2, 100, 5);
   const auto learned = calibration::learn_anfis(taught.inputs, taught.targets, {});
   ASSERT_GT(learned.model.functions, 0);
-  const Json anfis{{"x", network_json(learned)}, {"y", network_json(learned)}};
-  const auto sections = report::anfis_sections(anfis);
+  const auto sections = anfis_sections({learned, learned});
   ASSERT_EQ(sections.size(), 1U);
 
   const report::Table* networks = table_of(sections[0], "anfis");
@@ -195,22 +198,24 @@ TEST(NetworkJson, TheReportShowsMembershipsEffectiveParametersAndTheSizesOffered
 
 TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndReport) {
   const session::Session session = session::read_bundle(kBundle);
-  CalibrationRequest request;
+  studies::CalibrationRequest request;
   request.profile = calibration::Profile::kPaper;
   request.particles = 20;
   request.qpso1_iterations = 5;
   request.qpso2_iterations = 30;
   request.anfis_epochs = 10;
-  const Json document = calibrate(session, request);
+  const studies::CalibrationResult result = studies::calibrate(session, request);
+  const Json document = to_json(result);
   EXPECT_EQ(document["anfis"]["x"]["consequents_count"], 108);
   EXPECT_EQ(document["anfis"]["x"]["samples"], 80);
   EXPECT_LT(document["anfis"]["x"]["effective_parameters"].get<double>(), 80.0);
-  const auto now = compensation_model(document, CompensateBy::kFull);
-  const auto later = compensation_model(Json::parse(document.dump()), CompensateBy::kFull);
+  const auto now = studies::compensation_model(result, studies::CompensateBy::kFull);
+  const auto later = studies::compensation_model(
+      calibration_from_json(Json::parse(document.dump())), studies::CompensateBy::kFull);
   for (const session::Sample& sample : session.samples) {
     EXPECT_EQ(now.correction(sample.q), later.correction(sample.q));
   }
-  const report::ReportData data = report::report_data(document, session, "somebody");
+  const report::ReportData data = report::report_data(result, session, "somebody");
   const auto section =
       std::ranges::find(data.sections, std::string("anfis"), &report::Section::id);
   ASSERT_NE(section, data.sections.end());
@@ -219,4 +224,4 @@ TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndRepo
 }
 
 }  // namespace
-}  // namespace sixdial::studies
+}  // namespace sixdial::report

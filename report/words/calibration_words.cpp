@@ -1,0 +1,184 @@
+#include "report/words/calibration_words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "geometry/units.h"
+#include "studies/method_name.h"
+
+namespace sixdial::report {
+namespace {
+
+using studies::GrossErrors;
+
+// Beyond this nothing is left of a singular value but rounding.
+constexpr double kOpen = 1e10;
+
+std::string mode_condition_words(std::optional<double> condition) {
+  return condition && *condition < kOpen ? fmt::format("{:.0f}", *condition)
+                                         : std::string("infinite");
+}
+
+/// "166"; "3.1e+16 (64 without what is held)".
+std::string condition_words(const studies::IdentifiabilityRow& known) {
+  const auto words = [](std::optional<double> value) {
+    if (!value || !std::isfinite(*value)) return std::string("infinite");
+    return *value < 1e5 ? fmt::format("{:.0f}", *value) : fmt::format("{:.1e}", *value);
+  };
+  std::string text = words(known.condition);
+  if (!known.held.empty()) {
+    text += fmt::format(" ({} without what is held)", words(known.condition_determined));
+  }
+  return text;
+}
+
+std::string parameter_line(const studies::ParameterRow& row) {
+  const auto unit = geometry::shown_unit(row.unit);
+  const double shown = unit.per_unit;
+  std::string line =
+      fmt::format("{:<8} {:>10.4f} {}", row.name, shown * row.identified, unit.name);
+  if (row.fixed) return line + "  fixed at nominal";
+  return line + fmt::format(
+                    "  sd {:.4f}, 95 % {:.4f} to {:.4f}{}", shown * row.sd, shown * row.low_95,
+                    shown * row.high_95,
+                    row.partly_held ? ", leans on nominal (partly held)" : "");
+}
+
+}  // namespace
+
+std::string table_6_text(const studies::CalibrationResult& result) {
+  std::vector<std::string> shown{
+      "before", studies::without_residual_model(result.result_method)};
+  if (shown.back() != result.result_method) shown.push_back(result.result_method);
+  std::size_t width = 20;
+  for (const std::string& id : shown) {
+    width = std::max(width, studies::method_name(id).size());
+  }
+  const auto line = [&](const std::string& name, const std::array<std::string, 6>& cells) {
+    return fmt::format(
+        "{:<{}} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8}\n", name, width, cells[0], cells[1],
+        cells[2], cells[3], cells[4], cells[5]);
+  };
+  const auto cell = [](const std::optional<studies::SetErrors>& set,
+                       double studies::SetErrors::*figure) {
+    return set && std::isfinite((*set).*figure) ? fmt::format("{:8.4f}", (*set).*figure)
+                                                : std::string("-");
+  };
+  std::string text = line("position error, mm", {"G1", "", "", "G2", "", ""}) +
+                     line("", {"mean", "std", "max", "mean", "std", "max"});
+  for (const std::string& id : shown) {
+    const studies::MethodRow* row = result.method(id);
+    if (row == nullptr) continue;
+    std::array<std::string, 6> cells;
+    std::size_t k = 0;
+    for (const auto* set : {&row->g1, &row->g2}) {
+      for (const auto figure :
+           {&studies::SetErrors::mean_mm, &studies::SetErrors::std_mm,
+            &studies::SetErrors::max_mm}) {
+        cells.at(k++) = cell(*set, figure);
+      }
+    }
+    text += line(studies::method_name(id), cells);
+  }
+  return text;
+}
+
+std::string effort_line(const studies::CalibrationResult& result) {
+  const std::string name =
+      result.result_method == studies::kPaperMethod
+          ? "DQPSO"
+          : studies::method_name(studies::without_residual_model(result.result_method));
+  return fmt::format(
+      "{} is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s", name,
+      result.above_minimum_mm, result.inputs.seed, result.seconds);
+}
+
+std::vector<std::string> assessment_lines(const studies::Assessment& assessment) {
+  std::vector<std::string> lines;
+  const studies::IdentifiabilityRow& known = assessment.identifiability;
+  lines.push_back(fmt::format(
+      "{} of {} free parameters are determined by {} samples; condition number {}, "
+      "observability {:.4f}",
+      known.determined, known.free, assessment.samples, condition_words(known),
+      known.observability));
+  if (std::string line = working_modes_line(assessment.working_modes, known.condition);
+      !line.empty()) {
+    lines.push_back(std::move(line));
+  }
+  for (const studies::HeldRow& held : known.held) {
+    const std::string effect =
+        held.effect_mm
+            ? fmt::format(" (1 mm of it moves the tool {:.3f} mm at most)", *held.effect_mm)
+            : std::string();
+    lines.push_back("held at nominal, the poses cannot tell: " + held.words + effect);
+  }
+  for (const studies::CorrelationRow& each : known.correlations) {
+    lines.push_back(fmt::format(
+        "{} and {} are correlated by {:.3f}", each.first, each.second, each.coefficient));
+  }
+  lines.push_back(assessment.noise.words);
+  for (const studies::ParameterRow& row : assessment.parameters) {
+    lines.push_back(parameter_line(row));
+  }
+  if (const auto& map = assessment.position_uncertainty) {
+    lines.push_back(fmt::format(
+        "predicted position over the workspace: sd {:.4f} mm on average, {:.4f} mm at worst; "
+        "95 % within {:.4f} mm",
+        map->mean_sd_mm, map->max_sd_mm, map->max_radius_95_mm));
+  }
+  return lines;
+}
+
+std::vector<std::string> gross_error_lines(const GrossErrors& errors) {
+  std::vector<std::string> lines;
+  if (errors.not_possible) {
+    lines.push_back("not checked for gross errors: " + *errors.not_possible);
+  }
+  for (const auto& [set, systematic] :
+       {std::pair{"G1", errors.systematic_g1}, std::pair{"G2", errors.systematic_g2}}) {
+    if (systematic == 0) continue;
+    lines.push_back(fmt::format(
+        "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
+        "model is wrong; none was set aside (sixdial diagnose looks for the cause)",
+        systematic, set));
+  }
+  for (const GrossErrors::Found& each : errors.found) {
+    const std::string where =
+        each.dial ? fmt::format(
+                        "dial {} reads {:.3f} mm too {}", *each.dial, std::abs(each.size_mm),
+                        each.size_mm < 0.0 ? "little" : "much")
+                  : fmt::format("the position is {:.3f} mm off", each.size_mm);
+    lines.push_back(fmt::format(
+        "gross error: {} point {} repeat {}: {} ({:.0f} times the noise), {}", each.set,
+        each.point, each.repeat, where, each.times_sigma, studies::to_string(each.treatment)));
+  }
+  return lines;
+}
+
+std::string precision_line(const studies::Precision& precision) {
+  return fmt::format(
+      "raw readings of all dials determine the parameters {:.1f} times as precisely as "
+      "positions of the active three do (geometric mean){}",
+      precision.geometric_mean_ratio,
+      precision.geometric_mean_ratio > 1.5 ? ": fit with --space dials" : "");
+}
+
+std::string working_modes_line(
+    const std::vector<studies::WorkingModeRow>& modes, double pooled_condition) {
+  if (modes.size() < 2) return "";
+  std::string text = "condition number by working mode: ";
+  for (const studies::WorkingModeRow& each : modes) {
+    text += fmt::format(
+        "{} {} ({} samples), ", geometry::to_string(each.mode),
+        mode_condition_words(each.condition), each.samples);
+  }
+  text.replace(text.size() - 2, 2, "; ");
+  return text + "pooled " +
+         mode_condition_words(
+             std::isfinite(pooled_condition) ? std::optional(pooled_condition) : std::nullopt);
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,28 @@
+// What people read of a calibration on the screen.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "studies/calibration_result.h"
+
+namespace sixdial::report {
+
+/// Table 6 as text: before, the parameters alone, with the residual model, for G1 and G2; mean,
+/// std, max [mm].
+[[nodiscard]] std::string table_6_text(const studies::CalibrationResult& result);
+
+/// "DQPSO is 1.2e-09 mm above the least-squares minimum; seed 1, 2.1 s".
+[[nodiscard]] std::string effort_line(const studies::CalibrationResult& result);
+
+/// What the data can tell, a sentence a line.
+[[nodiscard]] std::vector<std::string> assessment_lines(const studies::Assessment& assessment);
+[[nodiscard]] std::vector<std::string> gross_error_lines(const studies::GrossErrors& errors);
+[[nodiscard]] std::string precision_line(const studies::Precision& precision);
+
+/// "condition number by working mode: ++ 379 (50 samples), -+ 402 (50); pooled 151"; empty for
+/// one mode.
+[[nodiscard]] std::string working_modes_line(
+    const std::vector<studies::WorkingModeRow>& modes, double pooled_condition);
+
+}  // namespace sixdial::report

@@ -1,0 +1,100 @@
+#include "studies/calibrate_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sixdial::studies {
+namespace {
+
+/// What a row leaves of all samples, coordinates x samples [mm]; NaN where a pose is out of
+/// reach.
+Eigen::MatrixXd left_by(const ModelledRow& row, const calibration::ObservationSpace& set) {
+  Eigen::MatrixXd left = calibration::position_errors(set, row.v);
+  for (Eigen::Index i = 0; i < left.cols(); ++i) {
+    if (row.targets && set.off_target_mm.col(i).allFinite()) {
+      left.col(i) = set.off_target_mm.col(i);
+    } else if (row.correction) {
+      left.col(i) -= row.correction(set.joints.col(i));
+    }
+  }
+  return left;
+}
+
+}  // namespace
+
+std::optional<SetErrors> set_errors(const calibration::ErrorStats& stats) {
+  if (stats.count == 0) return std::nullopt;
+  const double half = stats.count > 1
+                          ? calibration::student_95(stats.count - 1) * stats.std_mm /
+                                std::sqrt(static_cast<double>(stats.count))
+                          : std::numeric_limits<double>::quiet_NaN();
+  return SetErrors{
+      .mean_mm = stats.mean_mm,
+      .std_mm = stats.std_mm,
+      .max_mm = stats.max_mm,
+      .rmse_mm = stats.rmse_mm,
+      .mean_low_mm = stats.mean_mm - half,
+      .mean_high_mm = stats.mean_mm + half,
+      .points = stats.count,
+      .unreachable = stats.unreachable};
+}
+
+std::vector<PointResiduals> point_residuals(
+    const CalibrationData& data, const std::vector<ModelledRow>& rows) {
+  std::vector<PointResiduals> points;
+  for (const auto* set : {&data.g1, &data.g2}) {
+    std::vector<Eigen::MatrixXd> left;
+    for (const ModelledRow& row : rows) left.push_back(left_by(row, *set));
+    for (int i = 0; i < set->samples(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const session::Sample& sample =
+          data.session.samples[static_cast<std::size_t>(set->sample[k])];
+      PointResiduals point{
+          .sample = set->sample[k],
+          .set = sample.set,
+          .point = sample.point,
+          .repeat = sample.repeat,
+          .measured_mm = set->measured_mm.segment(set->first_row[k], set->rows(i))};
+      for (const Eigen::MatrixXd& each : left) {
+        const bool reached = each.col(i).allFinite();
+        point.residual_mm.push_back(
+            reached ? std::optional<Eigen::VectorXd>(each.col(i)) : std::nullopt);
+      }
+      points.push_back(std::move(point));
+    }
+  }
+  return points;
+}
+
+void refuse(const calibration::Trouble& trouble, const std::string& session) {
+  const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
+  throw Error(
+      cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
+      {{"session", session}},
+      cancelled ? ""
+                : "Measure more points of set G1: collect.start, or look at the rig file.");
+}
+
+const MethodRow* CalibrationResult::method(std::string_view id) const {
+  const auto found = std::ranges::find(methods, id, &MethodRow::id);
+  return found == methods.end() ? nullptr : &*found;
+}
+
+Eigen::VectorXd CalibrationResult::nominal() const {
+  Eigen::VectorXd v(std::ssize(parameters));
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    v[static_cast<Eigen::Index>(i)] = parameters[i].nominal;
+  }
+  return v;
+}
+
+Eigen::VectorXd CalibrationResult::identified() const {
+  Eigen::VectorXd v(std::ssize(parameters));
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    v[static_cast<Eigen::Index>(i)] = parameters[i].identified;
+  }
+  return v;
+}
+
+}  // namespace sixdial::studies

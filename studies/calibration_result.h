@@ -1,0 +1,123 @@
+// What a calibration found, as values. Words are made from them in report/words/, the document
+// "sixdial.calibration" in report/documents/calibration_json.h. Lists have as many parameters
+// as the session's robot.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calibration/pipeline.h"
+#include "calibration/residual_model.h"
+#include "studies/assessment.h"
+#include "studies/inputs.h"
+
+namespace sixdial::studies {
+
+/// The paper's method, what `calibrate` does unless it is told otherwise.
+inline constexpr std::string_view kPaperMethod = "ekf_dqpso+anfis";
+
+/// Absolute position errors over a set, equation (41), with the 95 % interval of the mean (NaN
+/// for one point).
+struct SetErrors {
+  double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0, rmse_mm = 0.0;
+  double mean_low_mm = 0.0, mean_high_mm = 0.0;
+  int points = 0;
+  int unreachable = 0;  // poses out of the parameters' reach; not in the figures
+};
+
+/// A row of Table 6.
+struct MethodRow {
+  std::string id{};                     // "before", "ekf_dqpso", "lm+gp"
+  std::optional<SetErrors> g1{}, g2{};  // empty: no such samples
+  std::optional<double> seconds{};      // of all stages up to this one
+};
+
+struct StageRow {
+  std::string name{};  // id of the method that ends with this stage
+  Eigen::VectorXd parameters{};
+  double rmse_g1_mm = 0.0;
+  double seconds = 0.0;  // of this stage alone
+};
+
+/// A search's best objective by iteration, Fig. 8; [0] is the start.
+struct Convergence {
+  std::string name{};  // "QPSO-1"
+  std::vector<double> best_mm{};
+};
+
+/// Parameters identified so far minus nominal, by step, Fig. 9.
+struct Trace {
+  std::string name{};  // "EKF", "QPSO-2"
+  std::string step{};  // "point", "iteration"
+  std::vector<Eigen::VectorXd> error{};
+};
+
+struct Identification {
+  double sigma_mm = 0.0;  // of one measured axis
+  int degrees_of_freedom = 0;
+  Eigen::MatrixXd covariance{};  // of the parameters
+  Eigen::VectorXd singular_values{};
+  double condition = 0.0, observability = 0.0;
+  std::vector<HeldRow> held{};
+  std::vector<CorrelationRow> correlations{};
+};
+
+/// The two networks of the paper's method, of the residual in x and in y.
+struct Networks {
+  calibration::AnfisReport x{}, y{};
+};
+
+/// The residual model of any other method, as it was trained.
+struct StoredResidualModel {
+  std::string name{};                      // row of the registry, "gp"
+  std::string note{};                      // sizes that it chose, for people
+  Eigen::VectorXd effective_parameters{};  // of each coordinate
+  calibration::SavedResidual saved{};
+};
+
+/// Measured minus modelled position of one sample by each row of `methods`; empty where the
+/// pose cannot be reached.
+struct PointResiduals {
+  int sample = 0;  // row of the session
+  std::string set{};
+  int point = 0, repeat = 0;
+  Eigen::VectorXd measured_mm{};  // in W
+  std::vector<std::optional<Eigen::VectorXd>> residual_mm{};
+};
+
+struct CalibrationResult {
+  std::string created_utc{};
+  Inputs inputs{};
+  calibration::Settings settings{};
+  std::string result_method{kPaperMethod};  // what is delivered: id of a row of `methods`
+  std::vector<ParameterRow> parameters{};   // Table 2
+  Identification identification{};
+  std::vector<MethodRow> methods{};  // Table 6, "before" first
+  bool before_uses_targets = false;  // "before" is measured minus target, else minus nominal
+  double rmse_mm = 0.0;              // of the identified parameters on G1
+  double least_squares_rmse_mm = 0.0, above_minimum_mm = 0.0;
+  std::optional<calibration::FilterNoise> noise{};  // of QPSO-1, where it was searched for
+  std::int64_t not_finite_evaluations = 0;
+  double seconds = 0.0;
+  std::vector<StageRow> stages{};
+  std::vector<Convergence> convergence{};
+  std::vector<Trace> traces{};
+  std::optional<Networks> networks{};                   // of the paper's method
+  std::optional<StoredResidualModel> residual_model{};  // of every other one that has one
+  std::vector<PointResiduals> points{};                 // G1, then G2
+  // Empty in results of early versions.
+  std::optional<Assessment> assessment{};
+  std::optional<GrossErrors> gross_errors{};
+  std::optional<Precision> precision{};  // empty too where there is nothing to compare
+
+  /// The row of Table 6; null: there is none.
+  [[nodiscard]] const MethodRow* method(std::string_view id) const;
+  [[nodiscard]] Eigen::VectorXd nominal() const;
+  [[nodiscard]] Eigen::VectorXd identified() const;
+};
+
+}  // namespace sixdial::studies
