@@ -206,6 +206,7 @@ Finding finding_of(
       evidence,
       {},
       evidence < settings.tie_log_odds};
+  finding.settled = found.fit.converged;
   // With several names, best_of_growing has already held smooth functions against them; a
   // single name is held against one here.
   const Explanation unnamed =
@@ -253,6 +254,7 @@ Identification identify_with_noise(Readings& readings, const Settings& settings)
     result.findings.push_back(finding_of(search, settings, found, i));
   }
   result.gross = gross_readings(readings, found.fit);
+  result.evidence = found.evidence;
   result.extended = std::move(found.fit);
   return result;
 }
@@ -273,11 +275,13 @@ std::vector<std::string> Identification::depends_on() const {
   return result;
 }
 
-Identification identify(Readings& readings, const Settings& settings) {
-  const Readings as_measured = readings;
+namespace {
+
+/// Asks again with the noise that each dial shows, until it stays: a dial that scatters more
+/// than the others would make causes of its own. Its tails come in step by step.
+Identification identify_from(
+    Readings& readings, const Readings& as_measured, const Settings& settings) {
   Identification result = identify_with_noise(readings, settings);
-  // A dial that scatters more than the others would make causes of its own: with its own noise
-  // all is asked again. Its tails come in step by step.
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -289,6 +293,26 @@ Identification identify(Readings& readings, const Settings& settings) {
     }
     readings = as_measured.with_noise(std::move(noise));
     result = identify_with_noise(readings, settings);
+  }
+  return result;
+}
+
+}  // namespace
+
+Identification identify(Readings& readings, const Settings& settings) {
+  const Readings as_measured = readings;
+  const JointFit plain = fit_baseline(readings);
+  Identification result = identify_from(readings, as_measured, settings);
+  // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
+  // are tried: the noise first, or the names first.
+  if (result.findings.empty() && result.unknown.empty()) return result;
+  std::vector<double> noise = uneven_noise(as_measured, plain);
+  if (noise.empty() || result.swap) return result;
+  Readings noise_first = as_measured.with_noise(std::move(noise));
+  Identification other = identify_from(noise_first, as_measured, settings);
+  if (other.evidence - noise_cost(noise_first) > result.evidence - noise_cost(readings)) {
+    readings = std::move(noise_first);
+    return other;
   }
   return result;
 }

@@ -402,6 +402,7 @@ ObservationSpace dial_space(
 
 std::optional<RepeatNoise> repeat_noise(std::span<const simulation::Trial> trials, bool dials) {
   ObservationSpace space;  // with what repeat_noise looks at, nothing more
+  space.joint_info = joint_infos();
   std::vector<double> measured;
   std::vector<Eigen::Vector2d> joints;
   const auto add = [&](int channel, double value_mm) {

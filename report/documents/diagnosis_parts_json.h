@@ -23,6 +23,7 @@ namespace diagnosis_document {
 inline constexpr std::string_view kSchema = "sixdial.diagnosis";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kNothing = "none";
+inline constexpr std::string_view kUnsettled = "unsettled_fit";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
 inline constexpr std::string_view kBetween = ", ";
@@ -88,7 +89,9 @@ void describe(Fields& at, Of<Fields, studies::Rival>& rival) {
     describe(at, rival.id);
     rival.kind = rival.id.cause == diagnosis_document::kUnknown   ? studies::RivalKind::kUnknown
                  : rival.id.cause == diagnosis_document::kNothing ? studies::RivalKind::kNothing
-                                                                  : studies::RivalKind::kEffect;
+                 : rival.id.cause == diagnosis_document::kUnsettled
+                     ? studies::RivalKind::kUnsettled
+                     : studies::RivalKind::kEffect;
     if (rival.kind == studies::RivalKind::kUnknown)
       rival.depends_on = diagnosis_document::split(rival.id.where);
     if (rival.kind != studies::RivalKind::kEffect) rival.id = {};
@@ -105,6 +108,9 @@ void describe(Fields& at, Of<Fields, studies::Rival>& rival) {
         break;
       case studies::RivalKind::kNothing:
         describe(at, studies::HypothesisId{std::string(diagnosis_document::kNothing), ""});
+        break;
+      case studies::RivalKind::kUnsettled:
+        describe(at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
         break;
     }
   }
