@@ -332,7 +332,7 @@ TEST(Observations, NoiseComesFromRepeatsThoughEncodersJitter) {
     RandomSequence random(10);
     for (int i = 0; i < repeated.size(); ++i) {
       repeated.p_WE.col(i) += 0.002 * Eigen::Vector2d(random.normal(), random.normal());
-      if (i % 2 == 1) repeated.q.col(i) += apart_rad * Eigen::Vector2d(1, -1);
+      if (i % 2 == 1) repeated.q_rad.col(i) += apart_rad * Eigen::Vector2d(1, -1);
     }
     const auto noise = repeat_noise(position_space(repeated, session.nominal));
     EXPECT_EQ(noise.has_value(), apart_rad < 1e-4);
