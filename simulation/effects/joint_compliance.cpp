@@ -1,5 +1,5 @@
-// The joints give under the plungers' springs: theta += K^-1 tau. The torque is the virtual work
-// of the plungers (extended_model.h), so that a force beside the elbow turns the link that
+// The joints give under the plungers' springs: theta += K^-1 tau. The torque is the virtual
+// work of the plungers (extended_model.h), so that a force beside the elbow turns the link that
 // carries the cuboid as well.
 #include "simulation/effect.h"
 
