@@ -45,6 +45,11 @@ struct JointFit {
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
     const Eigen::MatrixXd& random = {});
 
+/// Residuals in the noise of their dials [mm]: those of a sample of which something is not
+/// known are larger by that, which is no scatter.
+[[nodiscard]] Eigen::VectorXd residual_at_rest_mm(
+    const Readings& readings, const JointFit& fit);
+
 /// What else may change without being noticed: columns are projected off everything fitted.
 class Projector {
  public:
