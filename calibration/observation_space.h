@@ -85,6 +85,8 @@ struct ObservationSpace {
   std::vector<int> channel;
   Eigen::VectorXd measured_mm;
   Eigen::VectorXd sigma_mm;  // standard deviation of the reading
+  /// sigma_mm is a default, as neither rig file nor session say how good a reading is.
+  bool sigma_is_assumed = false;
 
   /// e = measured - predicted [mm] of one sample and, unless null, J = d(predicted)/dx (rows x
   /// n). Both come in with the right size. False if x cannot reach the pose.
@@ -127,6 +129,9 @@ struct ObservationSpace {
   /// Residuals predicted - measured of all rows. Weights are relative to the mean, so that
   /// weighted residuals stay in mm. The space must outlive the problem.
   [[nodiscard]] LeastSquaresProblem problem(Weighting weighting) const;
+  /// What problem(weighting) multiplies the residuals of each sample with, rows x rows; empty:
+  /// nothing.
+  [[nodiscard]] std::vector<Eigen::MatrixXd> weights(Weighting weighting) const;
   /// Root of the mean over samples of the squared error length, unweighted [mm]; +inf if a pose
   /// cannot be reached.
   [[nodiscard]] double rmse(const Eigen::VectorXd& x) const;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -14,102 +13,19 @@ namespace {
 
 using simulation::Trial;
 
-constexpr int kEnoughRepeats = 10;  // degrees of freedom
-constexpr int kEnoughResiduals = 10;
-constexpr double kNormal_95 = 1.959963984540054;
 // Two axes at once: chi-square with two degrees of freedom, sqrt(-2 ln 0.05), over 1.96.
 constexpr double kCircleOverInterval = 2.447746830680816 / kNormal_95;
 
-std::string um(double mm) {
-  const auto tenths = static_cast<long>(std::lround(1e4 * mm));
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " \u00B5m";
-}
-
-std::string words_of(const NoiseEstimate& noise) {
-  std::string text;
-  switch (noise.source) {
-    case NoiseSource::kRepeats:
-      text = "noise from repeated readings of the same points: " + um(noise.sigma_mm) + " (" +
-             std::to_string(noise.degrees_of_freedom) + " degrees of freedom)";
-      break;
-    case NoiseSource::kResidual:
-      text = std::string("noise from what the fit leaves over, as there are ") +
-             (noise.repeats ? "too few" : "no") + " repeats: " + um(noise.sigma_mm) + " (" +
-             std::to_string(noise.degrees_of_freedom) +
-             " degrees of freedom); whatever the model misses counts as noise";
-      break;
-    case NoiseSource::kRigFile:
-      text = "noise from the rig file, as there are too few points to see it: " +
-             um(noise.sigma_mm);
-      break;
-  }
-  if (noise.lack_of_fit) {
-    const auto tenths = static_cast<long>(std::lround(10.0 * *noise.lack_of_fit));
-    text += "; the fit leaves " + std::to_string(tenths / 10) + "." +
-            std::to_string(tenths % 10) +
-            " times as much as repeats show: something is not in the model, and the "
-            "uncertainties are of the noise alone";
-  }
-  return text;
-}
-
 }  // namespace
 
-std::string_view to_string(NoiseSource source) {
-  switch (source) {
-    case NoiseSource::kRepeats:
-      return "repeats";
-    case NoiseSource::kResidual:
-      return "residual";
-    case NoiseSource::kRigFile:
-      return "rig_file";
-  }
-  return "unknown";
-}
-
-NoiseEstimate noise_estimate(const ObservationSpace& space, const LeastSquaresFit& fit) {
-  NoiseEstimate noise;
-  noise.rig_file_mm = space.mean_sigma();
-  noise.repeats = repeat_noise(space);
-  const int freedom = fit.degrees_of_freedom() - space.unknowns_per_sample * space.samples();
-  if (freedom > 0) noise.residual = RepeatNoise{std::sqrt(fit.rss / freedom), freedom};
-  const auto usable = [](const std::optional<RepeatNoise>& from, int enough) {
-    return from && from->degrees_of_freedom >= enough && from->sigma_mm > 0.0;
-  };
-  const auto take = [&](NoiseSource source, const RepeatNoise& from) {
-    noise.source = source;
-    noise.sigma_mm = from.sigma_mm;
-    noise.degrees_of_freedom = from.degrees_of_freedom;
-  };
-  if (usable(noise.repeats, kEnoughRepeats)) {
-    take(NoiseSource::kRepeats, *noise.repeats);
-    if (usable(noise.residual, 1)) {
-      const double ratio = noise.residual->sigma_mm / noise.repeats->sigma_mm;
-      const boost::math::fisher_f distribution(
-          noise.residual->degrees_of_freedom, noise.repeats->degrees_of_freedom);
-      const double usual = boost::math::quantile(boost::math::complement(distribution, 0.05));
-      if (ratio * ratio > usual) noise.lack_of_fit = ratio;
-    }
-  } else if (usable(noise.residual, kEnoughResiduals)) {
-    take(NoiseSource::kResidual, *noise.residual);
-  } else {
-    noise.sigma_mm = noise.rig_file_mm;
-  }
-  noise.words = words_of(noise);
-  return noise;
-}
-
-double quantile_95(const NoiseEstimate& noise) {
-  return noise.degrees_of_freedom > 0 ? student_95(noise.degrees_of_freedom) : kNormal_95;
-}
-
 std::vector<ParameterEstimate> estimates_with_noise(
-    const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
-    Eigen::MatrixXd& covariance) {
-  covariance = noise.sigma_mm * noise.sigma_mm * fit.unit_covariance();
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
+    const NoiseEstimate& noise, const Structure& structure, Eigen::MatrixXd& covariance) {
+  covariance = fit_covariance(space, fit, weighting, noise.spread_mm, structure);
   auto result = parameter_estimates(fit, space.nominal, covariance, space.parameter_names());
   const double quantile = quantile_95(noise);
   for (ParameterEstimate& each : result) {
+    if (!noise.known && !each.fixed) each.sd = std::numeric_limits<double>::quiet_NaN();
     each.low_95 = each.value - quantile * each.sd;
     each.high_95 = each.value + quantile * each.sd;
   }
@@ -132,7 +48,7 @@ std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
 PositionUncertainty position_uncertainty(
     const geometry::ParameterVector& v, const Eigen::MatrixXd& covariance,
     const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
-    double quantile, int columns, int rows) {
+    double quantile, double structure_mm, int columns, int rows) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   PositionUncertainty map;
   map.columns = columns;
@@ -166,7 +82,8 @@ PositionUncertainty position_uncertainty(
         map.radius_95_mm.push_back(kNone);
         continue;
       }
-      const Eigen::Matrix2d P = d->J_v * C * d->J_v.transpose();
+      const Eigen::Matrix2d P = d->J_v * C * d->J_v.transpose() +
+                                structure_mm * structure_mm * Eigen::Matrix2d::Identity();
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P);
       const double longest = std::sqrt(std::max(axes.eigenvalues()[1], 0.0));
       map.sd_mm.push_back(P.diagonal().cwiseMax(0.0).cwiseSqrt());

@@ -10,45 +10,22 @@
 #include <string_view>
 #include <vector>
 
+#include "calibration/fit_covariance.h"
 #include "calibration/identifiability.h"
 #include "calibration/identifier.h"
+#include "calibration/noise.h"
 #include "geometry/rig.h"
 #include "simulation/trial.h"
 
 namespace sixdial::calibration {
 
-enum class NoiseSource { kRepeats, kResidual, kRigFile };
-/// "repeats", "residual", "rig_file".
-[[nodiscard]] std::string_view to_string(NoiseSource source);
-
-/// Standard deviation of one reading (one axis of a position, or one dial).
-struct NoiseEstimate {
-  NoiseSource source = NoiseSource::kRigFile;
-  double sigma_mm = 0.0;
-  int degrees_of_freedom = 0;  // 0: taken as known (rig file)
-  // The three as far as the session has them.
-  std::optional<RepeatNoise> repeats;
-  std::optional<RepeatNoise> residual;
-  double rig_file_mm = 0.0;
-  /// Residual over repeats, where that is more than repeats of this number allow (95 %): the
-  /// model misses something and the uncertainties are of the noise alone.
-  std::optional<double> lack_of_fit;
-  std::string words;  // which, why, and the warning
-};
-
-/// Repeats if there are enough, else the residual of the fit, else the space's own sigma (from
-/// the rig file).
-[[nodiscard]] NoiseEstimate noise_estimate(
-    const ObservationSpace& space, const LeastSquaresFit& fit);
-
-/// 95 % quantile for an estimate's degrees of freedom; 1.96 where the noise is taken as known.
-[[nodiscard]] double quantile_95(const NoiseEstimate& noise);
-
-/// All parameters with the intervals that this noise gives. Each parameter's covariance comes
-/// back in `covariance`, n x n.
+/// All parameters with their 95 % intervals: the noise, and the structure that neighbouring
+/// poses share in the residuals (none: the default). Standard deviation and interval are NaN
+/// where too few readings are left to know them (NoiseEstimate::known). `fit` minimised
+/// space.problem(weighting). Each parameter's covariance comes back in `covariance`, n x n.
 [[nodiscard]] std::vector<ParameterEstimate> estimates_with_noise(
-    const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
-    Eigen::MatrixXd& covariance);
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
+    const NoiseEstimate& noise, const Structure& structure, Eigen::MatrixXd& covariance);
 
 struct Workspace {
   Eigen::Vector2d low_mm, high_mm;  // in W
@@ -75,9 +52,10 @@ struct PositionUncertainty {
 };
 
 /// `covariance`: of the parameters, of which the first ten count. `quantile`: quantile_95.
+/// `structure_mm`: what the model misses at one place, in each axis (Structure::sd_mm).
 [[nodiscard]] PositionUncertainty position_uncertainty(
     const geometry::ParameterVector& v, const Eigen::MatrixXd& covariance,
     const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
-    double quantile, int columns = 13, int rows = 19);
+    double quantile, double structure_mm = 0.0, int columns = 13, int rows = 19);
 
 }  // namespace sixdial::calibration

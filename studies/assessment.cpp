@@ -160,7 +160,8 @@ std::optional<Precision> precision_of(
     if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return none;
     Eigen::MatrixXd covariance;
     return calibration::estimates_with_noise(
-        in, found.fit, calibration::noise_estimate(in, found.fit), covariance);
+        in, found.fit, calibration::weighting_of(in, here),
+        calibration::noise_estimate(in, found.fit), {}, covariance);
   };
   const bool of_positions = space.name == "positions";
   const auto here = estimated(space, &fit);
@@ -246,22 +247,26 @@ CheckedSession check_gross_errors(
 
 Assessment assess(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
-    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
-    const geometry::Rig& rig) {
+    calibration::Weighting weighting, std::span<const simulation::Trial> g1,
+    std::span<const simulation::Trial> all, const geometry::Rig& rig) {
   Assessment result{
       .space = space.name,
       .samples = space.samples(),
       .readings = space.rows(),
       .noise = calibration::noise_estimate(space, fit),
+      .structure = calibration::smooth_structure(space, fit, weighting),
       .working_modes = working_modes_of(space, fit, g1, rig)};
   Eigen::MatrixXd covariance;
   result.parameters = parameter_rows(
-      calibration::estimates_with_noise(space, fit, result.noise, covariance), space);
+      calibration::estimates_with_noise(
+          space, fit, weighting, result.noise, result.structure, covariance),
+      space);
+  result.covariance = covariance;
   std::optional<calibration::PositionUncertainty> map;
   if (const auto workspace = calibration::workspace_of(all)) {
     map = calibration::position_uncertainty(
         fit.x.head<geometry::kParameterCount>(), covariance, fit, rig.robot.working_mode,
-        *workspace, calibration::quantile_95(result.noise));
+        *workspace, calibration::quantile_95(result.noise), result.structure.sd_mm);
     result.position_uncertainty = map_of(*map);
   }
   result.identifiability = identifiability_of(space, fit, map ? &*map : nullptr);

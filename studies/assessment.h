@@ -72,18 +72,20 @@ struct Assessment {
   int samples = 0;
   int readings = 0;  // coordinates of positions, or dial readings
   calibration::NoiseEstimate noise{};
+  calibration::Structure structure{};  // what neighbouring poses share in the residuals
   std::vector<ParameterRow> parameters{};
+  Eigen::MatrixXd covariance{};  // of the parameters; documents have that of the result
   std::vector<WorkingModeRow> working_modes{};
   IdentifiabilityRow identifiability{};
   std::optional<PositionMap> position_uncertainty{};
 };
 
-/// `fit`: of the space at the parameters that are assessed. `g1`: the trials of the space;
-/// `all`: those that show the workspace.
+/// `fit`: of space.problem(weighting), at the parameters that are assessed. `g1`: the trials of
+/// the space; `all`: those that show the workspace.
 [[nodiscard]] Assessment assess(
     const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
-    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
-    const geometry::Rig& rig);
+    calibration::Weighting weighting, std::span<const simulation::Trial> g1,
+    std::span<const simulation::Trial> all, const geometry::Rig& rig);
 
 /// Standard deviation of each parameter from positions and from raw readings, side by side.
 struct Precision {

@@ -13,8 +13,6 @@
 namespace sixdial::studies {
 namespace {
 
-constexpr int kKnownNoise = 1'000'000;  // degrees of freedom of a figure that is taken as known
-
 calibration::Settings settings_of(const CalibrationRequest& request) {
   calibration::Settings settings = calibration::settings_for(request.profile);
   settings.seed = request.seed;
@@ -68,16 +66,16 @@ TellFraction teller(const ProgressCallback& progress) {
   };
 }
 
-/// Standard deviations and intervals rest on the same noise wherever they are shown. `by_fit`:
-/// the standard deviations of the least-squares fit stand for those of the identified
-/// parameters, which are at its minimum.
+/// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
+/// the identified parameters are at the minimum of the least-squares fit that was assessed.
 void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& result) {
-  const int freedom = assessment.noise.degrees_of_freedom;
-  const double quantile = calibration::student_95(freedom > 0 ? freedom : kKnownNoise);
+  const double quantile = calibration::quantile_95(assessment.noise);
   Identification& identification = result.identification;
-  if (identification.sigma_mm > 0.0) {
-    identification.covariance *= assessment.noise.sigma_mm * assessment.noise.sigma_mm /
-                                 (identification.sigma_mm * identification.sigma_mm);
+  if (by_fit) {
+    identification.covariance = assessment.covariance;
+  } else if (identification.sigma_mm > 0.0) {
+    const double times = assessment.noise.spread_mm / identification.sigma_mm;
+    identification.covariance *= times * times;
   }
   identification.sigma_mm = assessment.noise.sigma_mm;
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
@@ -128,7 +126,9 @@ CalibrationResult calibrate(
                      teller(progress), stop);
   result.created_utc = session::now_utc_text();
   result.inputs = inputs_of(session, settings.seed);
-  result.assessment = assess(data.g1, reference.fit, checked.g1, checked.all, session.rig);
+  result.assessment = assess(
+      data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
+      checked.all, session.rig);
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;

@@ -204,7 +204,9 @@ ComparisonResult compare(
       .choices = choices_made(request, settings, space),
       .before_uses_targets = found->before_uses_targets,
       .least_squares_rmse_mm = reference.rmse,
-      .assessment = assess(space, reference.fit, checked.g1, checked.all, session.rig),
+      .assessment = assess(
+          space, reference.fit, calibration::weighting_of(space, settings.identify), checked.g1,
+          checked.all, session.rig),
       .precision =
           precision_of(space, reference, checked.g1, checked.session, settings.identify),
       .gross_errors = checked.found,

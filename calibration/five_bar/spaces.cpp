@@ -294,6 +294,7 @@ void add_rows(const PositionObservations& set, double noise_mm, ObservationSpace
     }
     space.covariance_mm2.emplace_back(C.diagonal().minCoeff() > 0.0 ? MatrixXd(C) : MatrixXd());
     space.first_row.push_back(2 * (i + 1));
+    if (!(C.diagonal().minCoeff() > 0.0)) space.sigma_is_assumed = true;
   }
 }
 

@@ -44,7 +44,7 @@ void describe(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
 [[nodiscard]] inline std::optional<calibration::NoiseSource> noise_source_from(
     std::string_view text) {
   using enum calibration::NoiseSource;
-  for (const calibration::NoiseSource each : {kRepeats, kResidual, kRigFile}) {
+  for (const calibration::NoiseSource each : {kRepeats, kResidual, kRigFile, kAssumed}) {
     if (calibration::to_string(each) == text) return each;
   }
   return std::nullopt;
@@ -62,7 +62,35 @@ void describe(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
   at("residual", noise.residual);
   at("rig_file_mm", noise.rig_file_mm);
   at("lack_of_fit", noise.lack_of_fit);
+  // Early results know neither these nor structure.
+  if (at.has("spread_mm")) {
+    at("over_rig_file", noise.over_rig_file);
+    at("spread_mm", noise.spread_mm);
+    at("spread_freedom", noise.spread_freedom);
+    at("known", noise.known);
+  }
   at("words", noise.words);
+}
+
+[[nodiscard]] inline std::optional<calibration::SmoothOver> structure_over_from(
+    std::string_view text) {
+  using enum calibration::SmoothOver;
+  for (const calibration::SmoothOver each : {kJoints, kOrder}) {
+    if (calibration::to_string(each) == text) return each;
+  }
+  return std::nullopt;
+}
+
+template <class Fields>
+void describe(Fields& at, Of<Fields, calibration::Structure>& structure) {
+  at.named(
+      "over", structure.over,
+      [](calibration::SmoothOver over) { return calibration::to_string(over); },
+      structure_over_from);
+  at("sd_mm", structure.sd_mm);
+  at("length", structure.length);
+  at("noise_mm", structure.noise_mm);
+  at("log_gain", structure.log_gain);
 }
 
 template <class Fields>
@@ -105,6 +133,7 @@ void describe(Fields& at, Of<Fields, studies::Assessment>& assessment) {
   at("samples", assessment.samples);
   at("readings", assessment.readings);
   at("noise", assessment.noise);
+  if (at.has("structure")) at("structure", assessment.structure);
   at("parameters", assessment.parameters);
   // Results of early versions know one working mode only.
   if (at.has("working_modes")) at("working_modes", assessment.working_modes);

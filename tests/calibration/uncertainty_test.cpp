@@ -119,10 +119,11 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
     const auto found = fit(space);
     const auto noise = noise_estimate(space, found.fit);
     Eigen::MatrixXd covariance;
-    static_cast<void>(estimates_with_noise(space, found.fit, noise, covariance));
+    static_cast<void>(
+        estimates_with_noise(space, found.fit, weighting_of(space, {}), noise, {}, covariance));
     const ParameterVector v = found.x;
     map = position_uncertainty(
-        v, covariance, found.fit, session.rig.robot.working_mode, box, quantile_95(noise),
+        v, covariance, found.fit, session.rig.robot.working_mode, box, quantile_95(noise), 0.0,
         kColumns, kRows);
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
@@ -181,7 +182,7 @@ TEST(PositionUncertainty, SaysWhereTheRobotCannotGo) {
   const auto found = fit(space);
   const auto map = position_uncertainty(
       found.x, found.covariance, found.fit, session.rig.robot.working_mode,
-      {{16, 30}, {400, 66}}, 1.96, 5, 2);
+      {{16, 30}, {400, 66}}, 1.96, 0.0, 5, 2);
   EXPECT_TRUE(std::isfinite(map.sd(0, 0)));
   EXPECT_FALSE(std::isfinite(map.sd(4, 0)));
   EXPECT_TRUE(std::isfinite(map.max_sd_mm));
