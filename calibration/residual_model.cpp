@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "calibration/pose_groups.h"
 #include "calibration/random.h"
 #include "calibration/registry.h"
 
@@ -184,7 +185,9 @@ std::string output_prefix(Eigen::Index output) {
   return "output" + std::to_string(output + 1) + ".";
 }
 
-HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
+HoldoutSplit holdout_split(const MatrixXd& joints, double fraction, std::uint64_t seed) {
+  const std::vector<std::vector<int>> poses = rows_by_group(pose_groups(joints));
+  const auto n = static_cast<int>(poses.size());
   std::vector<int> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 0);
   RandomSequence random(seed, kHoldoutStream);
@@ -194,8 +197,12 @@ HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
         order[static_cast<std::size_t>(random.below(i + 1))]);
   }
   const auto held = static_cast<std::ptrdiff_t>(std::lround(fraction * n));
-  HoldoutSplit split{
-      {order.begin() + held, order.end()}, {order.begin(), order.begin() + held}};
+  HoldoutSplit split;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const auto& rows = poses[static_cast<std::size_t>(order[k])];
+    auto& side = static_cast<std::ptrdiff_t>(k) < held ? split.check : split.train;
+    side.insert(side.end(), rows.begin(), rows.end());
+  }
   std::ranges::sort(split.train);
   std::ranges::sort(split.check);
   return split;

@@ -113,8 +113,10 @@ void save_outputs(Eigen::Index outputs, SavedResidual& saved);
 struct HoldoutSplit {
   std::vector<int> train, check;  // each rising
 };
-/// A seeded shuffle of 0 .. n-1, of which `fraction` is for checking.
-[[nodiscard]] HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed);
+/// A seeded shuffle of the poses, of which `fraction` is for checking: repeats of a pose stay
+/// together. joints: samples x joints.
+[[nodiscard]] HoldoutSplit holdout_split(
+    const Eigen::MatrixXd& joints, double fraction, std::uint64_t seed);
 
 /// Columns shifted and scaled to mean 0 and standard deviation 1.
 struct Standardiser {

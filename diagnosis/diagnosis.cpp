@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calibration/pose_groups.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/thresholds.h"
 
@@ -43,7 +44,7 @@ class Diagnoser {
       : settings_(settings),
         progress_(progress),
         stop_(stop),
-        held_out_(sides_of(trials.size(), std::move(held_out))),
+        held_out_(sides_of(trials, std::move(held_out))),
         measured_(model, std::move(trials)),
         readings_(measured_),
         fewest_(model.parameter_count() + kFewestToSpare) {
@@ -73,13 +74,20 @@ class Diagnoser {
   }
 
  private:
-  /// Which samples are G2. A session without any gets every third.
-  std::vector<bool> sides_of(std::size_t trials, std::vector<bool> held_out) {
+  /// Which samples are G2. A session without any gets every third pose, with all its repeats: a
+  /// repeat of a fitted pose is not held out.
+  std::vector<bool> sides_of(
+      const std::vector<simulation::Trial>& trials, std::vector<bool> held_out) {
     result_.seed = settings_.seed;
-    held_out.resize(trials, false);
+    held_out.resize(trials.size(), false);
     if (std::none_of(held_out.begin(), held_out.end(), [](bool out) { return out; })) {
       result_.held_out_by_program = true;
-      for (std::size_t t = 2; t < trials; t += 3) held_out[t] = true;
+      Eigen::MatrixXd joints(std::ssize(trials), trials.empty() ? 0 : trials[0].q.size());
+      for (std::size_t t = 0; t < trials.size(); ++t) {
+        joints.row(static_cast<Eigen::Index>(t)) = trials[t].q.transpose();
+      }
+      const std::vector<int> pose = calibration::pose_groups(joints);
+      for (std::size_t t = 0; t < trials.size(); ++t) held_out[t] = pose[t] % 3 == 2;
     }
     for (const bool out : held_out) ++(out ? result_.g2_samples : result_.g1_samples);
     return held_out;
