@@ -307,7 +307,7 @@ std::optional<Suspect> most_suspect(
 LeastSquaresFit plain_fit(
     const ObservationSpace& space, const IdentifySettings& settings, const VectorXd& start) {
   return solve_least_squares(
-      space.problem(Weighting::kAlike), start, core_settings(space, settings));
+      space.problem(Weighting::kByCovariance), start, core_settings(space, settings));
 }
 
 void without(std::vector<Trial>& trials, const std::vector<int>& samples) {

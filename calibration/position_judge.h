@@ -24,7 +24,8 @@ class PositionJudge {
     double chance = 1.0;       // that noise alone makes it so large
   };
 
-  /// `space`: positions; `fit` minimised space.problem(Weighting::kAlike).
+  /// `space`: positions; `fit` minimised space.problem(Weighting::kByCovariance), so that each
+  /// sample counts by its own precision where that is known.
   PositionJudge(const ObservationSpace& space, const LeastSquaresFit& fit);
 
   /// Each sample of the space by all the others.
@@ -41,12 +42,13 @@ class PositionJudge {
   [[nodiscard]] const Structure& structure() const { return structure_; }
 
  private:
-  /// Columns of the parameters, then of the structure, for rows at given shapes.
-  [[nodiscard]] Eigen::MatrixXd design(
-      const ObservationSpace& space, const Eigen::MatrixXd& J,
-      const Eigen::MatrixXd& shapes) const;
+  /// W of one sample, W'W = its covariance^-1 times the mean variance of the fitted ones.
+  [[nodiscard]] Eigen::MatrixXd whitening(const ObservationSpace& space, int sample) const;
+  /// Columns of the structure for one sample, not whitened.
+  [[nodiscard]] Eigen::MatrixXd structure_columns(const Eigen::RowVectorXd& shapes) const;
 
   int axes_ = 0;
+  double mean_variance_mm2_ = 0.0;
   Structure structure_;
   std::optional<SmoothBasis> basis_;
   Eigen::VectorXd x_;
@@ -56,6 +58,7 @@ class PositionJudge {
   Eigen::VectorXd coefficient_;
   Eigen::VectorXd residual_;  // predicted - measured - B coefficient, by row
   double sigma_mm_ = 0.0, freedom_ = 0.0;
+  double rough_ = 0.0;  // variance that is not as smooth as the structure, over sigma^2
 };
 
 }  // namespace sixdial::calibration

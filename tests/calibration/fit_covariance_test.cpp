@@ -90,7 +90,7 @@ TEST(FitCovariance, HoldsTheTruthWithFewPointsAndAWrongRigFile) {
   Coverage coverage;
   for (int k = 0; k < kSessions; ++k) {
     auto session = simulate_dials(plan, static_cast<std::uint64_t>(4000 + k));
-    for (simulation::Trial& trial : session.g1) *trial.position_covariance /= 9.0;
+    for (simulation::Trial& trial : session.g1) trial.position_covariance /= 9.0;
     const ObservationSpace space = positions(session);
     const LeastSquaresFit fit = fit_of(space);
     if (fit.held > 0) continue;
