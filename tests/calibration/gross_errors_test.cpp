@@ -207,7 +207,9 @@ TEST(GrossErrors, FewPositionsAccuseNobody) {
   }
 }
 
-// Joint 1 turns about a point beside its axis: everything is smooth, nothing is an accident.
+// Joints turn about points beside their axes and links bend, ten times the noise: everything is
+// smooth, nothing is an accident. Of 40 sets at 1 % each, more than 2 come by chance once in 120
+// runs.
 TEST(GrossErrors, WhatIsSmoothIsNoAccident) {
   int accused = 0;
   for (std::uint64_t seed = 800; seed < 820; ++seed) {
@@ -218,7 +220,7 @@ TEST(GrossErrors, WhatIsSmoothIsNoAccident) {
     accused += static_cast<int>(check.found.size());
     accused += static_cast<int>(judge_readings(session.g2, session.rig, check).found.size());
   }
-  EXPECT_LE(accused, 1);
+  EXPECT_LE(accused, 2);
 }
 
 TEST(GrossErrors, AreFoundInPositionsWhereTheyHideEachOtherAndInTheOtherSet) {
