@@ -1,4 +1,5 @@
 #include "acquisition/collector.h"
+#include "geometry/tool.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -181,7 +182,7 @@ std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint&
   double away_rad = settings_.approach_rad;
   for (int halving = 0; halving <= kHalvings; ++halving, away_rad /= 2) {
     const Eigen::VectorXd q = point.q - away_rad * sides;
-    if (geometry::forward(rig_.robot.nominal, q, assembly)) return q;
+    if (geometry::Tool(rig_).position(rig_.robot.nominal, q, assembly)) return q;
   }
   return std::nullopt;
 }

@@ -1,4 +1,5 @@
 #include "acquisition/plausibility.h"
+#include "geometry/tool.h"
 
 #include <fmt/format.h>
 
@@ -28,11 +29,12 @@ std::vector<ExpectedDial> Plausibility::expected_at(
     const Eigen::VectorXd& q, std::optional<geometry::Assembly> assembly) const {
   std::vector<ExpectedDial> expected(rig_.dials.size());
   if (!reference_angle_rad_) return expected;
-  const auto pose =
-      geometry::forward(rig_.robot.nominal, q, assembly.value_or(rig_.robot.assembly));
+  const auto pose = geometry::planar_pose(
+      *rig_.robot.model, rig_.robot.nominal, q, assembly.value_or(rig_.robot.assembly),
+      geometry::cuboid_link(rig_));
   if (!pose) return expected;
   const geometry::CuboidPose cuboid{
-      pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, *pose, 0.0)};
+      pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, pose->link_rad, 0.0)};
   const double half_mm = rig_.cuboid.side_mm / 2;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const geometry::DialGeometry& dial = rig_.dials[i].geometry;

@@ -1,12 +1,13 @@
 #include "calibration/gross_errors.h"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 #include <optional>
 
-#include "calibration/five_bar/spaces.h"
+#include "calibration/rig_spaces.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -27,13 +28,17 @@ constexpr double kMostAccidents = 0.15;  // of all readings
 constexpr double kLeastShare = 0.4;      // of a dial's misfit that counts as its noise
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
-constexpr double kSigmaOfMedianLength = 1.1774100225154747;  // of a pair's length
 constexpr double kLeastSigma_mm = 3e-4;                      // rounding of a 0.001 mm display
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
+}
+
+/// Median length of as many normal numbers with standard deviation 1.
+double median_length(int numbers) {
+  return std::sqrt(boost::math::quantile(boost::math::chi_squared(numbers), 0.5));
 }
 
 /// So many standard deviations that `readings` normal ones pass it once in a hundred sessions.
@@ -120,15 +125,15 @@ std::string too_few(int readings, int parameters, std::string_view what) {
 
 /// Errors of one dial at x, pose by pose.
 struct DialErrors {
-  std::vector<Eigen::Vector2d> q_rad;
+  std::vector<VectorXd> q;
   std::vector<double> error_mm;
   double local_sigma_mm = 0.0;  // of an error against its neighbours' median
 
   /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
   [[nodiscard]] double against_neighbours(std::size_t i) const {
     std::vector<std::pair<double, double>> others;
-    for (std::size_t k = 0; k < q_rad.size(); ++k) {
-      if (k != i) others.emplace_back((q_rad[k] - q_rad[i]).squaredNorm(), error_mm[k]);
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      if (k != i) others.emplace_back((q[k] - q[i]).squaredNorm(), error_mm[k]);
     }
     if (others.size() < kNeighbours) return error_mm[i];
     std::ranges::partial_sort(others, others.begin() + kNeighbours);
@@ -151,7 +156,7 @@ std::vector<DialErrors> errors_by_dial(
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
       DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
       place_of_row.push_back(dial.error_mm.size());
-      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
+      dial.q.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
       dial.error_mm.push_back(e[row]);
     }
   }
@@ -291,7 +296,7 @@ GrossErrorCheck check_dials(
 /// Lengths of the position errors at x.
 std::vector<double> lengths(const ObservationSpace& space, const VectorXd& x) {
   std::vector<double> result;
-  VectorXd e(2);
+  VectorXd e(space.position_axes);
   for (int i = 0; i < space.samples(); ++i) {
     result.push_back(space.evaluate(i, x, e, nullptr) ? e.norm() : 0.0);
   }
@@ -312,14 +317,14 @@ GrossErrorCheck check_positions(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
   GrossErrorCheck result;
   const ObservationSpace space =
-      position_space(position_observations(trials), rig.robot.nominal, settings.noise_mm);
+      position_space(trials, rig, settings.noise_mm);
   result.readings = space.samples();
   const int freedom = space.rows() - space.parameters();
   if (freedom < kLeastFreedom) {
     result.not_possible = too_few(space.samples(), space.parameters(), "positions");
     return result;
   }
-  const LeastSquaresFit fit = robust_fit(space, settings, space.nominal, 2);
+  const LeastSquaresFit fit = robust_fit(space, settings, space.nominal, space.block());
   if (fit.status == FitStatus::kBadStart) {
     result.not_possible = "the nominal robot cannot reach all poses";
     return result;
@@ -328,9 +333,9 @@ GrossErrorCheck check_positions(
   const std::vector<double> sizes = lengths(space, fit.x);
   result.sigma_mm = std::max(
       std::sqrt(static_cast<double>(space.rows()) / freedom) * median(sizes) /
-          kSigmaOfMedianLength,
+          median_length(space.position_axes),
       kLeastSigma_mm);
-  result.limit_times_sigma = limit_of(2 * space.samples(), freedom);
+  result.limit_times_sigma = limit_of(space.rows(), freedom);
   list_positions(space, sizes, result);
   judge_number(space.samples(), result);
   return result;
@@ -352,7 +357,7 @@ GrossErrorCheck judge_readings(
   if (fitted.x.size() == 0) return result;
   if (!has_readings(trials)) {
     const ObservationSpace space =
-        position_space(position_observations(trials), rig.robot.nominal);
+        position_space(trials, rig);
     result.readings = space.samples();
     list_positions(space, lengths(space, fitted.x.head(space.parameters())), result);
     judge_number(space.samples(), result);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::calibration {
 
@@ -24,7 +25,7 @@ struct Correlation {
 struct HeldDirection {
   Eigen::VectorXd direction;  // unit vector in scaled parameters
   double singular_value = 0.0;
-  std::string words;  // "alpha rises while dtheta1 and dtheta2 fall"
+  std::string words;  // "length rises while offset1 and offset2 fall"
 };
 
 struct Identifiability {
@@ -35,9 +36,11 @@ struct Identifiability {
   std::vector<Correlation> correlations;  // above kHighCorrelation, strongest first
 };
 
-/// `names`: of all parameters of the fit. `samples`: how many were fitted.
+/// `names`: of all parameters of the fit. `samples`: how many were fitted. `known`: directions
+/// that the robot's kind has words for.
 [[nodiscard]] Identifiability identifiability(
-    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples);
+    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples,
+    std::span<const geometry::NamedDirection> known = {});
 
 struct ParameterEstimate {
   std::string name;

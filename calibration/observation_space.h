@@ -1,9 +1,9 @@
 // One calibration problem as every method sees it: samples with rows of measured values that a
 // parameter vector x predicts. Parameters, joints and channels are named lists of any length;
 // which robot and which instrument they belong to is known only to who made the space
-// (five_bar_space.h makes the five-bar's).
+// (rig_spaces.h).
 //
-//   ObservationSpace space = position_space(observations, nominal);
+//   ObservationSpace space = position_space(trials, rig);
 //   Identified found = identify(*find_identifier("lm"), space);
 #pragma once
 
@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "geometry/parameter.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::calibration {
 
@@ -69,6 +69,8 @@ struct ObservationSpace {
   std::string name;                           // "positions", "dials"
   std::vector<ParameterInfo> parameter_info;  // n
   Eigen::VectorXd nominal;                    // n
+  /// What the robot's kind has words for.
+  std::vector<geometry::NamedDirection> named_directions;
   std::vector<JointInfo> joint_info;
   std::vector<ChannelInfo> channel_info;
 

@@ -209,7 +209,8 @@ void Run::assess() {
   const auto names = g1_.parameter_names();
   result_.parameters =
       parameter_estimates(assessed.fit, g1_.nominal, assessed.covariance, names);
-  result_.identifiability = identifiability(assessed.fit, names, g1_.samples());
+  result_.identifiability =
+      identifiability(assessed.fit, names, g1_.samples(), g1_.named_directions);
 }
 
 void Run::judge() {

@@ -2,8 +2,8 @@
 // of the position, beside the least-squares minimum that the same objective has. G1 is fitted,
 // G2 only judged.
 //
-//   const auto result = run_dqpso_anfis(position_space(g1, nominal), position_space(g2,
-//   nominal)); if (result) use(result->v, result->networks);
+//   const auto result = run_dqpso_anfis(position_space(g1, rig), position_space(g2, rig));
+//   if (result) use(result->v, result->networks);
 #pragma once
 
 #include <cstdint>

@@ -75,7 +75,7 @@ std::string pose_line(const Json& live) {
   return text;
 }
 
-/// "theta1 1.500000, theta2 3.000000 rad": the unit where it changes, and at the end.
+/// "shoulder 1.500000, elbow 3.000000 rad": the unit where it changes, and at the end.
 std::string joints_text(const Json& joints) {
   std::string text;
   for (std::size_t i = 0; i < joints.size(); ++i) {

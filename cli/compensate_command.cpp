@@ -144,7 +144,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   if (options.by == "extended") return extend_bundle(cli, options, session);
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
   const calibration::CompensationModel model =
-      studies::compensation_model(calibration_of(cli, options, session), by);
+      studies::compensation_model(calibration_of(cli, options, session), session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);

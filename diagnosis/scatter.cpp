@@ -5,7 +5,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
-#include "calibration/five_bar/spaces.h"
+#include "calibration/rig_spaces.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {

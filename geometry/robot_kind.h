@@ -21,6 +21,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -36,6 +37,7 @@ enum class KinematicTrouble {
   kFolded,            // a dyad is folded onto itself
   kCoincidentElbows,  // D = 0: E is anywhere on a circle
   kBadParameters,     // a length is not positive or a number is not finite
+  kNoInverse,         // this kind of robot cannot say which joint values reach a pose
 };
 /// A clause for messages: "the legs cannot reach this pose".
 [[nodiscard]] std::string_view describe(KinematicTrouble trouble);
@@ -79,6 +81,33 @@ struct BranchInfo {
   std::string name;  // "left"; "++"
 };
 
+/// Parameters that together move nothing, or almost nothing, and how people say it.
+struct NamedDirection {
+  std::vector<std::pair<std::string, double>> parts;  // name, change in scaled parameters
+  std::string words;
+};
+
+/// A robot in one pose as a drawing of the plane shows it [mm, W].
+struct Sketch {
+  enum class Part { kBase, kProximal, kDistal, kMotor, kJoint, kTool };
+  struct Line {
+    Eigen::Vector2d from, to;
+    Part part;
+  };
+  struct Dot {
+    Eigen::Vector2d at;
+    Part part;
+    std::string name;
+    Eigen::Vector2d name_off;  // where its name stands, from the dot
+    std::string anchor;        // "start", "middle" or "end" of the name stands there
+  };
+  std::vector<Line> lines;
+  std::vector<Dot> dots;
+  Eigen::Vector2d base{0, 0};  // origin of frame B
+  double base_rad = 0.0;       // its turn in W
+  std::optional<KinematicTrouble> trouble;  // why there are neither lines nor dots
+};
+
 struct RobotKind;
 struct RobotModel;
 
@@ -106,10 +135,14 @@ struct RobotModel {
   std::vector<BranchInfo> assemblies;   // poses that the same joint values allow, at least one
   std::vector<BranchInfo> modes;        // joint values that the same pose allows, at least one
   std::string mode_in_words;            // what a mode's name tells; empty: there is one mode
+  std::vector<NamedDirection> named_directions;
   std::shared_ptr<const void> details;  // what else the kind keeps, such as a URDF's chain
 
   [[nodiscard]] std::optional<int> find_frame(std::string_view name) const;
   [[nodiscard]] std::optional<int> find_parameter(std::string_view name) const;
+  /// Name of a mode, as "++"; empty if there is none of that number.
+  [[nodiscard]] std::string_view mode_name(WorkingMode mode) const;
+  [[nodiscard]] std::optional<WorkingMode> find_mode(std::string_view name) const;
   [[nodiscard]] int joint_count() const { return static_cast<int>(joints.size()); }
   [[nodiscard]] int parameter_count() const { return static_cast<int>(parameters.size()); }
 
@@ -165,6 +198,18 @@ struct RobotKind {
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;
+  /// Optional. The mode that a pose is in. Null: the robot has one.
+  tl::expected<WorkingMode, KinematicTrouble> (*mode_of)(
+      const RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      Assembly assembly) = nullptr;
+  /// Optional, for speed: what planar_pose of tool.h says.
+  tl::expected<PlanarPose, KinematicTrouble> (*in_plane)(
+      const RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      Assembly assembly, std::optional<int> link, Eigen::Matrix2Xd* J_q) = nullptr;
+  /// Optional. A drawing with its tool at p_WE in the plane. Null: none can be made.
+  Sketch (*sketch)(
+      const RobotModel& robot, std::span<const double> v, const Eigen::Vector2d& p_WE,
+      WorkingMode mode) = nullptr;
 };
 
 /// Every kind, by name. Rows added at run time come last and stay for the rest of the program.

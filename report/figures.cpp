@@ -89,8 +89,8 @@ std::optional<double> agreement(const ReportData& data, std::size_t method) {
       nearest_mm = distance_mm;
     }
     if (nearest == nullptr) continue;
-    const Eigen::Vector2d e = *points[i]->residual_mm[method];
-    const Eigen::Vector2d f = *nearest->residual_mm[method];
+    const Eigen::VectorXd e = *points[i]->residual_mm[method];
+    const Eigen::VectorXd f = *nearest->residual_mm[method];
     together += e.dot(f);
     apart += e.norm() * f.norm();
   }
@@ -121,7 +121,7 @@ Panel map_panel(
     Series series{.name = set_name(set), .mark = Mark::kArrows, .style = set_style(set)};
     for (const PointRow& p : data.points) {
       if (p.set != set || !p.measured_mm || !position_error(p, method)) continue;
-      const Eigen::Vector2d e = *p.residual_mm[method];
+      const Eigen::Vector2d e = p.residual_mm[method]->head<2>();
       series.x.push_back(p.measured_mm->x());
       series.y.push_back(p.measured_mm->y());
       series.dx.push_back(e.x());

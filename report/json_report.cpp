@@ -27,9 +27,12 @@ ordered_json value(const Cell& cell) {
   }
   return nullptr;
 }
-ordered_json pair(const std::optional<Eigen::Vector2d>& v) {
+template <typename Vector>
+ordered_json numbers(const std::optional<Vector>& v) {
   if (!v) return nullptr;
-  return {value(v->x()), value(v->y())};
+  ordered_json out = ordered_json::array();
+  for (const double each : *v) out.push_back(value(each));
+  return out;
 }
 ordered_json list(const std::vector<double>& values) {
   ordered_json out = ordered_json::array();
@@ -120,16 +123,16 @@ ordered_json points(const ReportData& data) {
     ordered_json by_method = ordered_json::object();
     for (std::size_t m = 0; m < data.methods.size(); ++m) {
       by_method[valid_utf8(data.methods[m].id)] = {
-          {"residual_mm", m < p.residual_mm.size() ? pair(p.residual_mm[m]) : ordered_json()},
+          {"residual_mm", m < p.residual_mm.size() ? numbers(p.residual_mm[m]) : ordered_json()},
           {"error_mm", value(position_error(p, m))}};
     }
     out.push_back(
         {{"set", value(p.set)},
          {"point", p.point},
          {"repeat", p.repeat},
-         {"theta_rad", pair(p.q_rad)},
-         {"target_mm", pair(p.target_mm)},
-         {"measured_mm", pair(p.measured_mm)},
+         {"theta_rad", numbers(p.q)},
+         {"target_mm", numbers(p.target_mm)},
+         {"measured_mm", numbers(p.measured_mm)},
          {"dials", value(p.dials)},
          {"temperature_c", value(p.temperature_c)},
          {"time_s", value(p.time_s)},

@@ -15,23 +15,25 @@ double shown_per_unit(const ParameterRow& row) {
 }
 
 std::vector<ParameterRow> parameter_rows(
-    const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
-    const std::optional<geometry::ParameterMatrix>& covariance,
-    const std::array<bool, geometry::kParameterCount>& held) {
+    const geometry::RobotModel& robot, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified, const std::optional<Eigen::MatrixXd>& covariance,
+    const std::vector<bool>& held) {
   std::vector<ParameterRow> out;
-  for (std::size_t k = 0; k < geometry::kParameters.size(); ++k) {
+  for (std::size_t k = 0; k < robot.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const geometry::ParameterInfo& info = geometry::kParameters[k];
+    const geometry::ParameterInfo& info = robot.parameters[k];
+    const bool is_held = k < held.size() && held[k];
     ParameterRow row{
         .name = std::string{info.name},
         .unit = std::string{info.shown_unit},
+        .meaning = info.meaning,
         .nominal = nominal[i] * info.shown_per_unit,
         .identified = identified[i] * info.shown_per_unit,
         .sd = std::nullopt,
         .low = std::nullopt,
         .high = std::nullopt,
-        .held = held[k]};
-    if (covariance && !held[k]) {
+        .held = is_held};
+    if (covariance && !is_held) {
       const double sd = std::sqrt((*covariance)(i, i)) * info.shown_per_unit;
       row.sd = sd;
       row.low = row.identified - kNormal95 * sd;

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/robot_kind.h"
 #include "report/document.h"
 #include "studies/dial_residuals.h"
 
@@ -53,17 +52,19 @@ struct Head {
 /// One line of the paper's Table 2, in shown units (mm or deg).
 struct ParameterRow {
   std::string name{}, unit{};
+  std::string meaning{};  // "proximal link of leg 1"; empty: the kind has no words
   double nominal = 0.0, identified = 0.0;
   std::optional<double> sd{}, low{}, high{};  // standard deviation, 95 % interval
   bool held = false;                          // these poses cannot identify it: kept at nominal
 };
 /// Shown value over stored value (mm, rad) of a row's unit.
 [[nodiscard]] double shown_per_unit(const ParameterRow& row);
-/// The ten robot parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
+/// A robot's parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance. `held`
+/// by parameter; empty: none.
 [[nodiscard]] std::vector<ParameterRow> parameter_rows(
-    const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
-    const std::optional<geometry::ParameterMatrix>& covariance,
-    const std::array<bool, geometry::kParameterCount>& held = {});
+    const geometry::RobotModel& robot, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified, const std::optional<Eigen::MatrixXd>& covariance,
+    const std::vector<bool>& held = {});
 
 struct Correlation {
   std::string first{}, second{};
@@ -87,17 +88,22 @@ struct Method {
   bool on_map = true;               // a panel of the residual map
 };
 
+/// A joint, as the columns of its values are headed.
+struct Joint {
+  std::string name{}, unit{};  // "q1"; "rad" or "mm"
+};
+
 struct PointRow {
   std::string set{};  // "G1", "G2" or another name
   int point = 0, repeat = 0;
-  std::optional<Eigen::Vector2d> q_rad{};        // encoder angles
-  std::optional<Eigen::Vector2d> target_mm{};    // in W
-  std::optional<Eigen::Vector2d> measured_mm{};  // in W; empty: contacts allow no position
+  std::optional<Eigen::VectorXd> q{};            // joint by joint, as ReportData::joints
+  std::optional<geometry::Point> target_mm{};    // in W
+  std::optional<geometry::Point> measured_mm{};  // in W; empty: contacts allow no position
   std::string dials{};                           // those that gave the position: "CDB"
   std::optional<double> temperature_c{};
   std::optional<double> time_s{};   // since the first sample
-  std::vector<int> approach{0, 0};  // sign of each joint's last move, 0 unknown
-  std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
+  std::vector<int> approach{};      // sign of each joint's last move, 0 unknown
+  std::vector<std::optional<geometry::Point>> residual_mm{};  // by method
 };
 
 /// A swarm's best objective so far, by iteration (paper's Fig. 8).
@@ -177,6 +183,8 @@ struct ReportData {
   std::vector<Convergence> convergence{};
   std::vector<ParameterTrace> traces{};
 
+  std::vector<Joint> joints{};
+  int axes = 2;  // coordinates of positions, targets and residuals
   std::vector<PointRow> points{};
   std::vector<studies::DialRow> dials{};
   int samples = 0;  // all that were kept

@@ -71,7 +71,8 @@ void add_times_and_temperatures(report::Head& head, const session::Session& sess
   if (last) head.measured_to = session::to_iso8601(*last);
 }
 
-std::vector<report::ParameterRow> parameters_of(const studies::CalibrationResult& result) {
+std::vector<report::ParameterRow> parameters_of(
+    const studies::CalibrationResult& result, const geometry::RobotModel& robot) {
   std::vector<report::ParameterRow> rows;
   for (const studies::ParameterRow& each : result.parameters) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
@@ -79,6 +80,9 @@ std::vector<report::ParameterRow> parameters_of(const studies::CalibrationResult
     report::ParameterRow row;
     row.name = each.name;
     row.unit = unit.name;
+    if (const auto known = robot.find_parameter(each.name)) {
+      row.meaning = robot.parameters[static_cast<std::size_t>(*known)].meaning;
+    }
     row.nominal = each.nominal * unit.per_unit;
     row.identified = each.identified * unit.per_unit;
     if (!each.fixed) {
@@ -140,12 +144,13 @@ std::vector<report::PointRow> points_of(
     row.set = sample.set;
     row.point = sample.point;
     row.repeat = sample.repeat;
-    row.q_rad = sample.q;
+    row.q = sample.q;
     if (sample.target_mm) row.target_mm = *sample.target_mm;
     if (trial.position_mm) row.measured_mm = *trial.position_mm;
     row.temperature_c = sample.temperature_c;
     row.time_s = trial.time_s;
     row.approach = trial.approach;
+    row.approach.resize(static_cast<std::size_t>(sample.q.size()), 0);
     for (const int dial : trial.position_channels) {
       row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
     }
@@ -155,7 +160,7 @@ std::vector<report::PointRow> points_of(
   for (const studies::PointResiduals& each : result.points) {
     report::PointRow& row = rows.at(static_cast<std::size_t>(each.sample));
     for (std::size_t k = 0; k < row.residual_mm.size() && k < each.residual_mm.size(); ++k) {
-      if (each.residual_mm[k]) row.residual_mm[k] = Eigen::Vector2d(*each.residual_mm[k]);
+      if (each.residual_mm[k]) row.residual_mm[k] = *each.residual_mm[k];
     }
   }
   return rows;
@@ -350,7 +355,12 @@ report::ReportData report_data(
   report::ReportData data;
   data.head = report_head(
       result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
-  data.parameters = parameters_of(result);
+  const geometry::RobotModel& robot = *session.rig.robot.model;
+  data.parameters = parameters_of(result, robot);
+  for (const geometry::JointInfo& joint : robot.joints) {
+    data.joints.push_back({.name = joint.name, .unit = std::string(joint.unit())});
+  }
+  data.axes = session.rig.instrument.dimensions;
   for (const studies::CorrelationRow& each : result.identification.correlations) {
     data.correlations.push_back({each.first, each.second, each.coefficient});
   }
@@ -373,8 +383,7 @@ report::ReportData report_data(
   }
   data.points = points_of(result, session);
   data.dials = studies::dial_residuals(
-      session, session.rig.robot.nominal,
-      studies::compensation_model(result, studies::CompensateBy::kKinematics).v);
+      session, session.rig.robot.nominal, result.identified());
   add_data_quality(data, session);
   if (result.gross_errors) {
     add_gross_errors(data, *result.gross_errors);

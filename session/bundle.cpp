@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "geometry/tool.h"
 #include "session/columns.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
@@ -214,7 +215,8 @@ class RowReader {
   }
 
   std::optional<Finding> check_against_rig(const CsvRow& row, const Sample& sample) const {
-    const auto pose = geometry::forward(rig_.robot.nominal, sample.q, rig_.robot.assembly);
+    const auto pose =
+        geometry::Tool(rig_).position(rig_.robot.nominal, sample.q, rig_.robot.assembly);
     if (pose) return std::nullopt;
     return at(
         row, Column::kJoint,

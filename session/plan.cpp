@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "geometry/tool.h"
 #include "session/csv.h"
 
 namespace sixdial::session {
@@ -157,14 +158,24 @@ class PlanRow {
   const std::vector<PlanPlace>& places_;
 };
 
-std::optional<geometry::WorkingMode> read_mode(const PlanRow& row) {
+/// "write ++, +-, -+ or --: the elbow side of leg 1 and leg 2".
+std::string modes_to_write(const geometry::RobotModel& robot) {
+  std::string text = "write ";
+  for (std::size_t i = 0; i < robot.modes.size(); ++i) {
+    if (i > 0) text += i + 1 == robot.modes.size() ? " or " : ", ";
+    text += robot.modes[i].name;
+  }
+  return robot.mode_in_words.empty() ? text : text + ": " + robot.mode_in_words;
+}
+
+std::optional<geometry::WorkingMode> read_mode(const PlanRow& row, const geometry::Rig& rig) {
   const CsvField* text = row.field(PlanColumn::kMode);
   if (text == nullptr) return std::nullopt;
-  const auto mode = geometry::working_mode_from(text->value);
+  const auto mode = rig.robot.model->find_mode(text->value);
   if (mode) return mode;
   throw row.finding(
       PlanColumn::kMode, shown(text->value) + " is no working mode",
-      "write ++, +-, -+ or --: the elbow sides of leg 1 and leg 2");
+      modes_to_write(*rig.robot.model));
 }
 
 /// Joint values for a target, by nominal inverse kinematics.
@@ -172,15 +183,16 @@ Eigen::VectorXd joints_for(
     const PlanRow& row, const geometry::Rig& rig, const Point& target_mm,
     geometry::WorkingMode mode) {
   const geometry::Robot& robot = rig.robot;
-  const auto reference = geometry::inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
-  const auto q = geometry::inverse(
+  const geometry::Tool tool(rig);
+  const auto reference = tool.inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  const auto q = tool.inverse(
       robot.nominal, target_mm, mode, reference ? std::optional(*reference) : std::nullopt);
   if (q) return *q;
   throw row.finding(
       PlanColumn::kTarget,
       fmt::format(
           "the robot cannot take ({}) mm in working mode {}: {}", fmt::join(target_mm, ", "),
-          to_string(mode), describe(q.error())),
+          robot.model->mode_name(mode), describe(q.error())),
       "move the target into the workspace");
 }
 
@@ -204,7 +216,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
     point.target_mm[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kTarget, i);
   }
   const geometry::Robot& robot = rig.robot;
-  const auto mode = read_mode(row);
+  const auto mode = read_mode(row, rig);
   if (!any_joint) {
     point.q = joints_for(row, rig, point.target_mm, mode.value_or(robot.working_mode));
     return point;
@@ -213,7 +225,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   for (std::size_t i = 0; i < joints; ++i) {
     point.q[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kJoint, i);
   }
-  const auto pose = geometry::forward(robot.nominal, point.q, robot.assembly);
+  const auto pose = geometry::Tool(rig).position(robot.nominal, point.q, robot.assembly);
   if (!pose) {
     throw row.finding(
         PlanColumn::kJoint,
@@ -226,8 +238,8 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
     throw row.finding(
         PlanColumn::kMode,
         fmt::format(
-            "the angles are those of working mode {}, the row says {}", to_string(branch.mode),
-            to_string(*mode)),
+            "the angles are those of working mode {}, the row says {}",
+            robot.model->mode_name(branch.mode), robot.model->mode_name(*mode)),
         "leave both angles empty to have them computed in the mode of the row");
   }
   return point;
@@ -247,7 +259,7 @@ std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry:
     for (std::size_t i = 0; i < layout.joints.size(); ++i) {
       out += fmt::format(",{}", approach_of(point, i));
     }
-    if (rig != nullptr) out += ',' + to_string(branch_of(*rig, point).mode);
+    if (rig != nullptr) out += ',' + std::string(rig->robot.model->mode_name(branch_of(*rig, point).mode));
     out += '\n';
   }
   return out;
@@ -273,9 +285,10 @@ bool operator==(const PlanPoint& a, const PlanPoint& b) {
 
 Branch branch_of(const geometry::Rig& rig, const PlanPoint& point) {
   const geometry::Robot& robot = rig.robot;
-  const auto assembly = geometry::assembly_at(robot.nominal, point.q, point.target_mm);
+  const geometry::Tool tool(rig);
+  const auto assembly = tool.assembly_at(robot.nominal, point.q, point.target_mm);
   if (!assembly) return {robot.working_mode, robot.assembly};
-  const auto mode = geometry::working_mode_of(robot.nominal, point.q, *assembly);
+  const auto mode = tool.mode_of(robot.nominal, point.q, *assembly);
   return {mode ? *mode : robot.working_mode, *assembly};
 }
 

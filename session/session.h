@@ -24,7 +24,7 @@ enum class Quality { kGood, kUncertain, kBad };
 [[nodiscard]] std::optional<Quality> quality_from(std::string_view text);
 
 /// Coordinates in a plane or in space [mm].
-using Point = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+using geometry::Point;
 
 /// The raw reading of one channel within a sample. Without a value: no contact, or none was
 /// obtained, and `reason` says which ("no contact", "timeout", "disconnected", "parse",

@@ -39,7 +39,7 @@ struct Scene {
   Eigen::VectorXd q;     // joint by joint [rad, or mm of a prismatic one]
   Eigen::VectorXd v;     // the robot's parameters
   Eigen::Vector2d p_WE;  // after kinematics
-  Eigen::Matrix2d J_q;   // dp_WE/dq [mm/rad], after kinematics
+  Eigen::Matrix2Xd J_q;  // dp_WE/dq [mm/rad], after kinematics
   double gamma_rad = 0.0;
   double side_mm = 0.0;
   double squareness_rad = 0.0;  // faces 1 and 3 turned by this against 0 and 2

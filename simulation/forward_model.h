@@ -20,7 +20,6 @@
 
 #include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
-#include "geometry/robots/five_bar.h"
 
 namespace sixdial::simulation {
 
@@ -72,6 +71,8 @@ class ForwardModel {
   [[nodiscard]] const geometry::InstrumentModel& instrument() const { return *instrument_; }
   /// Angle in W of the cuboid's link at the reference pose [rad].
   [[nodiscard]] double reference_angle_rad() const { return reference_angle_rad_; }
+  /// The robot's frame that the cuboid turns with, if any.
+  [[nodiscard]] std::optional<int> cuboid_link() const { return cuboid_link_; }
 
   /// `free_gamma_rad` replaces gamma where the mount is free (reading_J then leaves gamma out).
   /// Without `with_contact`, `in_contact` stays empty.
@@ -88,6 +89,7 @@ class ForwardModel {
   geometry::Rig rig_;
   std::shared_ptr<const geometry::InstrumentModel> instrument_;
   std::vector<geometry::ParameterInfo> parameters_;
+  std::optional<int> cuboid_link_;
   double reference_angle_rad_ = 0.0;
 };
 

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/five_bar/spaces.h"
 #include "calibration/gross_errors.h"
+#include "calibration/rig_spaces.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"
 #include "studies/error.h"
@@ -64,7 +64,7 @@ struct PositionMap {
   std::vector<double> sd_x_mm{}, sd_y_mm{};  // by node
   std::vector<double> radius_95_mm{};        // by node
   double mean_sd_mm = 0.0, max_sd_mm = 0.0, max_radius_95_mm = 0.0;
-  Eigen::Vector2d worst_mm{0, 0};
+  geometry::Point worst_mm;
 };
 
 struct Assessment {
@@ -158,6 +158,6 @@ struct CheckedSession {
 
 /// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
 /// the dials; empty for an instrument that gives none.
-[[nodiscard]] std::optional<double> rig_noise_mm(const calibration::PositionObservations& set);
+[[nodiscard]] std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials);
 
 }  // namespace sixdial::studies

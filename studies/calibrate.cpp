@@ -103,7 +103,7 @@ CalibrationResult calibrate(
   calibration::Settings settings = settings_of(request);
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
-    const auto stored = calibration::position_observations(session::trials_of(session, "G1"));
+    const std::vector<simulation::Trial> stored = session::trials_of(session, "G1");
     settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
     return check_gross_errors(session, judged, !request.keep_gross_errors);

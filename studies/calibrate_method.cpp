@@ -18,7 +18,8 @@ calibration::ResidualSettings residual_settings(const calibration::Settings& set
 Identification identification_of(
     const calibration::ObservationSpace& space, const calibration::Identified& found) {
   const std::vector<std::string_view> names = space.parameter_names();
-  const auto known = calibration::identifiability(found.fit, names, space.samples());
+  const auto known = calibration::identifiability(
+      found.fit, names, space.samples(), space.named_directions);
   Identification identification{
       .sigma_mm = found.sigma_mm,
       .degrees_of_freedom = found.fit.degrees_of_freedom(),

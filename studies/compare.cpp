@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "calibration/comparison.h"
-#include "calibration/five_bar/spaces.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
@@ -162,16 +161,14 @@ ComparisonResult compare(
     const ProgressCallback& progress, std::stop_token stop) {
   const std::vector<MethodChoice> choices = choices_of(request);
   calibration::ComparisonSettings settings = settings_of(request);
-  const auto first_g1 = calibration::position_observations(session::trials_of(session, "G1"));
+  const auto first_g1 = session::trials_of(session, "G1");
   settings.identify.noise_mm = rig_noise_mm(first_g1).value_or(settings.identify.noise_mm);
 
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
   const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
-    return calibration::position_space(
-        calibration::position_observations(trials), session.rig.robot.nominal,
-        settings.identify.noise_mm);
+    return calibration::position_space(trials, session.rig, settings.identify.noise_mm);
   };
   const auto g1 = positions(checked.g1);
   const auto g2 = positions(checked.g2);

@@ -22,14 +22,15 @@ enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
 [[nodiscard]] std::string_view to_string(CompensateBy by);
 [[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
 
-/// The robot of a calibration, not kExtended; kFull with the residual model that was trained,
-/// if the method has one. Throws Error bad_data where that cannot be loaded.
+/// The robot of a calibration of a session on this rig, not kExtended; kFull with the residual model that was trained,
+/// if the method has one. Throws Error bad_data where that cannot be loaded, or where the
+/// calibration has other parameters than the rig's robot.
 [[nodiscard]] calibration::CompensationModel compensation_model(
-    const CalibrationResult& result, CompensateBy by);
+    const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by);
 
-/// The joint angles to command for one target.
+/// The joint values to command for one target.
 struct CommandedTarget {
-  Eigen::Vector2d target_mm{0, 0};
+  geometry::Point target_mm;
   geometry::WorkingMode mode{};
   CompensateBy by = CompensateBy::kFull;
   std::vector<double> theta_rad{}, nominal_theta_rad{};  // joint by joint
@@ -40,12 +41,12 @@ struct CommandedTarget {
 /// Throws Error bad_data for a trouble.
 [[nodiscard]] CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+    CompensateBy by, const geometry::Point& target_mm, geometry::WorkingMode mode);
 
 /// Throws Error bad_data that says why the target cannot be had.
 [[nodiscard]] CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
-    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+    const geometry::Point& target_mm, geometry::WorkingMode mode);
 
 /// The same points with the angles to command; each in the working mode of its own angles.
 /// Throws Error bad_data that names the points without a solution.
@@ -55,6 +56,6 @@ struct CommandedTarget {
 /// The working mode that a planned point's angles are in, by the nominal robot; the rig's where
 /// that cannot be said.
 [[nodiscard]] geometry::WorkingMode mode_of(
-    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, const Eigen::Vector2d& target_mm);
+    const geometry::Rig& rig, const Eigen::VectorXd& q, const geometry::Point& target_mm);
 
 }  // namespace sixdial::studies

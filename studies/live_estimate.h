@@ -18,7 +18,7 @@ namespace sixdial::studies {
 /// Where the robot will be used: the rectangle of the targets, in the rig's working mode if
 /// points lie in it, else in the modes that they have.
 struct WorkingArea {
-  Eigen::Vector2d low_mm{0, 0}, high_mm{0, 0};  // in W
+  geometry::Point low_mm, high_mm;  // in W
   std::vector<geometry::WorkingMode> used;
   std::vector<geometry::WorkingMode> measured;  // that any point has, in order of appearance
 };
@@ -31,12 +31,13 @@ struct WorkingArea {
 /// A sample whose residual is at least this many times the usual one is worth another look.
 inline constexpr double kUnusual = 6.0;
 /// The same while few samples say what is usual: what noise alone exceeds once in a million
-/// samples, by F with 2 and 2 `samples` - 10 degrees of freedom. Infinite below six samples.
-[[nodiscard]] double unusual_from(int samples);
+/// samples, by F with 2 and `freedom` degrees of freedom. Infinite without any.
+[[nodiscard]] double unusual_from(int freedom);
 
 struct EstimatedParameter {
   std::string name{};
-  std::string unit{};  // of value and sd: "mm" or "rad"
+  std::string unit{};     // of value and sd: "mm" or "rad"
+  std::optional<std::string> meaning{};  // for who stands at the rig, if the kind has words
   double value = 0.0;
   double sd = 0.0;
 };
@@ -48,7 +49,7 @@ struct EstimateSummary {
   double noise_times = 0.0;  // the residuals' noise, in times of the dials' own
   std::vector<EstimatedParameter> parameters{};
   double position_sd_mean_mm = 0.0, position_sd_max_mm = 0.0;  // over the workspace
-  std::optional<Eigen::Vector2d>
+  std::optional<geometry::Point>
       worst_mm{};                            // where it is largest; empty: no pose is reachable
   std::optional<double> condition{};         // empty: infinite
   std::vector<std::string> undetermined{};   // parameters that nothing has told of yet

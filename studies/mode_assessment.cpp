@@ -5,6 +5,8 @@
 #include <map>
 #include <vector>
 
+#include "geometry/tool.h"
+
 namespace sixdial::studies {
 namespace {
 
@@ -35,6 +37,7 @@ std::vector<WorkingModeRow> working_modes_of(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
   std::map<int, const simulation::Trial*> by_sample;
   for (const simulation::Trial& trial : trials) by_sample[trial.sample] = &trial;
+  const geometry::Tool tool(rig);
   struct Rows {
     geometry::WorkingMode mode;
     int samples = 0;
@@ -46,7 +49,7 @@ std::vector<WorkingModeRow> working_modes_of(
     const auto found = by_sample.find(space.sample[k]);
     if (found == by_sample.end()) continue;
     const simulation::Trial& trial = *found->second;
-    const auto mode = geometry::working_mode_of(rig.robot.nominal, trial.q, trial.assembly);
+    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
     if (!mode) continue;
     auto here = std::ranges::find(modes, *mode, &Rows::mode);
     if (here == modes.end()) here = modes.insert(modes.end(), {*mode, 0, {}});

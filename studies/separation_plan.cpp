@@ -10,6 +10,7 @@
 
 #include "diagnosis/limits.h"
 #include "diagnosis/separation.h"
+#include "geometry/tool.h"
 #include "session/trials.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
@@ -84,11 +85,14 @@ std::vector<PosePoint> candidates_of(
   }
   std::vector<geometry::WorkingMode> modes = wanted;
   if (modes.empty()) {
-    modes.assign(geometry::kWorkingModes.begin(), geometry::kWorkingModes.end());
+    for (const geometry::BranchInfo& each : rig.robot.model->modes) {
+      modes.emplace_back(each.number);
+    }
   }
+  const geometry::Tool tool(rig);
   std::vector<PosePoint> result;
   for (const geometry::WorkingMode mode : modes) {
-    const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+    const auto home = tool.inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
     if (!home) continue;
     for (int i = 0; i < kCandidates; ++i) {
       for (int j = 0; j < kCandidates; ++j) {
@@ -100,7 +104,7 @@ std::vector<PosePoint> candidates_of(
         const auto q = session::measurable(
             rig, target, mode, session::PlanOptions{}.robot_error_mm, *home);
         if (!q) continue;
-        const auto assembly = geometry::assembly_at(rig.robot.nominal, *q, target);
+        const auto assembly = tool.assembly_at(rig.robot.nominal, *q, target);
         if (!assembly) continue;
         const Eigen::Vector2d rounded = (*q * 1e9).array().round() / 1e9;
         // The side of arrival is part of the question for backlash and its like.

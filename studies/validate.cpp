@@ -74,7 +74,8 @@ session::Plan validation_plan(
     ways.push_back(compensated_plan(
         targets,
         compensation_model(
-            calibration, by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
+            calibration, calibrated.rig,
+            by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
         calibrated.rig));
     for (session::PlanPoint& point : ways.back().points) {
       point.set = validation_set(request.set, by);

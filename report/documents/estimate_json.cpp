@@ -10,6 +10,7 @@ void describe(Fields& at, Of<Fields, studies::EstimatedParameter>& parameter) {
   at("unit", parameter.unit);
   at("value", parameter.value);
   at("sd", parameter.sd);
+  at("meaning", parameter.meaning);
 }
 
 template <class Fields>

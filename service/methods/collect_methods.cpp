@@ -226,7 +226,7 @@ constexpr std::string_view kStatus =
     "and move_to [{joint, unit, value}] (a person is to move the robot there), error, "
     "ended_because, estimate (null before the "
     "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
-    "noise_times, parameters [{name, unit, value, sd}], position_sd_mm {mean, max, worst_mm} "
+    "noise_times, parameters [{name, unit, value, sd, meaning}], position_sd_mm {mean, max, worst_mm} "
     "over the workspace, condition, undetermined [names], last_times_usual, "
     "last_unusual)";
 

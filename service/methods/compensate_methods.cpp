@@ -65,7 +65,7 @@ Json target(const Call& call) {
   } else {
     const auto calibrated = report::calibration_from_json(Json::parse(record.json));
     answer = report::to_json(studies::compensated_target(
-        studies::compensation_model(calibrated, by), by, target_mm, *mode));
+        studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
   return answer;
@@ -91,7 +91,8 @@ Json plan(const Call& call) {
                     report::diagnosis_from_json(document).extended_fit, rig),
                 rig, "", temperature_c)
           : studies::compensated_plan(
-                asked, studies::compensation_model(report::calibration_from_json(document), by),
+                asked,
+                studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {

@@ -43,8 +43,8 @@ TEST(ExtendedCommand, ClosesAtTheTargetWithRobotAndCausesTogether) {
       const auto found = command.solve(target_mm, rig.robot.working_mode, {});
       ASSERT_TRUE(found) << found.error().message;
       const auto assembly =
-          geometry::assembly_at(rig.robot.nominal, found->nominal_q_rad, target_mm);
-      const auto there = command.position(found->q_rad, *assembly, {});
+          geometry::assembly_at(rig.robot.nominal, found->nominal_q, target_mm);
+      const auto there = command.position(found->q, *assembly, {});
       ASSERT_TRUE(there);
       EXPECT_LT((*there - target_mm).norm(), kClosure_mm);
       ++tried;
@@ -63,8 +63,8 @@ TEST(ExtendedCommand, ABacklashIsTakenUpOnTheSideOfArrival) {
   ASSERT_TRUE(up && down);
   const double backlash_rad = diagnosis.causes[0].estimate[0].value;
   EXPECT_LT(
-      std::abs((up->q_rad[1] - down->q_rad[1]) - backlash_rad), 1e-9);  // rad: of the closure
-  EXPECT_LT(std::abs(up->q_rad[0] - down->q_rad[0]), 1e-9);
+      std::abs((up->q[1] - down->q[1]) - backlash_rad), 1e-9);  // rad: of the closure
+  EXPECT_LT(std::abs(up->q[0] - down->q[0]), 1e-9);
 }
 
 TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {

@@ -35,8 +35,8 @@ LiveEstimate estimate_of(const session::Session& session) {
 double error_made(const LiveEstimate& estimate, const geometry::ParameterVector& robot) {
   double sum = 0.0;
   for (const auto& pose : estimate.workspace()) {
-    sum += (geometry::forward(estimate.filter().v(), pose.q_rad, pose.assembly)->p_WE -
-            geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE)
+    sum += (geometry::forward(estimate.filter().v(), pose.q, pose.assembly)->p_WE -
+            geometry::forward(robot, pose.q, pose.assembly)->p_WE)
                .norm();
   }
   return sum / static_cast<double>(estimate.workspace().size());

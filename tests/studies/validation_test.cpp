@@ -169,9 +169,9 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
   const session::Session session = session::read_bundle(kBundle);
   const CalibrationResult calibration = report::calibration_from_json(
       Json::parse(report::to_json(calibrate(session, quick())).dump()));
-  const auto full = compensation_model(calibration, CompensateBy::kFull);
-  const auto kinematics = compensation_model(calibration, CompensateBy::kKinematics);
-  const auto before = compensation_model(calibration, CompensateBy::kBefore);
+  const auto full = compensation_model(calibration, session.rig, CompensateBy::kFull);
+  const auto kinematics = compensation_model(calibration, session.rig, CompensateBy::kKinematics);
+  const auto before = compensation_model(calibration, session.rig, CompensateBy::kBefore);
   EXPECT_EQ(before.v, session.rig.robot.nominal);
   EXPECT_NE(kinematics.v, before.v);
   // The residuals of the document, by kinematics and by the full model, differ by what the
@@ -190,7 +190,7 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
 
 TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
   const session::Session session = session::read_bundle(kBundle);
-  const auto model = compensation_model(calibrate(session, quick()), CompensateBy::kKinematics);
+  const auto model = compensation_model(calibrate(session, quick()), session.rig, CompensateBy::kKinematics);
   const session::Plan plan = session::plan_grid(session.rig, 7, 9).value();
   const session::Plan written = session::parse_plan(
       session::plan_csv(
