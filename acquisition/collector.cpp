@@ -7,6 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 namespace {
 
@@ -314,7 +316,7 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
       ready = false;
       if (late && reading.quality == Quality::kGood) {
         reading.quality = Quality::kUncertain;
-        reading.reason = "unsettled";
+        reading.reason = session::reason::kUnsettled;
         reading.detail = fmt::format("moves by more than {:.3f} mm", spread_mm);
         remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
       }
@@ -351,7 +353,7 @@ Collector::Outcome Collector::store(
     sample.channels.push_back(
         {reading.value_mm, reading.quality, reading.reason, reading.time_utc});
     if (reading.quality != Quality::kGood && !is_fault(reading) &&
-        reading.reason != "unsettled") {
+        reading.reason != session::reason::kUnsettled) {
       remarks_.push_back(
           fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
     }

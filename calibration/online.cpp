@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/five_bar/spaces.h"
+#include "calibration/identifiability.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -220,12 +221,11 @@ double OnlineEstimator::condition() const {
     A.middleRows<2>(row) = root.matrixL().solve(here->J_v) * parameter_scale().asDiagonal();
     row += 2;
   }
-  constexpr double kOpen = 1e10;
   if (row < kParameterCount) return std::numeric_limits<double>::infinity();
   const Eigen::VectorXd values = A.topRows(row).jacobiSvd().singularValues();
   const double least = values[kParameterCount - 1];
-  return least * kOpen > values[0] ? values[0] / least
-                                   : std::numeric_limits<double>::infinity();
+  return least * kOpenCondition > values[0] ? values[0] / least
+                                            : std::numeric_limits<double>::infinity();
 }
 
 std::vector<int> OnlineEstimator::undetermined() const {

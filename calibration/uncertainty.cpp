@@ -14,9 +14,7 @@ namespace {
 
 using simulation::Trial;
 
-constexpr int kEnoughRepeats = 10;  // degrees of freedom
 constexpr int kEnoughResiduals = 10;
-constexpr double kNormal_95 = 1.959963984540054;
 // Two axes at once: chi-square with two degrees of freedom, sqrt(-2 ln 0.05), over 1.96.
 constexpr double kCircleOverInterval = 2.447746830680816 / kNormal_95;
 

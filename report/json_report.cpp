@@ -58,7 +58,7 @@ ordered_json rows(const Table& table) {
 
 ordered_json head(const Head& h) {
   ordered_json instruments = ordered_json::array();
-  for (const Instrument& i : h.instruments) {
+  for (const ShownDial& i : h.instruments) {
     instruments.push_back(
         {{"dial", value(i.id)},
          {"description", value(i.description)},
@@ -101,7 +101,7 @@ ordered_json state(const ReportData& data) {
   constexpr std::string_view kNames[] = {
       "unknown", "calibrated", "improved", "not_improved", "not_validated"};
   const Verdict v = verdict(data);
-  const bool known = v.state != RobotState::kUnknown;
+  const bool known = v.state != CalibrationState::kUnknown;
   return {
       {"state", kNames[static_cast<std::size_t>(v.state)]},
       {"headline", value(v.headline)},
@@ -141,7 +141,7 @@ ordered_json points(const ReportData& data) {
 
 ordered_json quality(const ReportData& data) {
   ordered_json rejected = ordered_json::array();
-  for (const RejectedRow& r : data.rejected) {
+  for (const session::RejectedRow& r : data.rejected) {
     rejected.push_back({{"line", r.line}, {"reason", value(r.reason)}});
   }
   ordered_json bad = ordered_json::array();
@@ -174,7 +174,7 @@ ordered_json quality(const ReportData& data) {
 
 ordered_json identification(const ReportData& data) {
   ordered_json correlations = ordered_json::array();
-  for (const Correlation& c : data.correlations) {
+  for (const ShownCorrelation& c : data.correlations) {
     correlations.push_back(
         {{"first", value(c.first)},
          {"second", value(c.second)},
@@ -224,7 +224,7 @@ ordered_json block(const Block& b) {
 
 std::string json_report(const ReportData& data) {
   ordered_json swarms = ordered_json::array();
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     swarms.push_back({{"name", value(c.name)}, {"best_rmse_mm", list(c.best_mm)}});
   }
   ordered_json sections = ordered_json::array();

@@ -1,4 +1,4 @@
-// Everything that a calibration report shows, as plain values. service/ fills it from a stored
+// Everything that a calibration report shows, as plain values. report_run.h fills it from a
 // result; html_report.h, json_report.h and csv_report.h turn it into pages and tables.
 //
 // Sign: a residual is measured minus modelled position in W. (+0.010, 0) mm means that the tool
@@ -16,12 +16,14 @@
 
 #include "geometry/robots/five_bar.h"
 #include "report/document.h"
+#include "session/session.h"
+#include "studies/calibration_result.h"
 #include "studies/dial_residuals.h"
 
 namespace sixdial::report {
 
 /// A dial as the certificate lists it.
-struct Instrument {
+struct ShownDial {
   std::string id{};           // "A"
   std::string description{};  // maker and type, or "digital dial indicator"
   std::string serial{};       // empty: not known
@@ -47,25 +49,25 @@ struct Head {
   std::string profile{};  // "default" or "paper"
   std::vector<std::pair<std::string, std::string>>
       settings;  // name, value: what else was chosen
-  std::vector<Instrument> instruments{};
+  std::vector<ShownDial> instruments{};
 };
 
 /// One line of the paper's Table 2, in shown units (mm or deg).
-struct ParameterRow {
+struct ShownParameter {
   std::string name{}, unit{};
   double nominal = 0.0, identified = 0.0;
   std::optional<double> sd{}, low{}, high{};  // standard deviation, 95 % interval
   bool held = false;                          // these poses cannot identify it: kept at nominal
 };
 /// Shown value over stored value (mm, rad) of a row's unit.
-[[nodiscard]] double shown_per_unit(const ParameterRow& row);
+[[nodiscard]] double shown_per_unit(const ShownParameter& row);
 /// The ten robot parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
-[[nodiscard]] std::vector<ParameterRow> parameter_rows(
+[[nodiscard]] std::vector<ShownParameter> parameter_rows(
     const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
     const std::optional<geometry::ParameterMatrix>& covariance,
     const std::array<bool, geometry::kParameterCount>& held = {});
 
-struct Correlation {
+struct ShownCorrelation {
   std::string first{}, second{};
   double value = 0.0;
 };
@@ -78,7 +80,7 @@ struct ErrorStatistics {
 };
 
 /// One line of the paper's Table 6. `points[i].residual_mm[m]` belongs to `methods[m]`.
-struct Method {
+struct ShownMethod {
   std::string id{};    // "before", "ekf_dqpso", "ekf_dqpso+anfis", …
   std::string name{};  // "EKF-DQPSO & ANFIS"
   std::optional<ErrorStatistics> g1{}, g2{};
@@ -100,22 +102,6 @@ struct PointRow {
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
 };
 
-/// A swarm's best objective so far, by iteration (paper's Fig. 8).
-struct Convergence {
-  std::string name{};             // "QPSO-1"
-  std::vector<double> best_mm{};  // RMSE; [0] is the start
-};
-
-/// Parameter errors by step (paper's Fig. 9): identified so far minus nominal [mm, rad].
-struct ParameterTrace {
-  std::string name{};                    // "EKF", "QPSO-2"
-  std::string step{};                    // "point", "iteration"
-  std::vector<Eigen::VectorXd> error{};  // as many as there are parameters
-};
-
-struct RejectedRow {
-  int line = 0;
-  std::string reason{};
 };
 struct BadReading {
   std::string set{};
@@ -158,14 +144,14 @@ struct ReportData {
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
 
-  std::vector<ParameterRow> parameters{};
-  std::vector<Correlation> correlations{};  // those above 0.9 in absolute value
-  std::vector<double> singular_values{};    // of the scaled Jacobian
+  std::vector<ShownParameter> parameters{};
+  std::vector<ShownCorrelation> correlations{};  // those above 0.9 in absolute value
+  std::vector<double> singular_values{};         // of the scaled Jacobian
   std::optional<double> condition_number{};
   std::vector<std::string> unidentifiable{};  // "alpha and dtheta1 + dtheta2 move together"
 
-  std::vector<Method> methods{};  // in the paper's order, "before" first
-  std::string result_method{};    // id of the one that is delivered; empty: the last
+  std::vector<ShownMethod> methods{};  // in the paper's order, "before" first
+  std::string result_method{};         // id of the one that is delivered; empty: the last
   /// The robot was commanded with the result and measured again (Fig. 7). Else figures after
   /// calibration are differences between measured and modelled positions.
   bool measured_again = false;
@@ -174,13 +160,13 @@ struct ReportData {
 
   std::optional<double> rmse_mm{};                // of the identified parameters on G1
   std::optional<double> least_squares_rmse_mm{};  // the minimum of the same objective
-  std::vector<Convergence> convergence{};
-  std::vector<ParameterTrace> traces{};
+  std::vector<studies::Convergence> convergence{};
+  std::vector<studies::Trace> traces{};
 
   std::vector<PointRow> points{};
   std::vector<studies::DialRow> dials{};
   int samples = 0;  // all that were kept
-  std::vector<RejectedRow> rejected{};
+  std::vector<session::RejectedRow> rejected{};
   std::vector<BadReading> bad_readings{};
   std::vector<Outlier> outliers{};
 

@@ -107,7 +107,8 @@ std::optional<std::size_t> kinematic_index(const ReportData& data) {
   const auto result = result_index(data);
   if (!result || *result == 0) return std::nullopt;
   const std::string& id = data.methods[*result].id;
-  const auto alone = std::ranges::find(data.methods, id.substr(0, id.find('+')), &Method::id);
+  const auto alone =
+      std::ranges::find(data.methods, id.substr(0, id.find('+')), &ShownMethod::id);
   if (alone != data.methods.end() && alone != data.methods.begin()) {
     return static_cast<std::size_t>(alone - data.methods.begin());
   }

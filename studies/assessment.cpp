@@ -277,8 +277,8 @@ ObservationSpace space_of(
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("G1 of {} has no dial readings that can be fitted", session.name),
         {{"session", session.name}},
         "The session gives positions (x_mm, y_mm): compare with --space positions.");
@@ -293,8 +293,8 @@ std::vector<char> fixed_parameters(
     const auto index = space.find(name);
     if (index) return static_cast<std::size_t>(*index);
     const auto nearest = session::nearest_name(name, space.parameter_names());
-    throw Error(
-        ErrorCode::kInvalidParams,
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
         fmt::format("there is no parameter '{}'", name.substr(0, 64)), {{"param", "fix"}},
         nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
                 : fmt::format("One of: {}.", fmt::join(space.parameter_names(), ", ")));
@@ -303,8 +303,8 @@ std::vector<char> fixed_parameters(
   for (const std::string& name : free) fixed[index_of(name)] = 0;
   for (const std::string& name : fix) {
     if (std::ranges::find(free, name) != free.end()) {
-      throw Error(
-          ErrorCode::kInvalidParams,
+      throw StudyError(
+          StudyErrorCode::kInvalidParams,
           fmt::format("parameter '{}' is asked to be fixed and free", name), {{"param", "fix"}},
           "Name it once.");
     }

@@ -16,7 +16,6 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
     std::pair{CompensateBy::kFull, std::string_view("full")},
     std::pair{CompensateBy::kExtended, std::string_view("extended")}};
-constexpr std::size_t kMostNamed = 10;
 
 /// What the trained residual model adds to the position; empty for a method without one.
 calibration::Correction correction_of(const CalibrationResult& result) {
@@ -29,8 +28,8 @@ calibration::Correction correction_of(const CalibrationResult& result) {
   if (!result.residual_model) return {};
   const StoredResidualModel& stored = *result.residual_model;
   const auto refuse = [&](const std::string& what) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
         {{"session", result.inputs.session}}, "Calibrate the session again.");
   };
@@ -64,8 +63,8 @@ std::optional<CompensateBy> compensate_by_from(std::string_view text) {
 calibration::CompensationModel compensation_model(
     const CalibrationResult& result, CompensateBy by) {
   if (std::ssize(result.parameters) != geometry::kParameterCount) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the calibration has {} parameters where {} are needed", result.parameters.size(),
             geometry::kParameterCount),
@@ -88,8 +87,8 @@ CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
     CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
   if (!found) {
-    throw Error(
-        ErrorCode::kBadData, found.error().message,
+    throw StudyError(
+        StudyErrorCode::kBadData, found.error().message,
         {{"target_mm", std::vector{target_mm.x(), target_mm.y()}}},
         "Choose a target inside the workspace, or another working mode.");
   }
@@ -127,8 +126,8 @@ session::Plan compensated_plan(
     }
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

@@ -11,8 +11,8 @@ namespace {
 
 simulation::ModelVector model_from(const std::vector<double>& values, std::size_t parameters) {
   if (values.size() != parameters) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
@@ -28,8 +28,8 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
       if (fitted.x.size() == effect->parameters.size()) return {effect, place, fitted.x};
     }
   }
-  throw Error(
-      ErrorCode::kBadData,
+  throw StudyError(
+      StudyErrorCode::kBadData,
       fmt::format(
           "this program does not know the cause {} at {}", fitted.id.cause, fitted.id.where),
       {}, "Diagnose the session again.");
@@ -147,7 +147,6 @@ ExtendedCommand::solve_after(
 session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set, std::optional<double> temperature_c) {
-  constexpr std::size_t kMostNamed = 10;
   std::string named;
   std::size_t troubles = 0;
   const session::PlanPoint* before = nullptr;
@@ -184,8 +183,8 @@ session::Plan extended_plan(
     before = &point;
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

@@ -25,16 +25,17 @@ struct CommandMoment {
 
 class ExtendedCommand {
  public:
-  /// `fit`: of the diagnosis of a session on this rig. Throws Error bad_data where it has
+  /// `fit`: of the diagnosis of a session on this rig. Throws StudyError bad_data where it has
   /// other parameters, or a cause that this program or this rig does not have.
   ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig);
 
-  /// As calibration::compensate; dials that touch at the target push as they do in a session.
+  /// Solves for the joint values like calibration::compensate, with the forces of the dials
+  /// that would touch at the target.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
       const Eigen::Vector2d& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
       std::optional<Eigen::Vector2d> near = std::nullopt) const;
-  /// The same where the side of arrival follows from the angles before: the answer's own last
-  /// moves are those it was solved for.
+  /// The same for a move from other joint values: the sides from which the joints arrive are
+  /// those of the solution itself.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
       const Eigen::Vector2d& previous_q_rad, const Eigen::Vector2d& target_mm,
@@ -61,7 +62,7 @@ class ExtendedCommand {
 
 /// The points named by `set` (empty: all) with the angles to command; the others as they are.
 /// Each point's last moves are those from the point before, where the plan does not ask for a
-/// side. Throws Error bad_data that names the points without a solution.
+/// side. Throws StudyError bad_data that names the points without a solution.
 [[nodiscard]] session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set = "", std::optional<double> temperature_c = std::nullopt);

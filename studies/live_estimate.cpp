@@ -41,7 +41,7 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
 std::vector<session::PlanPoint> points_of(const session::Session& session) {
   std::vector<session::PlanPoint> points;
   for (const session::Sample& sample : session.samples) {
-    std::optional<session::Point> place = sample.target_mm;
+    std::optional<session::Position> place = sample.target_mm;
     if (!place) {
       const auto measured = session::trial_of(session.rig, sample).position_mm;
       if (measured) place = *measured;

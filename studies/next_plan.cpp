@@ -55,8 +55,8 @@ std::vector<calibration::DesignCandidate> candidates_in(
     candidates.push_back({pose, filter.axis_variance_mm2() * Eigen::Matrix2d::Identity()});
   }
   if (candidates.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "no pose of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm can be measured in working mode "
             "{}: {}",

@@ -26,8 +26,8 @@ namespace sixdial::calibration {
 [[nodiscard]] ObservationSpace dial_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 
-/// repeat_noise of trials, those too that no space would take: of dial readings, or of
-/// positions. Empty without repeats.
+/// Noise from the repeats among all trials, also those that no space would use: of dial
+/// readings, or of positions. Empty without repeats.
 [[nodiscard]] std::optional<RepeatNoise> repeat_noise(
     std::span<const simulation::Trial> trials, bool dials);
 

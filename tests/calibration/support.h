@@ -105,8 +105,8 @@ namespace sixdial::calibration {
 }
 [[nodiscard]] inline tl::expected<Result, Trouble> run_dqpso_anfis(
     const PositionObservations& g1, const PositionObservations& g2,
-    const geometry::ParameterVector& nominal, const Settings& settings = {},
-    const ProgressCallback& progress = {}, std::stop_token stop = {}) {
+    const geometry::ParameterVector& nominal, const PipelineSettings& settings = {},
+    const PipelineProgressCallback& progress = {}, std::stop_token stop = {}) {
   return run_dqpso_anfis(
       position_space(g1, nominal), position_space(g2, nominal), settings, progress,
       std::move(stop));

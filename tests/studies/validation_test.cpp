@@ -162,7 +162,7 @@ TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
     EXPECT_GT((plan.points[i].q - plan.points[i + 1].q).norm(), 1e-3);
   }
   request.set = "G9";
-  EXPECT_THROW(validation_plan(session, calibration, request), Error);
+  EXPECT_THROW(validation_plan(session, calibration, request), StudyError);
 }
 
 TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
@@ -185,7 +185,7 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
                                     point.residual_mm.at(column("ekf_dqpso+anfis")).value();
     EXPECT_LT((full.correction(sample.q) - learned).norm(), 1e-12);
   }
-  EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), Error);
+  EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), StudyError);
 }
 
 TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
@@ -209,8 +209,8 @@ TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
   try {
     static_cast<void>(compensated_plan(beyond, model, session.rig));
     ADD_FAILURE() << "a target out of reach was accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), ::testing::HasSubstr("400.000"));
   }
 }

@@ -22,8 +22,8 @@ using ::testing::HasSubstr;
 std::string refused(const Json& document) {
   try {
     static_cast<void>(calibration_from_json(document));
-  } catch (const studies::Error& error) {
-    EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+  } catch (const studies::StudyError& error) {
+    EXPECT_EQ(error.code(), studies::StudyErrorCode::kBadData);
     return error.what();
   }
   return "";
@@ -133,11 +133,11 @@ TEST_P(CalibrationByMethod, RefusesADamagedResidualModelByName) {
   result.residual_model->saved.erase(result.residual_model->saved.begin());
   EXPECT_THROW(
       static_cast<void>(studies::compensation_model(result, studies::CompensateBy::kFull)),
-      studies::Error);
+      studies::StudyError);
   result.residual_model->name = "crystal_ball";
   EXPECT_THROW(
       static_cast<void>(studies::compensation_model(result, studies::CompensateBy::kFull)),
-      studies::Error);
+      studies::StudyError);
 }
 
 INSTANTIATE_TEST_SUITE_P(

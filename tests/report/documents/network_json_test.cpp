@@ -103,7 +103,7 @@ TEST(NetworkJson, ADamagedNetworkIsRefusedByName) {
   const auto trouble = [](const Json& json) -> std::string {
     try {
       static_cast<void>(read_network(json));
-    } catch (const studies::Error& error) {
+    } catch (const studies::StudyError& error) {
       return error.what();
     }
     return "";
