@@ -1,5 +1,4 @@
 #include "acquisition/collector.h"
-#include "geometry/tool.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "geometry/tool.h"
+#include "session/reason.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -315,7 +317,7 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
       ready = false;
       if (late && reading.quality == Quality::kGood) {
         reading.quality = Quality::kUncertain;
-        reading.reason = "unsettled";
+        reading.reason = session::reason::kUnsettled;
         reading.detail = fmt::format("moves by more than {:.3f} mm", spread_mm);
         remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
       }
@@ -352,7 +354,7 @@ Collector::Outcome Collector::store(
     sample.channels.push_back(
         {reading.value_mm, reading.quality, reading.reason, reading.time_utc});
     if (reading.quality != Quality::kGood && !is_fault(reading) &&
-        reading.reason != "unsettled") {
+        reading.reason != session::reason::kUnsettled) {
       remarks_.push_back(
           fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
     }

@@ -1,19 +1,21 @@
 #include "acquisition/plausibility.h"
-#include "geometry/tool.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/tool.h"
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 namespace {
 
 using session::Quality;
 
-void lower(Reading& reading, Quality quality, std::string why, std::string detail) {
+void lower(Reading& reading, Quality quality, std::string_view why, std::string detail) {
   reading.quality = quality;
-  reading.reason = std::move(why);
+  reading.reason = why;
   reading.detail = std::move(detail);
 }
 
@@ -69,11 +71,11 @@ void Plausibility::judge(
     }
     if (expected[i].off_face) {
       lower(
-          reading, Quality::kUncertain, "implausible",
+          reading, Quality::kUncertain, session::reason::kImplausible,
           "the tip should miss the cuboid here, but it touches something");
     } else if (there && std::abs(*reading.value_mm - *there) > limit_mm_) {
       lower(
-          reading, Quality::kUncertain, "implausible",
+          reading, Quality::kUncertain, session::reason::kImplausible,
           fmt::format(
               "{:.3f} mm where the nominal robot gives {:.1f}", *reading.value_mm, *there));
       far_off.push_back(i);
@@ -103,7 +105,7 @@ void Plausibility::judge_frozen(
         std::abs(*expected[i].displacement_mm - *expected_before[i].displacement_mm);
     if (change_mm > kFrozenChange_mm && *reading.value_mm == *before[i].value_mm) {
       lower(
-          reading, Quality::kBad, "frozen",
+          reading, Quality::kBad, session::reason::kFrozen,
           fmt::format(
               "{:.3f} mm as at the point before, although {:.1f} mm of change are expected",
               *reading.value_mm, change_mm));

@@ -105,7 +105,8 @@ void row(
     const std::vector<WorkspacePose>& where) {
   ParameterMatrix M = calibration::OnlineEstimator(kTool, kRig.robot.nominal).information();
   for (const DesignCandidate& each : set) add(M, each);
-  const auto u = calibration::workspace_uncertainty(kTool, kRig.robot.nominal, M.inverse(), where);
+  const auto u =
+      calibration::workspace_uncertainty(kTool, kRig.robot.nominal, M.inverse(), where);
   std::printf(
       "| %s | %zu | %.2f | %.2f | %.2f | %.0f |\n", name.c_str(), set.size(), 1000 * u.mean_mm,
       1000 * u.max_mm, 1000 * error_made(set, where), condition(set));
@@ -116,8 +117,9 @@ std::vector<DesignCandidate> chosen(
     calibration::Criterion criterion, int most_each, double limit_mm) {
   std::vector<DesignCandidate> set;
   for (const auto& step : calibration::greedy_design(
-           kTool, kRig.robot.nominal, calibration::OnlineEstimator(kTool, kRig.robot.nominal).information(),
-           from, where, 200, criterion, most_each)) {
+           kTool, kRig.robot.nominal,
+           calibration::OnlineEstimator(kTool, kRig.robot.nominal).information(), from, where,
+           200, criterion, most_each)) {
     set.push_back(from[step.candidate]);
     if (step.uncertainty.mean_mm <= limit_mm) break;
   }
@@ -127,7 +129,8 @@ std::vector<DesignCandidate> chosen(
 void study(
     const char* title, std::span<const WorkingMode> used,
     std::span<const WorkingMode> measured) {
-  const auto where = calibration::workspace_grid(kTool, kRig.robot.nominal, kLow, kHigh, 7, 7, used);
+  const auto where =
+      calibration::workspace_grid(kTool, kRig.robot.nominal, kLow, kHigh, 7, 7, used);
   const auto grid = candidates(10, 10, used);
   ParameterMatrix M = calibration::OnlineEstimator(kTool, kRig.robot.nominal).information();
   for (const DesignCandidate& each : grid) add(M, each);

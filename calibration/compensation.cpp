@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using geometry::JointInfo;
 using geometry::JointKind;
-using geometry::Point;
+using geometry::Position;
 
 // Half a step of the correction's slope by differences: of a smooth learned function.
 constexpr double kSlopeStep_rad = 1e-5;
@@ -22,9 +22,9 @@ constexpr double kSlopeStep_mm = 1e-3;
 constexpr int kHalvings = 30;
 
 tl::unexpected<CompensationTrouble> trouble(
-    CompensationTrouble::Kind kind, const Point& target, std::string_view why) {
-  return tl::unexpected(CompensationTrouble{
-      kind, fmt::format("({:.3f}) mm: {}", fmt::join(target, ", "), why)});
+    CompensationTrouble::Kind kind, const Position& target, std::string_view why) {
+  return tl::unexpected(
+      CompensationTrouble{kind, fmt::format("({:.3f}) mm: {}", fmt::join(target, ", "), why)});
 }
 
 /// "working mode ++"; nothing of a robot with one mode.
@@ -43,8 +43,7 @@ MatrixXd slope(
   if (!correction) return result;
   for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
     const JointInfo& info = robot.joints[static_cast<std::size_t>(joint)];
-    const double size =
-        info.kind == JointKind::kRevolute ? kSlopeStep_rad : kSlopeStep_mm;
+    const double size = info.kind == JointKind::kRevolute ? kSlopeStep_rad : kSlopeStep_mm;
     const VectorXd step = size * VectorXd::Unit(q.size(), joint);
     result.col(joint) = (correction(q + step) - correction(q - step)) / (2 * size);
   }
@@ -81,13 +80,12 @@ std::string too_far(
 std::string most_moved(const geometry::RobotModel& robot, const Compensation& found) {
   Eigen::Index most = 0;
   const double change = (found.q - found.nominal_q).cwiseAbs().maxCoeff(&most);
-  return fmt::format(
-      "{:.3f} {}", change, robot.joints[static_cast<std::size_t>(most)].unit());
+  return fmt::format("{:.3f} {}", change, robot.joints[static_cast<std::size_t>(most)].unit());
 }
 
 /// Damped Newton from `result` on until the tool is at the target.
 tl::expected<Compensation, CompensationTrouble> closed(
-    const CompensationModel& model, const Point& target_mm, geometry::Assembly assembly,
+    const CompensationModel& model, const Position& target_mm, geometry::Assembly assembly,
     Compensation result, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
   auto position = modelled_position(model, result.q, assembly);
@@ -101,8 +99,8 @@ tl::expected<Compensation, CompensationTrouble> closed(
     }
     const auto here = model.tool.derivative(model.v, result.q, assembly);
     if (!here) return trouble(Kind::kUnreachable, target_mm, describe(here.error()));
-    const MatrixXd J = here->J_q + slope(model.correction, model.tool.robot(),
-                                         model.tool.axes(), result.q);
+    const MatrixXd J =
+        here->J_q + slope(model.correction, model.tool.robot(), model.tool.axes(), result.q);
     const VectorXd step = step_for(J, target_mm - *position);
     bool better = false;
     double share = 1.0;
@@ -127,15 +125,15 @@ tl::expected<Compensation, CompensationTrouble> closed(
 
 }  // namespace
 
-tl::expected<Point, geometry::KinematicTrouble> modelled_position(
+tl::expected<Position, geometry::KinematicTrouble> modelled_position(
     const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
-  return model.tool.position(model.v, q, assembly).map([&](const Point& p_WE) {
-    return model.correction ? Point(p_WE + model.correction(q)) : p_WE;
+  return model.tool.position(model.v, q, assembly).map([&](const Position& p_WE) {
+    return model.correction ? Position(p_WE + model.correction(q)) : p_WE;
   });
 }
 
 tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const Point& target_mm, geometry::WorkingMode mode,
+    const CompensationModel& model, const Position& target_mm, geometry::WorkingMode mode,
     const std::optional<VectorXd>& near, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
   const geometry::Tool& tool = model.tool;

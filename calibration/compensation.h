@@ -42,7 +42,7 @@ struct CompensationSettings {
 struct Compensation {
   Eigen::VectorXd q;          // to command, on the turn of the nominal angles
   Eigen::VectorXd nominal_q;  // what would be commanded without calibration
-  double closure_mm = 0.0;        // |f(v, q) + c(q) - target| left
+  double closure_mm = 0.0;    // |f(v, q) + c(q) - target| left
   int iterations = 0;
 };
 
@@ -50,7 +50,7 @@ struct CompensationTrouble {
   enum class Kind {
     kNominalUnreachable,  // the nominal robot cannot take the target in this working mode
     kUnreachable,         // the identified robot cannot
-    kOffBranch,           // the solution is too far from the nominal joint values or in another mode
+    kOffBranch,  // the solution is too far from the nominal joint values or in another mode
     kNotConverged,
   } kind;
   std::string message;  // what, where
@@ -58,12 +58,12 @@ struct CompensationTrouble {
 
 /// `near`: the turn of the nominal angles; default: in (-pi, pi].
 [[nodiscard]] tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const geometry::Point& target_mm,
+    const CompensationModel& model, const geometry::Position& target_mm,
     geometry::WorkingMode mode, const std::optional<Eigen::VectorXd>& near = std::nullopt,
     const CompensationSettings& settings = {});
 
 /// f(v, q) + c(q) [mm]: where the model says the tool is.
-[[nodiscard]] tl::expected<geometry::Point, geometry::KinematicTrouble> modelled_position(
+[[nodiscard]] tl::expected<geometry::Position, geometry::KinematicTrouble> modelled_position(
     const CompensationModel& model, const Eigen::VectorXd& q, geometry::Assembly assembly);
 
 }  // namespace sixdial::calibration

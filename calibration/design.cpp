@@ -75,8 +75,7 @@ std::vector<DesignStep> greedy_design(
     ++best->taken;
     M += best->J.transpose() * best->R.inverse() * best->J;
     steps.push_back(
-        {best->candidate,
-         workspace_uncertainty(tool, v, M.ldlt().solve(one), workspace)});
+        {best->candidate, workspace_uncertainty(tool, v, M.ldlt().solve(one), workspace)});
   }
   return steps;
 }

@@ -28,7 +28,7 @@ constexpr double kMostAccidents = 0.15;  // of all readings
 constexpr double kLeastShare = 0.4;      // of a dial's misfit that counts as its noise
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
-constexpr double kLeastSigma_mm = 3e-4;                      // rounding of a 0.001 mm display
+constexpr double kLeastSigma_mm = 3e-4;                // rounding of a 0.001 mm display
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -316,8 +316,7 @@ void list_positions(
 GrossErrorCheck check_positions(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
   GrossErrorCheck result;
-  const ObservationSpace space =
-      position_space(trials, rig, settings.noise_mm);
+  const ObservationSpace space = position_space(trials, rig, settings.noise_mm);
   result.readings = space.samples();
   const int freedom = space.rows() - space.parameters();
   if (freedom < kLeastFreedom) {
@@ -356,8 +355,7 @@ GrossErrorCheck judge_readings(
   result.systematic = 0;
   if (fitted.x.size() == 0) return result;
   if (!has_readings(trials)) {
-    const ObservationSpace space =
-        position_space(trials, rig);
+    const ObservationSpace space = position_space(trials, rig);
     result.readings = space.samples();
     list_positions(space, lengths(space, fitted.x.head(space.parameters())), result);
     judge_number(space.samples(), result);

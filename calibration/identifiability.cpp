@@ -81,7 +81,8 @@ Identifiability identifiability(
   }
   for (Eigen::Index k = n - fit.held; k < n; ++k) {
     const Eigen::VectorXd direction = fit.directions.col(k);
-    result.held.push_back({direction, fit.singular_values[k], words_for(direction, names, known)});
+    result.held.push_back(
+        {direction, fit.singular_values[k], words_for(direction, names, known)});
   }
   const Eigen::MatrixXd C = fit.unit_covariance();
   for (int i = 0; i < C.rows(); ++i) {

@@ -15,6 +15,8 @@
 namespace sixdial::calibration {
 
 inline constexpr double kHighCorrelation = 0.9;
+/// Condition number from which on nothing is left of the least singular value but rounding.
+inline constexpr double kOpenCondition = 1e10;
 
 struct Correlation {
   int first = 0;  // parameter indices

@@ -3,8 +3,9 @@
 // which robot and which instrument they belong to is known only to who made the space
 // (rig_spaces.h).
 //
-//   ObservationSpace space = position_space(trials, rig);
-//   Identified found = identify(*find_identifier("lm"), space);
+// Example:
+//   const Identified found = identify(*find_identifier("lm"), space);
+//   space.rmse(found.x) < space.rmse(space.nominal);  // -> true
 #pragma once
 
 #include <Eigen/Core>
@@ -26,11 +27,11 @@ namespace sixdial::calibration {
 
 using geometry::ParameterInfo;
 
-struct JointInfo {
+struct SpaceJoint {
   std::string name;  // "q1", "shoulder"
   std::string unit;  // "rad", "mm"
 };
-struct ChannelInfo {
+struct SpaceChannel {
   std::string name;  // "x", or a dial's id
   std::string unit;  // "mm"
 };
@@ -71,8 +72,8 @@ struct ObservationSpace {
   Eigen::VectorXd nominal;                    // n
   /// What the robot's kind has words for.
   std::vector<geometry::NamedDirection> named_directions;
-  std::vector<JointInfo> joint_info;
-  std::vector<ChannelInfo> channel_info;
+  std::vector<SpaceJoint> joint_info;
+  std::vector<SpaceChannel> channel_info;
 
   // By sample.
   Eigen::MatrixXd joints;   // joints x samples: what the encoders say

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/identifiability.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -230,12 +232,11 @@ double OnlineEstimator::condition() const {
     A.middleRows(row, axes) = root.matrixL().solve(here->J_v) * scale.asDiagonal();
     row += axes;
   }
-  constexpr double kOpen = 1e10;
   if (row < parameters()) return std::numeric_limits<double>::infinity();
   const Eigen::VectorXd values = A.topRows(row).jacobiSvd().singularValues();
   const double least = values[parameters() - 1];
-  return least * kOpen > values[0] ? values[0] / least
-                                   : std::numeric_limits<double>::infinity();
+  return least * kOpenCondition > values[0] ? values[0] / least
+                                            : std::numeric_limits<double>::infinity();
 }
 
 std::vector<int> OnlineEstimator::undetermined() const {

@@ -75,7 +75,7 @@ class OnlineEstimator {
  private:
   struct Taken {
     Eigen::VectorXd q;
-    geometry::Point p_WE;
+    geometry::Position p_WE;
     geometry::Assembly assembly;
     Eigen::MatrixXd R;
     bool set_aside = false;

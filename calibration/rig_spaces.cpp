@@ -119,8 +119,8 @@ ObservationSpace any_position_space(Trials trials, const geometry::Rig& rig, dou
   space.off_target_mm = matrix_of(off_target, axes);
   space.rows_belong_together = true;
   space.random_stream = 1;
-  space.evaluate = [tool, all = std::make_shared<const std::vector<Sample>>(
-                              std::move(samples))](
+  space.evaluate = [tool,
+                    all = std::make_shared<const std::vector<Sample>>(std::move(samples))](
                        int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
     const Sample& sample = (*all)[static_cast<std::size_t>(i)];
     if (J == nullptr) {

@@ -13,9 +13,7 @@ namespace {
 
 using simulation::Trial;
 
-constexpr int kEnoughRepeats = 10;  // degrees of freedom
 constexpr int kEnoughResiduals = 10;
-constexpr double kNormal_95 = 1.959963984540054;
 
 /// Radius that holds all axes at once over the interval of one, 95 %.
 double circle_over_interval(int axes) {
@@ -156,7 +154,7 @@ PositionUncertainty position_uncertainty(
   }
   const Eigen::MatrixXd C = covariance.topLeftCorner(v.size(), v.size());
   const double radius_of = circle_over_interval(tool.axes()) * quantile;
-  geometry::Point p = 0.5 * (workspace.low_mm + workspace.high_mm);
+  geometry::Position p = 0.5 * (workspace.low_mm + workspace.high_mm);
   map.held_effect_mm.assign(static_cast<std::size_t>(fit.held), 0.0);
   double sum = 0.0;
   int count = 0;

@@ -17,6 +17,11 @@
 
 namespace sixdial::calibration {
 
+/// Two-sided 95 % of the normal distribution: the interval is +- this many sd.
+inline constexpr double kNormal_95 = 1.959963984540054;
+/// Repeats tell the noise with at least so many degrees of freedom (to a fifth, one sigma).
+inline constexpr int kEnoughRepeats = 10;
+
 enum class NoiseSource { kRepeats, kResidual, kRigFile };
 /// "repeats", "residual", "rig_file".
 [[nodiscard]] std::string_view to_string(NoiseSource source);
@@ -30,8 +35,9 @@ struct NoiseEstimate {
   std::optional<RepeatNoise> repeats;
   std::optional<RepeatNoise> residual;
   double rig_file_mm = 0.0;
-  /// Residual over repeats, where that is more than repeats of this number allow (95 %): the
-  /// model misses something and the uncertainties are of the noise alone.
+  /// How many times larger the residual is than the noise of the repeats, if that is more than
+  /// chance allows (95 %): the model then misses something, and the uncertainties cover the
+  /// noise alone.
   std::optional<double> lack_of_fit;
   std::string words;  // which, why, and the warning
 };
@@ -51,7 +57,7 @@ struct NoiseEstimate {
     Eigen::MatrixXd& covariance);
 
 struct Workspace {
-  geometry::Point low_mm, high_mm;  // in W
+  geometry::Position low_mm, high_mm;  // in W
 };
 /// The rectangle (in space: the box) around measured positions (targets where there are none).
 [[nodiscard]] std::optional<Workspace> workspace_of(std::span<const simulation::Trial> trials);
@@ -65,9 +71,10 @@ struct PositionUncertainty {
   std::vector<double> radius_95_mm;          // of a circle or sphere that holds it
   double mean_sd_mm = 0.0, max_sd_mm = 0.0;  // of the distance, root of the trace
   double max_radius_95_mm = 0.0;
-  geometry::Point worst_mm;
-  /// How far the position moves at most, for each held direction, if the robot is one unit (1
-  /// mm, 1/60 rad) from nominal along it [mm]. Small: holding it costs nothing here.
+  geometry::Position worst_mm;
+  /// For each held direction: how far the tool's position moves at most [mm] if the true robot
+  /// is one unit (1 mm, 1/60 rad) away from nominal along it. Small: holding the direction does
+  /// no harm here.
   std::vector<double> held_effect_mm;
   [[nodiscard]] double sd(int column, int row) const {
     return sd_mm[static_cast<std::size_t>(row * columns + column)].norm();

@@ -7,8 +7,8 @@
 namespace sixdial::calibration {
 
 std::vector<WorkspacePose> workspace_grid(
-    const geometry::Tool& tool, const Eigen::VectorXd& v, const geometry::Point& low_mm,
-    const geometry::Point& high_mm, int nx, int ny,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const geometry::Position& low_mm,
+    const geometry::Position& high_mm, int nx, int ny,
     std::span<const geometry::WorkingMode> modes) {
   const auto part = [](int i, int n) {
     return n == 1 ? 0.5 : static_cast<double>(i) / (n - 1);
@@ -17,7 +17,7 @@ std::vector<WorkspacePose> workspace_grid(
   for (const geometry::WorkingMode mode : modes) {
     for (int iy = 0; iy < ny; ++iy) {
       for (int ix = 0; ix < nx; ++ix) {
-        geometry::Point target = low_mm;
+        geometry::Position target = low_mm;
         target[0] += (high_mm[0] - low_mm[0]) * part(ix, nx);
         target[1] += (high_mm[1] - low_mm[1]) * part(iy, ny);
         if (target.size() > 2) target[2] += (high_mm[2] - low_mm[2]) / 2;

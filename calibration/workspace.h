@@ -12,7 +12,7 @@ namespace sixdial::calibration {
 
 /// A pose to be used or measured.
 struct WorkspacePose {
-  geometry::Point target_mm;
+  geometry::Position target_mm;
   Eigen::VectorXd q;
   geometry::Assembly assembly = geometry::Assembly::kLeft;
   geometry::WorkingMode mode{};
@@ -21,8 +21,8 @@ struct WorkspacePose {
 /// nx x ny targets of a rectangle (corners low and high [mm], W; halfway between them in z) in
 /// each mode; those that the parameters cannot reach are left out.
 [[nodiscard]] std::vector<WorkspacePose> workspace_grid(
-    const geometry::Tool& tool, const Eigen::VectorXd& v, const geometry::Point& low_mm,
-    const geometry::Point& high_mm, int nx, int ny,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const geometry::Position& low_mm,
+    const geometry::Position& high_mm, int nx, int ny,
     std::span<const geometry::WorkingMode> modes);
 
 /// Standard deviation of the modelled position, root of the trace of J P J' [mm], over poses.

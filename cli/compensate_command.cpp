@@ -231,7 +231,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
           ->delimiter(',')
           ->expected(2);
   CLI::Option* plan = command->add_option("--plan", options->plan_file, "a plan file instead")
-                          ->check(CLI::ExistingFile)
+                          ->check(existing_file())
                           ->excludes(target);
   command->add_option("-o,--output", options->output, "the plan to write; default: stdout")
       ->needs(plan);
@@ -260,7 +260,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       ->add_option(
           "--diagnosis-file", options->diagnosis_file,
           "of a bundle and extended: result file of `diagnose -o` instead of diagnosing now")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command
       ->add_option(
           "--approach", options->approach,
@@ -303,7 +303,7 @@ void add_validate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
   command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command->add_option("--name", options->name, "of the new session");
   add_stored_result(*command, options->result);
   add_result_file(*command, options->output);

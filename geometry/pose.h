@@ -14,7 +14,7 @@ struct Pose {
 };
 
 /// x, y and, where measured, z in W [mm].
-using Point = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+using Position = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
 
 /// A pose in the plane: where the tool is and which way one link points.
 struct PlanarPose {

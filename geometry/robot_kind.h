@@ -5,11 +5,14 @@
 //
 //   q, v, assembly --forward--> frames: [0] the tool E, then the kind's own (links, elbows)
 //
-//   const RobotModel& robot = *find_robot_kind("five_bar")->example();
-//   Frames at(robot);
-//   if (robot.forward(robot.nominal, q, Assembly::kLeft, at.X)) use(at.X[0].p);
-//
 // Frame W (the table), mm and rad. A revolute joint's value is in rad, a prismatic one's in mm.
+//
+// Example:
+//   const auto robot = find_robot_kind("five_bar")->example();
+//   const Eigen::Vector2d q(2.2, 0.9);  // theta1, theta2 [rad]
+//   Frames at(*robot);
+//   if (robot->forward(robot->nominal, q, Assembly::kLeft, at.X)) show(at.X[0].p);  // p_WE
+//   robot->parameters[0].name;  // -> "l11"
 #pragma once
 
 #include <Eigen/Core>
@@ -67,7 +70,8 @@ enum class JointKind { kRevolute, kPrismatic };
 struct JointInfo {
   std::string name;  // "theta1", "q3", or what a URDF calls it
   JointKind kind = JointKind::kRevolute;
-  /// The range that this robot usually moves in [rad or mm]; drawn from by tests, no limit.
+  /// Values that this robot usually takes [rad or mm]: tests draw from here. It is no limit of
+  /// the joint.
   double low = -1.0;
   double high = 1.0;
   [[nodiscard]] std::string_view unit() const {
@@ -103,8 +107,8 @@ struct Sketch {
   };
   std::vector<Line> lines;
   std::vector<Dot> dots;
-  Eigen::Vector2d base{0, 0};  // origin of frame B
-  double base_rad = 0.0;       // its turn in W
+  Eigen::Vector2d base{0, 0};               // origin of frame B
+  double base_rad = 0.0;                    // its turn in W
   std::optional<KinematicTrouble> trouble;  // why there are neither lines nor dots
 };
 
@@ -130,11 +134,11 @@ struct RobotModel {
   const RobotKind* kind = nullptr;
   std::vector<JointInfo> joints;
   std::vector<ParameterInfo> parameters;
-  Eigen::VectorXd nominal;              // where a rig file gives no other value
-  std::vector<std::string> frames;      // names; the first is the tool, "E"
-  std::vector<BranchInfo> assemblies;   // poses that the same joint values allow, at least one
-  std::vector<BranchInfo> modes;        // joint values that the same pose allows, at least one
-  std::string mode_in_words;            // what a mode's name tells; empty: there is one mode
+  Eigen::VectorXd nominal;             // where a rig file gives no other value
+  std::vector<std::string> frames;     // names; the first is the tool, "E"
+  std::vector<BranchInfo> assemblies;  // poses that the same joint values allow, at least one
+  std::vector<BranchInfo> modes;       // joint values that the same pose allows, at least one
+  std::string mode_in_words;           // what a mode's name tells; empty: there is one mode
   std::vector<NamedDirection> named_directions;
   std::shared_ptr<const void> details;  // what else the kind keeps, such as a URDF's chain
 
@@ -193,8 +197,9 @@ struct RobotKind {
   Reached (*forward_derivative)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
       Assembly assembly, Frames& at) = nullptr;
-  /// Optional. Joint values that put the tool at X_WE (a planar pin: at its position) in a
-  /// mode. `near` is empty, or each joint takes the whole turns nearest to it.
+  /// Optional: inverse kinematics. Gives the joint values that put the tool at X_WE (a planar
+  /// robot only its position) in a working mode. With `near`, each angle is shifted by whole
+  /// turns to come as close to it as it can.
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;
@@ -215,9 +220,9 @@ struct RobotKind {
 /// Every kind, by name. Rows added at run time come last and stay for the rest of the program.
 [[nodiscard]] std::span<const RobotKind* const> robot_kinds();
 [[nodiscard]] const RobotKind* find_robot_kind(std::string_view name);
-/// Throws std::invalid_argument if the name is taken or a needed member is missing. The row
-/// that comes back stays for the rest of the program. Not while another thread uses the
-/// registry.
+/// Adds a row, which then stays for the rest of the program. Throws std::invalid_argument if
+/// the name is taken or a needed member is missing. No other thread may use the registry
+/// meanwhile.
 const RobotKind& add_robot_kind(RobotKind kind);
 
 }  // namespace sixdial::geometry

@@ -20,13 +20,13 @@ Tool::Tool(std::shared_ptr<const RobotModel> robot, int axes)
 
 Tool::Tool(const Rig& rig) : Tool(rig.robot.model, rig.instrument.dimensions) {}
 
-tl::expected<Point, KinematicTrouble> Tool::position(
+tl::expected<Position, KinematicTrouble> Tool::position(
     const Values& v, const Values& q, Assembly assembly) const {
   std::vector<Pose<double>> X(robot_->frames.size());
   if (const auto reached = robot_->forward(v, q, assembly, X); !reached) {
     return tl::unexpected(reached.error());
   }
-  return Point(X[0].p.head(axes_));
+  return Position(X[0].p.head(axes_));
 }
 
 tl::expected<ToolDerivative, KinematicTrouble> Tool::derivative(
@@ -46,8 +46,7 @@ tl::expected<Eigen::VectorXd, KinematicTrouble> Tool::inverse(
   Pose<double> X_WE;
   X_WE.p.head(p_WE.size()) = p_WE;
   return robot_->kind->inverse(
-      *robot_, span_of(v), X_WE, mode,
-      near ? span_of(*near) : std::span<const double>{});
+      *robot_, span_of(v), X_WE, mode, near ? span_of(*near) : std::span<const double>{});
 }
 
 tl::expected<Assembly, KinematicTrouble> Tool::assembly_at(

@@ -20,7 +20,7 @@ namespace sixdial::geometry {
 struct Rig;
 
 struct ToolDerivative {
-  Point p_WE;
+  Position p_WE;
   Eigen::MatrixXd J_v;  // dp_WE/dv, axes x parameters
   Eigen::MatrixXd J_q;  // dp_WE/dq, axes x joints
 };
@@ -36,7 +36,7 @@ class Tool {
   [[nodiscard]] const RobotModel& robot() const { return *robot_; }
   [[nodiscard]] bool has_inverse() const { return robot_->kind->inverse != nullptr; }
 
-  [[nodiscard]] tl::expected<Point, KinematicTrouble> position(
+  [[nodiscard]] tl::expected<Position, KinematicTrouble> position(
       const Values& v, const Values& q, Assembly assembly) const;
   [[nodiscard]] tl::expected<ToolDerivative, KinematicTrouble> derivative(
       const Values& v, const Values& q, Assembly assembly) const;

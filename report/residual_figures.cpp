@@ -29,13 +29,14 @@ struct Covariate {
   std::function<std::optional<double>(const PointRow&)> of;
 };
 
-std::vector<Covariate> covariates(const std::vector<Joint>& joints) {
+std::vector<Covariate> covariates(const std::vector<ShownJoint>& joints) {
   std::vector<Covariate> out;
   for (std::size_t joint = 0; joint < joints.size(); ++joint) {
     const geometry::ShownUnit unit = geometry::shown_unit(joints[joint].unit);
     out.push_back(
         {fmt::format("{}_{}", joints[joint].name, unit.name),
-         fmt::format("encoder {} {}", joints[joint].unit == "rad" ? "angle" : "value", joint + 1),
+         fmt::format(
+             "encoder {} {}", joints[joint].unit == "rad" ? "angle" : "value", joint + 1),
          std::string(unit.name), false,
          [joint, unit](const PointRow& p) -> std::optional<double> {
            if (!p.q) return std::nullopt;
@@ -110,7 +111,8 @@ std::optional<std::size_t> kinematic_index(const ReportData& data) {
   const auto result = result_index(data);
   if (!result || *result == 0) return std::nullopt;
   const std::string& id = data.methods[*result].id;
-  const auto alone = std::ranges::find(data.methods, id.substr(0, id.find('+')), &Method::id);
+  const auto alone =
+      std::ranges::find(data.methods, id.substr(0, id.find('+')), &ShownMethod::id);
   if (alone != data.methods.end() && alone != data.methods.begin()) {
     return static_cast<std::size_t>(alone - data.methods.begin());
   }

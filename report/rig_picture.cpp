@@ -78,7 +78,8 @@ class Drawing {
     if (sketch_ && sketch_->trouble) {
       label(
           rig_.cuboid.reference_pose_mm, "middle",
-          fmt::format("reference pose: {}; no links drawn", geometry::describe(*sketch_->trouble)));
+          fmt::format(
+              "reference pose: {}; no links drawn", geometry::describe(*sketch_->trouble)));
     }
     return head() + body_ + "</svg>\n";
   }
@@ -132,7 +133,8 @@ class Drawing {
 
   void links(const geometry::Sketch& sketch) {
     for (const auto& each : sketch.lines) line(each.from, each.to, style_of(each.part));
-    for (const auto& each : sketch.dots) dot(each.at, radius_mm(each.part), style_of(each.part));
+    for (const auto& each : sketch.dots)
+      dot(each.at, radius_mm(each.part), style_of(each.part));
     for (const auto& each : sketch.dots) label(each.at + each.name_off, each.anchor, each.name);
   }
 

@@ -65,7 +65,7 @@ Section parameters(const ReportData& data) {
     t.columns = {
         column("first", "parameter"), column("second", "with"),
         column("correlation", "correlation")};
-    for (const Correlation& c : data.correlations) {
+    for (const ShownCorrelation& c : data.correlations) {
       t.rows.push_back({symbol(c.first), symbol(c.second), number(c.value, 3)});
     }
     t.notes.emplace_back(
@@ -156,7 +156,8 @@ Section measured_data(const ReportData& data) {
   if (!data.rejected.empty()) {
     Table t{.id = "rejected_rows", .caption = "Rows rejected on import"};
     t.columns = {column("line", "line"), column("reason", "reason")};
-    for (const RejectedRow& r : data.rejected) t.rows.push_back({whole(r.line), r.reason});
+    for (const session::RejectedRow& r : data.rejected)
+      t.rows.push_back({whole(r.line), r.reason});
     out.blocks.emplace_back(std::move(t));
   }
   return out;
@@ -177,7 +178,7 @@ Section conditions(const ReportData& data) {
         column("repeatability_mm", "repeatability (sd)", "mm"),
         column("travel_mm", "travel", "mm"),
         column("tip_radius_mm", "tip radius", "mm")};
-    for (const Instrument& i : head.instruments) {
+    for (const ShownDial& i : head.instruments) {
       t.rows.push_back(
           {i.id, text(i.description), text(i.serial), text(i.connection),
            number(i.resolution_mm, 4), number(i.accuracy_mm, 4), number(i.repeatability_mm, 4),

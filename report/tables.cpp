@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <array>
+#include <cctype>
 #include <numeric>
 #include <span>
 
@@ -64,7 +64,7 @@ template <typename Vector>
 Cell component(const std::optional<Vector>& v, Eigen::Index i, int decimals) {
   return v && i < v->size() ? number((*v)[i], decimals) : Cell{};
 }
-std::optional<geometry::Point> residual(const PointRow& p, std::size_t method) {
+std::optional<geometry::Position> residual(const PointRow& p, std::size_t method) {
   return method < p.residual_mm.size() ? p.residual_mm[method] : std::nullopt;
 }
 
@@ -166,10 +166,10 @@ Table parameter_table(const ReportData& data, bool plain) {
   // One number of decimals for all, so that columns line up: enough for the best known
   // parameter.
   int decimals = 3;
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     if (p.sd) decimals = std::max(decimals, decimals_for(*p.sd));
   }
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     std::vector<Cell> row{plain ? p.name : symbol(p.name)};
     if (!plain) {
       row.emplace_back(p.meaning + (p.held ? " (held at nominal)" : ""));
@@ -193,7 +193,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
   out.columns.push_back(text_column("name", "method"));
   const auto points = [&](auto member) {
     int most = 0;
-    for (const Method& m : data.methods) {
+    for (const ShownMethod& m : data.methods) {
       if (m.*member) most = std::max(most, (m.*member)->points);
     }
     return most;
@@ -202,7 +202,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
     const std::string key = second ? "g2_" : "g1_";
     const std::string group = fmt::format(
         "{}, {}", second ? "G2 validation" : "G1 calibration",
-        counted(points(second ? &Method::g2 : &Method::g1), "point", "points"));
+        counted(points(second ? &ShownMethod::g2 : &ShownMethod::g1), "point", "points"));
     if (plain) out.columns.push_back({key + "points", "points", "", group});
     for (const std::string name : {"mean", "std", "max"}) {
       out.columns.push_back({key + name + "_mm", name, "mm", group});
@@ -212,7 +212,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
     out.columns.push_back({key + "mean_high_mm", "mean to", "mm", group});
   }
   if (plain) out.columns.push_back({"time_s", "time", "s", ""});
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     std::vector<Cell> row;
     if (plain) row.emplace_back(m.id);
     row.emplace_back(m.name);
@@ -243,7 +243,7 @@ Table confidence_table(const ReportData& data) {
   out.columns.push_back({"g2_mean_high_mm", "to", "mm", g2});
   out.columns.push_back({"time_s", "time", "s", ""});
   bool any = false;
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     std::vector<Cell> row{m.name};
     for (const auto& e : {m.g1, m.g2}) {
       row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
@@ -265,7 +265,7 @@ Table points_table(const ReportData& data) {
   const auto add = [&](std::string key, std::string unit) {
     out.columns.push_back({.key = key, .title = key, .unit = std::move(unit), .group = ""});
   };
-  for (const Joint& joint : data.joints) {
+  for (const ShownJoint& joint : data.joints) {
     add(fmt::format("{}_{}", joint.name, joint.unit), joint.unit);
   }
   const std::span<const std::string_view> axes = axes_of(data);
@@ -274,8 +274,9 @@ Table points_table(const ReportData& data) {
   add("dials", "");
   add("temperature_c", "\u00B0C");
   add("time_s", "s");
-  for (std::size_t i = 0; i < data.joints.size(); ++i) add(fmt::format("approach{}", i + 1), "");
-  for (const Method& m : data.methods) {
+  for (std::size_t i = 0; i < data.joints.size(); ++i)
+    add(fmt::format("approach{}", i + 1), "");
+  for (const ShownMethod& m : data.methods) {
     for (const std::string_view axis : axes) {
       add(fmt::format("{}_e{}_mm", key_of(m.id), axis), "mm");
     }
@@ -340,7 +341,7 @@ namespace {
 Table error_table_of(const ReportData& data, const std::vector<std::size_t>& points) {
   Table out{.id = "errors", .caption = "Position error by point and method"};
   out.columns = point_columns(has_repeats(data));
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     out.columns.push_back(
         {.key = key_of(m.id) + "_error_mm", .title = m.name, .unit = "mm", .group = ""});
   }
@@ -385,7 +386,7 @@ Table worst_points_table(const ReportData& data, std::size_t how_many) {
 Table measurement_table(const ReportData& data) {
   Table out{.id = "measurements", .caption = "Measured positions"};
   out.columns = point_columns(has_repeats(data));
-  for (const Joint& joint : data.joints) {
+  for (const ShownJoint& joint : data.joints) {
     out.columns.push_back(
         {fmt::format("{}_{}", joint.name, joint.unit), symbol(joint.name), joint.unit,
          "encoders"});
@@ -414,14 +415,14 @@ Table convergence_table(const ReportData& data, bool only_changes) {
   Table out{.id = "convergence", .caption = "Best objective (RMSE) by iteration"};
   out.columns = {text_column("iteration", "iteration")};
   std::size_t longest = 0;
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     out.columns.push_back(
         {.key = key_of(c.name) + "_rmse_mm", .title = c.name, .unit = "mm", .group = ""});
     longest = std::max(longest, c.best_mm.size());
   }
   for (std::size_t i = 0; i < longest; ++i) {
     std::vector<Cell> row{whole(static_cast<long long>(i))};
-    for (const Convergence& c : data.convergence) {
+    for (const studies::Convergence& c : data.convergence) {
       row.push_back(i < c.best_mm.size() ? number(c.best_mm[i], 6) : Cell{});
     }
     out.rows.push_back(std::move(row));
@@ -436,14 +437,14 @@ Table trace_table(const ReportData& data, bool only_changes) {
       .caption = "Identified minus nominal, by step of the filter and of the swarm"};
   out.rows_on_page = 260;
   out.columns = {text_column("stage", "stage"), text_column("step", "step")};
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     out.columns.push_back(
         {.key = fmt::format("{}_{}", p.name, p.unit),
          .title = symbol(p.name),
          .unit = p.unit,
          .group = ""});
   }
-  for (const ParameterTrace& trace : data.traces) {
+  for (const studies::Trace& trace : data.traces) {
     for (std::size_t i = 0; i < trace.error.size(); ++i) {
       std::vector<Cell> row{trace.name, whole(static_cast<long long>(i))};
       for (std::size_t p = 0; p < data.parameters.size(); ++p) {

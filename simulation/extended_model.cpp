@@ -99,8 +99,8 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   scene.p_WE = pose->p_WE;
   // An instrument without a cuboid has no clamp angle.
   const double clamp_rad = model.size() > robot_parameters ? model[robot_parameters] : 0.0;
-  scene.gamma_rad = geometry::cuboid_angle(
-      rig, base_->reference_angle_rad(), pose->link_rad, clamp_rad);
+  scene.gamma_rad =
+      geometry::cuboid_angle(rig, base_->reference_angle_rad(), pose->link_rad, clamp_rad);
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
     scene.gamma_rad = *trial.gamma_rad;
   }

@@ -74,7 +74,8 @@ IdentifiabilityRow identifiability_of(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     const calibration::PositionUncertainty* map) {
   const std::vector<std::string_view> names = space.parameter_names();
-  const auto known = calibration::identifiability(fit, names, space.samples(), space.named_directions);
+  const auto known =
+      calibration::identifiability(fit, names, space.samples(), space.named_directions);
   const auto determined = static_cast<int>(known.singular_values.size()) - fit.held;
   IdentifiabilityRow row{
       .singular_values = known.singular_values,
@@ -199,8 +200,8 @@ std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials) {
   for (const simulation::Trial& trial : trials) {
     if (!trial.position_mm || !trial.position_mm->allFinite() || !trial.q.allFinite()) continue;
     ++positions;
-    sum_mm2 += trial.covariance_or_zero().trace() /
-               static_cast<double>(trial.position_mm->size());
+    sum_mm2 +=
+        trial.covariance_or_zero().trace() / static_cast<double>(trial.position_mm->size());
   }
   if (positions == 0 || !(sum_mm2 > 0.0)) return std::nullopt;
   return std::sqrt(sum_mm2 / positions);
@@ -281,8 +282,8 @@ ObservationSpace space_of(
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("G1 of {} has no dial readings that can be fitted", session.name),
         {{"session", session.name}},
         "The session gives positions (x_mm, y_mm): compare with --space positions.");
@@ -297,8 +298,8 @@ std::vector<char> fixed_parameters(
     const auto index = space.find(name);
     if (index) return static_cast<std::size_t>(*index);
     const auto nearest = session::nearest_name(name, space.parameter_names());
-    throw Error(
-        ErrorCode::kInvalidParams,
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
         fmt::format("there is no parameter '{}'", name.substr(0, 64)), {{"param", "fix"}},
         nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
                 : fmt::format("One of: {}.", fmt::join(space.parameter_names(), ", ")));
@@ -307,8 +308,8 @@ std::vector<char> fixed_parameters(
   for (const std::string& name : free) fixed[index_of(name)] = 0;
   for (const std::string& name : fix) {
     if (std::ranges::find(free, name) != free.end()) {
-      throw Error(
-          ErrorCode::kInvalidParams,
+      throw StudyError(
+          StudyErrorCode::kInvalidParams,
           fmt::format("parameter '{}' is asked to be fixed and free", name), {{"param", "fix"}},
           "Name it once.");
     }

@@ -45,7 +45,7 @@ calibration::Loss loss_of(const std::string& name) {
 
 calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   calibration::ComparisonSettings settings;
-  const calibration::Settings paper = calibration::settings_for(request.profile);
+  const calibration::PipelineSettings paper = calibration::settings_for(request.profile);
   calibration::IdentifySettings& identify = settings.identify;
   identify.linearisation = paper.linearisation;
   identify.coordinates = paper.coordinates;
@@ -145,8 +145,8 @@ ComparisonChoices choices_made(
 
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
-  throw Error(
-      cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
+  throw StudyError(
+      cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
       {{"session", session}});
 }
 
@@ -180,12 +180,11 @@ ComparisonResult compare(
   const auto began = std::chrono::steady_clock::now();
   const auto tell = [&](const calibration::ComparisonProgress& now) {
     if (!progress) return;
-    constexpr double kTooEarly = 0.02;
-    Progress told{.stage = now.stage, .done = std::llround(100.0 * now.fraction), .total = 100};
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-    if (now.fraction > kTooEarly) {
-      told.eta_s = spent.count() * (1.0 - now.fraction) / now.fraction;
-    }
+    Progress told{
+        .stage = now.stage,
+        .done = std::llround(100.0 * now.fraction),
+        .total = 100,
+        .eta_s = time_left_s(began, now.fraction)};
     if (now.best_mm > 0.0) told.best_mm = now.best_mm;
     progress(std::move(told));
   };

@@ -17,7 +17,6 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
     std::pair{CompensateBy::kFull, std::string_view("full")},
     std::pair{CompensateBy::kExtended, std::string_view("extended")}};
-constexpr std::size_t kMostNamed = 10;
 
 /// What the trained residual model adds to the position; empty for a method without one.
 calibration::Correction correction_of(const CalibrationResult& result) {
@@ -28,8 +27,8 @@ calibration::Correction correction_of(const CalibrationResult& result) {
   if (!result.residual_model) return {};
   const StoredResidualModel& stored = *result.residual_model;
   const auto refuse = [&](const std::string& what) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
         {{"session", result.inputs.session}}, "Calibrate the session again.");
   };
@@ -63,8 +62,8 @@ calibration::CompensationModel compensation_model(
     const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by) {
   const int needed = rig.robot.model->parameter_count();
   if (std::ssize(result.parameters) != needed) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the calibration has {} parameters where {} are needed", result.parameters.size(),
             needed),
@@ -80,16 +79,16 @@ calibration::CompensationModel compensation_model(
 
 CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
-    const geometry::Point& target_mm, geometry::WorkingMode mode) {
+    const geometry::Position& target_mm, geometry::WorkingMode mode) {
   return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
 }
 
 CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const geometry::Point& target_mm, geometry::WorkingMode mode) {
+    CompensateBy by, const geometry::Position& target_mm, geometry::WorkingMode mode) {
   if (!found) {
-    throw Error(
-        ErrorCode::kBadData, found.error().message,
+    throw StudyError(
+        StudyErrorCode::kBadData, found.error().message,
         {{"target_mm", std::vector<double>(target_mm.begin(), target_mm.end())}},
         "Choose a target inside the workspace, or another working mode.");
   }
@@ -104,7 +103,7 @@ CommandedTarget commanded_target(
 }
 
 geometry::WorkingMode mode_of(
-    const geometry::Rig& rig, const Eigen::VectorXd& q, const geometry::Point& target_mm) {
+    const geometry::Rig& rig, const Eigen::VectorXd& q, const geometry::Position& target_mm) {
   const geometry::Tool tool(rig);
   const auto assembly = tool.assembly_at(rig.robot.nominal, q, target_mm);
   if (!assembly) return rig.robot.working_mode;
@@ -128,8 +127,8 @@ session::Plan compensated_plan(
     }
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

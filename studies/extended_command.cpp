@@ -11,8 +11,8 @@ namespace {
 
 simulation::ModelVector model_from(const std::vector<double>& values, std::size_t parameters) {
   if (values.size() != parameters) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
@@ -28,8 +28,8 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
       if (fitted.x.size() == effect->parameters.size()) return {effect, place, fitted.x};
     }
   }
-  throw Error(
-      ErrorCode::kBadData,
+  throw StudyError(
+      StudyErrorCode::kBadData,
       fmt::format(
           "this program does not know the cause {} at {}", fitted.id.cause, fitted.id.where),
       {}, "Diagnose the session again.");
@@ -96,8 +96,8 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve(
-    const geometry::Point& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
-    const std::optional<Eigen::VectorXd>& near) const {
+    const geometry::Position& target_mm, geometry::WorkingMode mode,
+    const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
   const Eigen::Index robot = base_.robot_parameter_count();
   // The extended model's tool moves in the plane of the dials.
   calibration::CompensationModel model{
@@ -121,7 +121,7 @@ ExtendedCommand::solve(
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve_after(
-    const Eigen::VectorXd& previous_q, const geometry::Point& target_mm,
+    const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
     geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const {
   const auto joints = static_cast<std::size_t>(base_.robot().joint_count());
   const auto moves = [&](const Eigen::VectorXd& q) {
@@ -162,7 +162,6 @@ ExtendedCommand::solve_after(
 session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set, std::optional<double> temperature_c) {
-  constexpr std::size_t kMostNamed = 10;
   std::string named;
   std::size_t troubles = 0;
   const session::PlanPoint* before = nullptr;
@@ -171,8 +170,7 @@ session::Plan extended_plan(
       before = &point;
       continue;
     }
-    CommandMoment moment{
-        .approach = point.approach, .temperature_c = temperature_c};
+    CommandMoment moment{.approach = point.approach, .temperature_c = temperature_c};
     const auto mode = mode_of(rig, point.q, point.target_mm);
     if (before != nullptr) {
       const auto assembly =
@@ -198,8 +196,8 @@ session::Plan extended_plan(
     before = &point;
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

@@ -25,19 +25,21 @@ struct CommandMoment {
 
 class ExtendedCommand {
  public:
-  /// `fit`: of the diagnosis of a session on this rig. Throws Error bad_data where it has
+  /// `fit`: of the diagnosis of a session on this rig. Throws StudyError bad_data where it has
   /// other parameters, or a cause that this program or this rig does not have.
   ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig);
 
-  /// As calibration::compensate; dials that touch at the target push as they do in a session.
+  /// Solves for the joint values like calibration::compensate, with the forces of the dials
+  /// that would touch at the target.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
-      const geometry::Point& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
+      const geometry::Position& target_mm, geometry::WorkingMode mode,
+      const CommandMoment& moment,
       const std::optional<Eigen::VectorXd>& near = std::nullopt) const;
-  /// The same where the side of arrival follows from the joint values before: the answer's own last
-  /// moves are those it was solved for.
+  /// The same for a move from other joint values: the sides from which the joints arrive are
+  /// those of the solution itself.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
-      const Eigen::VectorXd& previous_q, const geometry::Point& target_mm,
+      const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
       geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const;
 
   /// Where the extended model says the tool is [mm].
@@ -58,9 +60,9 @@ class ExtendedCommand {
   double last_temperature_degC_ = 20.0;
 };
 
-/// The points named by `set` (empty: all) with the joint values to command; the others as they are.
-/// Each point's last moves are those from the point before, where the plan does not ask for a
-/// side. Throws Error bad_data that names the points without a solution.
+/// The points named by `set` (empty: all) with the joint values to command; the others as they
+/// are. Each point's last moves are those from the point before, where the plan does not ask
+/// for a side. Throws StudyError bad_data that names the points without a solution.
 [[nodiscard]] session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set = "", std::optional<double> temperature_c = std::nullopt);

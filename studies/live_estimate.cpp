@@ -25,9 +25,9 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
   area.low_mm.head<2>() = rig.cuboid.reference_pose_mm;
   area.high_mm = area.low_mm;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const geometry::Point& target = points[i].target_mm;
-    area.low_mm = i == 0 ? target : geometry::Point(area.low_mm.cwiseMin(target));
-    area.high_mm = i == 0 ? target : geometry::Point(area.high_mm.cwiseMax(target));
+    const geometry::Position& target = points[i].target_mm;
+    area.low_mm = i == 0 ? target : geometry::Position(area.low_mm.cwiseMin(target));
+    area.high_mm = i == 0 ? target : geometry::Position(area.high_mm.cwiseMax(target));
     add_once(area.measured, session::branch_of(rig, points[i]).mode);
   }
   const bool rigs_own =
@@ -43,7 +43,7 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
 std::vector<session::PlanPoint> points_of(const session::Session& session) {
   std::vector<session::PlanPoint> points;
   for (const session::Sample& sample : session.samples) {
-    std::optional<session::Point> place = sample.target_mm;
+    std::optional<session::Position> place = sample.target_mm;
     if (!place) {
       const auto measured = session::trial_of(session.rig, sample).position_mm;
       if (measured) place = *measured;
@@ -67,7 +67,8 @@ LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::Pl
       area_(working_area(rig, points)),
       filter_(geometry::Tool(rig), rig.robot.nominal),
       workspace_(calibration::workspace_grid(
-          filter_.tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid, area_.used)),
+          filter_.tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid,
+          area_.used)),
       uncertainty_(filter_.predicted(workspace_)) {}
 
 bool LiveEstimate::add(const session::Sample& sample) {
@@ -100,10 +101,10 @@ EstimateSummary LiveEstimate::summary() const {
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     EstimatedParameter& row = summary.parameters.emplace_back(EstimatedParameter{
-         .name = infos[i].name,
-         .unit = infos[i].unit,
-         .value = filter_.v()[k],
-         .sd = std::sqrt(filter_.P()(k, k))});
+        .name = infos[i].name,
+        .unit = infos[i].unit,
+        .value = filter_.v()[k],
+        .sd = std::sqrt(filter_.P()(k, k))});
     if (!infos[i].plainly.empty()) row.meaning = infos[i].plainly;
   }
   if (uncertainty_.poses > 0) summary.worst_mm = workspace_[uncertainty_.worst].target_mm;

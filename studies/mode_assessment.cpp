@@ -5,13 +5,11 @@
 #include <map>
 #include <vector>
 
+#include "calibration/identifiability.h"
 #include "geometry/tool.h"
 
 namespace sixdial::studies {
 namespace {
-
-// Beyond this nothing is left of a singular value but rounding.
-constexpr double kOpen = 1e10;
 
 std::optional<double> condition_of(
     const calibration::LeastSquaresFit& fit, const std::vector<int>& rows) {
@@ -26,7 +24,7 @@ std::optional<double> condition_of(
   }
   const Eigen::VectorXd values = A.jacobiSvd().singularValues();
   const double least = values[values.size() - 1];
-  if (!(least * kOpen > values[0])) return std::nullopt;
+  if (!(least * calibration::kOpenCondition > values[0])) return std::nullopt;
   return values[0] / least;
 }
 

@@ -41,9 +41,11 @@ std::vector<calibration::DesignCandidate> candidates_in(
   std::string why = "the robot cannot go there";
   const std::vector<geometry::WorkingMode> modes{mode};
   // Joint angles turn on from there without a jump at +-pi.
-  const auto home = filter.tool().inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  const auto home =
+      filter.tool().inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
   for (calibration::WorkspacePose& pose : calibration::workspace_grid(
-           filter.tool(), rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates, modes)) {
+           filter.tool(), rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates,
+           modes)) {
     pose.target_mm = rounded(pose.target_mm, kRounding_mm);
     const auto q = session::measurable(
         rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q);
@@ -52,13 +54,13 @@ std::vector<calibration::DesignCandidate> candidates_in(
       continue;
     }
     pose.q = rounded(*q, kRounding_rad);
-    candidates.push_back({pose, filter.axis_variance_mm2() * Eigen::MatrixXd::Identity(
-                                                                       filter.tool().axes(),
-                                                                       filter.tool().axes())});
+    candidates.push_back(
+        {pose, filter.axis_variance_mm2() *
+                   Eigen::MatrixXd::Identity(filter.tool().axes(), filter.tool().axes())});
   }
   if (candidates.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "no pose of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm can be measured in working mode "
             "{}: {}",
@@ -84,7 +86,8 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     for (const Eigen::Vector2d& corner :
          {Eigen::Vector2d(usual.rectangle.min_mm + margin),
           Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
-      const auto q = geometry::Tool(rig).inverse(rig.robot.nominal, corner, rig.robot.working_mode);
+      const auto q =
+          geometry::Tool(rig).inverse(rig.robot.nominal, corner, rig.robot.working_mode);
       if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
     }
   }
@@ -104,8 +107,8 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     candidates.insert(candidates.end(), more.begin(), more.end());
   }
   const auto steps = calibration::greedy_design(
-      estimate.filter().tool(), estimate.filter().v(), estimate.filter().information(), candidates, estimate.workspace(),
-      request.points, request.criterion);
+      estimate.filter().tool(), estimate.filter().v(), estimate.filter().information(),
+      candidates, estimate.workspace(), request.points, request.criterion);
 
   NextPlan next;
   next.figures = {

@@ -31,7 +31,7 @@ struct Question {
   bool assumed = false;  // the session does not show it; its size is a plausible one
 };
 
-std::optional<Question> tied_in(const diagnosis::Identification& found) {
+std::optional<Question> tied_in(const diagnosis::NamedCauses& found) {
   for (std::size_t i = 0; i < found.findings.size(); ++i) {
     if (found.findings[i].tied_with.empty()) continue;
     return Question{found.extended, i, found.findings[i].tied_with.front().fitted, false};
@@ -41,7 +41,7 @@ std::optional<Question> tied_in(const diagnosis::Identification& found) {
 
 /// The effect that would have to be largest, in its own plausible sizes, to be seen.
 std::optional<Question> blindest(
-    const diagnosis::Readings& readings, const diagnosis::Identification& found) {
+    const diagnosis::Readings& readings, const diagnosis::NamedCauses& found) {
   std::vector<diagnosis::NotTestable> ignored;
   std::vector<diagnosis::Hypothesis> open;
   for (const auto& each : diagnosis::hypotheses_for(readings, ignored)) {
@@ -128,23 +128,24 @@ SeparationPlan separation_plan(
   diagnosis::Readings readings(model, session::trials_of(session, ""));
   constexpr Eigen::Index kFewest = 40;
   if (readings.count() < kFewest) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} readings are too few to ask which causes are tied", readings.count()),
         {{"session", session.name}}, "Measure a first session, then ask again.");
   }
-  const diagnosis::Identification found = diagnosis::identify(readings);
+  const diagnosis::NamedCauses found = diagnosis::name_causes(readings);
   std::optional<Question> question = tied_in(found);
   if (!question) question = blindest(readings, found);
   if (!question) {
-    throw Error(
-        ErrorCode::kBadData, "there is nothing to separate: no tied causes, no hidden effect",
+    throw StudyError(
+        StudyErrorCode::kBadData,
+        "there is nothing to separate: no tied causes, no hidden effect",
         {{"session", session.name}}, "");
   }
   const std::vector<PosePoint> candidates = candidates_of(session, request.modes);
   if (candidates.empty()) {
-    throw Error(
-        ErrorCode::kBadData, "no pose can be measured in these working modes",
+    throw StudyError(
+        StudyErrorCode::kBadData, "no pose can be measured in these working modes",
         {{"session", session.name}}, "Leave --mode out.");
   }
   const diagnosis::Separation separation = diagnosis::separating_poses(

@@ -129,7 +129,7 @@ std::vector<ParameterInfo> parameter_infos() {
   return {geometry::kParameters.begin(), geometry::kParameters.end()};
 }
 
-std::vector<JointInfo> joint_infos() { return {{"theta1", "rad"}, {"theta2", "rad"}}; }
+std::vector<SpaceJoint> joint_infos() { return {{"theta1", "rad"}, {"theta2", "rad"}}; }
 
 /// The eleventh parameter of a cuboid that is clamped to a link.
 void add_clamp(ObservationSpace& space) {

@@ -10,6 +10,7 @@
 
 #include "geometry/units.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/summary.h"
 #include "report/html_report.h"
 #include "report/report_run.h"
 #include "report/sections/diagnosis_figures.h"
@@ -415,7 +416,8 @@ std::string diagnosis_page(
     const DiagnosisResult& result, const session::Session& session,
     const std::string& operator_name) {
   report::ReportData data;
-  data.head = report_head(to_json(result), session, operator_name);
+  data.head =
+      report_head(result.inputs, settings_rows(settings_json(result)), session, operator_name);
   data.head.title = "Diagnosis report";
   data.opening = opening_of(result, verdict_in_words(result));
   data.sections = diagnosis_sections(result);

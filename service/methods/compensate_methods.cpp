@@ -162,11 +162,12 @@ void follow(const JobControl& control, Collection& collection) {
   }
 }
 
-/// What a diagnosis says of the extended model on points that were not fitted, or null.
-Json predicted_by(const std::optional<studies::DiagnosisResult>& diagnosis) {
-  if (!diagnosis) return nullptr;
+/// What a diagnosis says of the extended model on points that were not fitted; empty: nothing.
+std::optional<studies::GainRow> predicted_by(
+    const std::optional<studies::DiagnosisResult>& diagnosis) {
+  if (!diagnosis) return std::nullopt;
   const auto* row = studies::gain_row(*diagnosis, diagnosis::GainModel::kExtended);
-  return row == nullptr ? Json(nullptr) : report::to_json(*row);
+  return row == nullptr ? std::nullopt : std::optional(*row);
 }
 
 Json start_validation(const Call& call) {
@@ -317,7 +318,7 @@ constexpr std::array kValidateParams{
         .doc = "text of a rig file with today's connections; default: the session's own rig"}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "compensate.target",
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
@@ -325,7 +326,7 @@ constexpr std::array kMethods{
                   "result",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
-    Method{
+    RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
@@ -333,7 +334,7 @@ constexpr std::array kMethods{
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
         .run = plan},
-    Method{
+    RpcMethod{
         .name = "validate.start",
         .summary = "Commands the targets of a set on the robot before, after kinematics, after "
                    "ANFIS and by the extended model of a diagnosis, measures them into a "
@@ -347,6 +348,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> compensation_methods() { return kMethods; }
+std::span<const RpcMethod> compensation_methods() { return kMethods; }
 
 }  // namespace sixdial::service

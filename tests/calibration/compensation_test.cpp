@@ -72,8 +72,7 @@ TEST_P(EveryMode, AnUncalibratedRobotIsCommandedNominally) {
     const auto found = compensate({kTool, kNominal, kNominal}, target, mode);
     ASSERT_TRUE(found) << found.error().message;
     EXPECT_LT(
-        (found->q - geometry::inverse(kNominal, target, mode).value()).norm(),
-        kSameAngle_rad);
+        (found->q - geometry::inverse(kNominal, target, mode).value()).norm(), kSameAngle_rad);
   }
 }
 

@@ -32,7 +32,8 @@ ParameterMatrix prior() { return OnlineEstimator(kTool, kNominal).information();
 
 std::vector<DesignCandidate> candidates_of(int nx, int ny, std::span<const WorkingMode> modes) {
   std::vector<DesignCandidate> candidates;
-  for (const WorkspacePose& pose : workspace_grid(kTool, kNominal, kLow, kHigh, nx, ny, modes)) {
+  for (const WorkspacePose& pose :
+       workspace_grid(kTool, kNominal, kLow, kHigh, nx, ny, modes)) {
     candidates.push_back({pose, kR});
   }
   return candidates;
@@ -70,8 +71,8 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
       taken[step.candidate] = true;
       M += told(candidates[step.candidate]);
       EXPECT_NEAR(
-          step.uncertainty.mean_mm, workspace_uncertainty(kTool, kNominal, M.inverse(), where).mean_mm,
-          1e-6);
+          step.uncertainty.mean_mm,
+          workspace_uncertainty(kTool, kNominal, M.inverse(), where).mean_mm, 1e-6);
     }
   }
 }
@@ -80,9 +81,11 @@ TEST(Design, NothingIsProposedMoreOftenThanAllowed) {
   const std::array<WorkingMode, 1> modes{WorkingMode{}};
   const auto candidates = candidates_of(2, 2, modes);
   const auto where = workspace_grid(kTool, kNominal, kLow, kHigh, 3, 3, modes);
-  EXPECT_EQ(greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI).size(), 4U);
   EXPECT_EQ(
-      greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI, 2).size(), 8U);
+      greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI).size(), 4U);
+  EXPECT_EQ(
+      greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI, 2).size(),
+      8U);
   EXPECT_TRUE(greedy_design(kTool, kNominal, prior(), {}, where, 10, Criterion::kI).empty());
 }
 
@@ -149,7 +152,8 @@ TEST(Design, ChosenPosesMakeNoLargerErrorsThanAGridOfManyMore) {
   const double limit_mm = workspace_uncertainty(kTool, kNominal, M.inverse(), where).mean_mm;
 
   const auto candidates = candidates_of(25, 25, modes);
-  const auto steps = greedy_design(kTool, kNominal, prior(), candidates, where, 100, Criterion::kI);
+  const auto steps =
+      greedy_design(kTool, kNominal, prior(), candidates, where, 100, Criterion::kI);
   std::vector<DesignCandidate> chosen;
   for (const DesignStep& step : steps) {
     chosen.push_back(candidates[step.candidate]);

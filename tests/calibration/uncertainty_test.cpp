@@ -122,8 +122,8 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
     static_cast<void>(estimates_with_noise(space, found.fit, noise, covariance));
     const ParameterVector v = found.x;
     map = position_uncertainty(
-        geometry::Tool(session.rig), v, covariance, found.fit, session.rig.robot.working_mode, box, quantile_95(noise),
-        kColumns, kRows);
+        geometry::Tool(session.rig), v, covariance, found.fit, session.rig.robot.working_mode,
+        box, quantile_95(noise), kColumns, kRows);
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
         const int i = row * kColumns + column;
@@ -181,8 +181,9 @@ TEST(PositionUncertainty, SaysWhereTheRobotCannotGo) {
   const auto space = positions(session);
   const auto found = fit(space);
   const auto map = position_uncertainty(
-      geometry::Tool(session.rig), found.x, found.covariance, found.fit, session.rig.robot.working_mode,
-      {Eigen::Vector2d(16, 30), Eigen::Vector2d(400, 66)}, 1.96, 5, 2);
+      geometry::Tool(session.rig), found.x, found.covariance, found.fit,
+      session.rig.robot.working_mode, {Eigen::Vector2d(16, 30), Eigen::Vector2d(400, 66)}, 1.96,
+      5, 2);
   EXPECT_TRUE(std::isfinite(map.sd(0, 0)));
   EXPECT_FALSE(std::isfinite(map.sd(4, 0)));
   EXPECT_TRUE(std::isfinite(map.max_sd_mm));

@@ -19,6 +19,7 @@ using testing::HasSubstr;
 /// 120 points whose residual is noise of 2 um and `error` on top.
 ReportData session_with(const std::function<Eigen::Vector2d(const PointRow&)>& error) {
   ReportData data;
+  data.joints = {{"theta1", "rad"}, {"theta2", "rad"}};
   data.methods = {
       {.id = "before", .name = "before"},
       {.id = "ekf_dqpso", .name = "EKF-DQPSO"},
@@ -61,9 +62,7 @@ TEST(ResidualBy, FindsWhatTheErrorDependsOn) {
   constexpr double kSize_mm = 0.006;
   const std::vector<Case> cases{
       {"encoder angle 1",
-       [](const PointRow& p) {
-         return Eigen::Vector2d(kSize_mm * std::sin(4 * p.q->x()), 0);
-       }},
+       [](const PointRow& p) { return Eigen::Vector2d(kSize_mm * std::sin(4 * p.q->x()), 0); }},
       {"encoder angle 2",
        [](const PointRow& p) { return Eigen::Vector2d(0, kSize_mm * (p.q->y() - 2.0)); }},
       {"time",

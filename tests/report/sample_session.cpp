@@ -202,6 +202,7 @@ ReportData sample_session(const SampleOptions& options) {
   const auto [identified, covariance] = bench.fitted();
   out.parameters = parameter_rows(*geometry::five_bar_model(), nominal, identified, covariance);
   out.condition_number = 166.4;
+  out.joints = {{"theta1", "rad"}, {"theta2", "rad"}};
   out.correlations = {{"l11", "dtheta1", -0.952}, {"alpha", "dtheta2", 0.934}};
   for (const double s : {31.2, 22.9, 14.1, 9.6, 5.2, 3.3, 1.9, 0.84, 0.41, 0.1875}) {
     out.singular_values.push_back(s);

@@ -99,8 +99,8 @@ TEST(NextPlan, AModeInWhichNothingCanBeMeasuredIsRefusedByName) {
                   .modes = {{+1, -1}},
                   .rectangle = session::Rectangle{{17, 31}, {25, 40}}}));
     FAIL() << "planned";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), HasSubstr("working mode +-"));
   }
 }
