@@ -29,7 +29,7 @@ constexpr std::array kTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_pap
                             &gaussian_process,  &rbf};
 constexpr std::uint32_t kHoldoutStream = 32;
 constexpr double kMargin = 0.1;  // of the residuals' range, allowed beyond it
-constexpr Eigen::Index kLeastSamples = 5;
+constexpr Eigen::Index kLeastForAModel = 5;
 constexpr double kMostOutputs = 1000;  // of a stored model
 constexpr double kMostInput = 1e6;     // index of a joint in a stored model
 
@@ -41,7 +41,7 @@ Models& models() {
 
 void check(
     const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings) {
-  if (joints.rows() != residual_mm.rows() || joints.rows() < kLeastSamples ||
+  if (joints.rows() != residual_mm.rows() || joints.rows() < kLeastForAModel ||
       !joints.allFinite() || !residual_mm.allFinite()) {
     throw std::invalid_argument(
         "train_residual: at least five samples with finite joint values and residuals are "
