@@ -203,7 +203,7 @@ struct RobotKind {
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;
-  /// Optional. The mode that a pose is in. Null: the robot has one.
+  /// Optional. The mode that a pose is in. Null: the one whose inverse comes nearest to it.
   tl::expected<WorkingMode, KinematicTrouble> (*mode_of)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
       Assembly assembly) = nullptr;

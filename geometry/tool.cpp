@@ -72,8 +72,25 @@ tl::expected<Assembly, KinematicTrouble> Tool::assembly_at(
 
 tl::expected<WorkingMode, KinematicTrouble> Tool::mode_of(
     const Values& v, const Values& q, Assembly assembly) const {
-  if (robot_->kind->mode_of == nullptr) return WorkingMode(robot_->modes.front().number);
-  return robot_->kind->mode_of(*robot_, span_of(v), span_of(q), assembly);
+  if (robot_->kind->mode_of != nullptr) {
+    return robot_->kind->mode_of(*robot_, span_of(v), span_of(q), assembly);
+  }
+  const WorkingMode first(robot_->modes.front().number);
+  if (robot_->modes.size() == 1 || !has_inverse()) return first;
+  const auto p_WE = position(v, q, assembly);
+  if (!p_WE) return tl::unexpected(p_WE.error());
+  std::optional<WorkingMode> nearest;
+  double least = 0.0;
+  for (const BranchInfo& each : robot_->modes) {
+    const WorkingMode mode(each.number);
+    const auto there = inverse(v, *p_WE, mode, Eigen::VectorXd(q));
+    if (!there) continue;
+    const double apart = (*there - q).squaredNorm();
+    if (nearest && apart >= least) continue;
+    nearest = mode;
+    least = apart;
+  }
+  return nearest.value_or(first);
 }
 
 tl::expected<PlanarPose, KinematicTrouble> planar_pose(

@@ -49,7 +49,7 @@ class Tool {
   /// has a pose.
   [[nodiscard]] tl::expected<Assembly, KinematicTrouble> assembly_at(
       const Values& v, const Values& q, const Values& p_WE) const;
-  /// The mode that a pose is in: the kind's own word, or the only one there is.
+  /// The mode that a pose is in: the kind's own word, else the one whose inverse is nearest.
   [[nodiscard]] tl::expected<WorkingMode, KinematicTrouble> mode_of(
       const Values& v, const Values& q, Assembly assembly) const;
 

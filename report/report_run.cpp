@@ -382,7 +382,9 @@ report::ReportData report_data(
   if (result.assessment && result.gross_errors) {
     append(
         data.sections,
-        assessment_sections(*result.assessment, result.precision, *result.gross_errors));
+        assessment_sections(
+            *result.assessment, result.precision, *result.gross_errors,
+            !session.rig.dials.empty()));
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));

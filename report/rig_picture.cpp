@@ -58,12 +58,17 @@ std::optional<geometry::Sketch> sketch_of(const geometry::Rig& rig) {
       rig.robot.working_mode);
 }
 
+/// Something to hold against dials: not where an instrument gives the tool's position.
+bool has_cuboid(const geometry::Rig& rig) {
+  return !rig.dials.empty() || rig.instrument.kind == geometry::Instrument{}.kind;
+}
+
 class Drawing {
  public:
   explicit Drawing(const geometry::Rig& rig) : rig_(rig), sketch_(sketch_of(rig)) {}
 
   std::string text() {
-    cuboid();
+    if (has_cuboid(rig_)) cuboid();
     if (sketch_) links(*sketch_);
     for (const geometry::Dial& dial : rig_.dials) this->dial(dial);
     constexpr double kApart_mm = 12.0;  // nearer than that two names would be on one another
@@ -178,8 +183,8 @@ class Drawing {
         (high_ - low_ + 2 * Vector2d(kRoom_mm + 8, kRoom_mm)).cwiseMin(kLargestSide_mm);
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"rig\" role=\"img\" viewBox=\"{:.2f} "
-        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot at its "
-        "reference pose, cuboid, {} dials; table frame, mm</title>\n<style>\n"
+        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot {}; table "
+        "frame, mm</title>\n<style>\n"
         ".rig text{{font:7px system-ui,sans-serif;fill:#16202a;paint-order:stroke;stroke:#fff;"
         "stroke-width:2px}}\n"
         ".rig .soft{{fill:#4b5a68}}\n.rig .id{{font-weight:700;font-size:9px}}\n"
@@ -196,7 +201,10 @@ class Drawing {
         ".rig .dial{{fill:#fff;stroke:#16202a}}\n.rig .free{{stroke:#8a959f;stroke-dasharray:2 "
         "2;fill:none;stroke-width:.8}}\n</style>\n",
         low.x(), -high_.y() - kRoom_mm, size.x(), size.y(), 3 * size.x(), 3 * size.y(),
-        escape_html(rig_.name), rig_.dials.size());
+        escape_html(rig_.name),
+        has_cuboid(rig_)
+            ? fmt::format("at its reference pose, cuboid, {} dials", rig_.dials.size())
+            : std::string("in one pose"));
   }
 
   const geometry::Rig& rig_;
@@ -211,6 +219,13 @@ std::string rig_svg(const geometry::Rig& rig) { return Drawing(rig).text(); }
 
 Section rig_section(const geometry::Rig& rig) {
   Section out{.id = "rig", .heading = "The rig"};
+  if (!has_cuboid(rig)) {
+    out.blocks.emplace_back(
+        "Drawn from the rig file: the robot by its nominal parameters in one pose. Frame W is "
+        "that of the measured positions, B the robot.");
+    out.blocks.emplace_back(Picture{.id = "rig", .title = "Rig", .svg = rig_svg(rig)});
+    return out;
+  }
   out.blocks.emplace_back(
       "Drawn from the rig file: the robot by its nominal parameters at the reference pose, "
       "where the cuboid's rotation gamma is zero, and the dials touch as they do there; a "

@@ -204,13 +204,17 @@ Section conditions(const ReportData& data) {
             "{}: the computer's clock was set back; times before and after do not compare",
             head.times_that_go_back));
   }
-  add("from the first to the last dial's answer of a sample",
+  const bool has_dials = !head.instruments.empty();
+  if (has_dials) {
+    add("from the first to the last dial's answer of a sample",
       head.readings_within_median_ms && head.readings_within_max_ms
           ? fmt::format(
                 "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
                 fixed(*head.readings_within_max_ms, 0))
           : "");
-  add("standard deviation of a measured position, from the dials alone",
+  }
+  add(has_dials ? "standard deviation of a measured position, from the dials alone"
+                : "standard deviation of a measured position, by the rig file",
       data.position_noise_mm ? fmt::format("{} mm", fixed(*data.position_noise_mm, 4)) : "");
   add("software", head.software_version.empty() ? "" : "Sixdial " + head.software_version);
   add("profile of the method", head.profile);

@@ -398,13 +398,17 @@ Table measurement_table(const ReportData& data) {
   for (const std::string_view axis : axes_of(data)) {
     out.columns.push_back({fmt::format("{}_mm", axis), std::string(axis), "mm", "measured"});
   }
-  out.columns.push_back({"dials", "dials", "", ""});
+  const bool has_dials = !data.head.instruments.empty() ||
+                         std::ranges::any_of(data.points, [](const PointRow& p) {
+                           return !p.dials.empty();
+                         });
+  if (has_dials) out.columns.push_back({"dials", "dials", "", ""});
   out.columns.push_back({"temperature_c", "temp.", "\u00B0C", ""});
   const bool repeats = has_repeats(data);
   for (const PointRow& p : data.points) {
     std::vector<Cell> row = point_cells(p, repeats);
     add_place(data, p, row);
-    row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
+    if (has_dials) row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
     row.push_back(number(p.temperature_c, 2));
     out.rows.push_back(std::move(row));
   }

@@ -3,9 +3,9 @@
 //
 // Example:
 //   const CalibrationResult result = calibrate(session, {.method = "lm"});
-//   const auto model = compensation_model(result, CompensateBy::kKinematics);
+//   const auto model = compensation_model(result, rig, CompensateBy::kKinematics);
 //   const CommandedTarget target = compensated_target(
-//       model, CompensateBy::kKinematics, {30.0, 45.0}, rig.robot.working_mode);
+//       model, CompensateBy::kKinematics, Eigen::Vector2d(30.0, 45.0), rig.robot.working_mode);
 //   target.theta_rad.size();  // -> 2U
 #pragma once
 

@@ -142,7 +142,10 @@ Section gross_section(const DiagnosisResult& result) {
 }
 
 Table classes_table(const DiagnosisResult& result) {
-  Table table{.id = "left_by_class", .caption = "What is left by dial and direction (rms)"};
+  Table table{
+      .id = "left_by_class",
+      .caption = result.has_dials ? "What is left by dial and direction (rms)"
+                                  : "What is left by coordinate and direction (rms)"};
   table.columns = {
       column("by", "by"), column("class", "class"), column("readings", "readings"),
       column("before_mm", "before", "mm"), column("after_mm", "after", "mm")};
@@ -236,7 +239,10 @@ Table gain_table(const DiagnosisResult& result) {
 }
 
 Table gain_by_dial_table(const DiagnosisResult& result) {
-  Table table{.id = "gain_by_dial", .caption = "Held-out residual by dial (rms)"};
+  Table table{
+      .id = "gain_by_dial",
+      .caption = result.has_dials ? "Held-out residual by dial (rms)"
+                                  : "Held-out residual by coordinate (rms)"};
   table.columns = {column("model", "model")};
   for (const auto& [dial, rms_mm] : result.gain.front().rms_by_dial_mm) {
     table.columns.push_back(column(fmt::format("rms_{}_mm", dial), dial, "mm"));

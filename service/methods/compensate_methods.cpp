@@ -193,7 +193,18 @@ Json start_validation(const Call& call) {
         ErrorCode::kWrongState, "the rig is in use: a session is being collected", {},
         "Wait for its end, or stop it: collect.stop.");
   }
-  if (session::parse_rig(rig_text, "rig.toml").robot.connection.empty()) {
+  const geometry::Rig rig = session::parse_rig(rig_text, "rig.toml");
+  if (rig.dials.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "session {} was measured by an instrument that is not connected here: this rig "
+            "reads no position of the tool",
+            calibrated.name),
+        {{"session", calibrated.name}},
+        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
+  }
+  if (rig.robot.connection.empty()) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format("the rig of session {} is not connected to a robot", calibrated.name),

@@ -146,7 +146,7 @@ TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
 TEST(Compensation, SaysWhyThereIsNoAnswer) {
   using Kind = CompensationTrouble::Kind;
   const Vector2d inside(28, 48);
-  const auto far = compensate({kTool, kNominal, kNominal}, {300, 0}, {});
+  const auto far = compensate({kTool, kNominal, kNominal}, Vector2d(300, 0), {});
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().kind, Kind::kNominalUnreachable);
   EXPECT_NE(far.error().message.find("300.000"), std::string::npos);
