@@ -381,10 +381,9 @@ report::ReportData report_data(
   append(data.sections, residual_model_sections(result));
   if (result.assessment && result.gross_errors) {
     append(
-        data.sections,
-        assessment_sections(
-            *result.assessment, result.precision, *result.gross_errors,
-            !session.rig.dials.empty()));
+        data.sections, assessment_sections(
+                           *result.assessment, result.precision, *result.gross_errors,
+                           !session.rig.dials.empty()));
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));

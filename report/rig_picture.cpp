@@ -183,7 +183,8 @@ class Drawing {
         (high_ - low_ + 2 * Vector2d(kRoom_mm + 8, kRoom_mm)).cwiseMin(kLargestSide_mm);
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"rig\" role=\"img\" viewBox=\"{:.2f} "
-        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot {}; table "
+        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot {}; "
+        "table "
         "frame, mm</title>\n<style>\n"
         ".rig text{{font:7px system-ui,sans-serif;fill:#16202a;paint-order:stroke;stroke:#fff;"
         "stroke-width:2px}}\n"

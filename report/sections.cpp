@@ -207,11 +207,11 @@ Section conditions(const ReportData& data) {
   const bool has_dials = !head.instruments.empty();
   if (has_dials) {
     add("from the first to the last dial's answer of a sample",
-      head.readings_within_median_ms && head.readings_within_max_ms
-          ? fmt::format(
-                "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
-                fixed(*head.readings_within_max_ms, 0))
-          : "");
+        head.readings_within_median_ms && head.readings_within_max_ms
+            ? fmt::format(
+                  "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
+                  fixed(*head.readings_within_max_ms, 0))
+            : "");
   }
   add(has_dials ? "standard deviation of a measured position, from the dials alone"
                 : "standard deviation of a measured position, by the rig file",

@@ -398,10 +398,9 @@ Table measurement_table(const ReportData& data) {
   for (const std::string_view axis : axes_of(data)) {
     out.columns.push_back({fmt::format("{}_mm", axis), std::string(axis), "mm", "measured"});
   }
-  const bool has_dials = !data.head.instruments.empty() ||
-                         std::ranges::any_of(data.points, [](const PointRow& p) {
-                           return !p.dials.empty();
-                         });
+  const bool has_dials =
+      !data.head.instruments.empty() ||
+      std::ranges::any_of(data.points, [](const PointRow& p) { return !p.dials.empty(); });
   if (has_dials) out.columns.push_back({"dials", "dials", "", ""});
   out.columns.push_back({"temperature_c", "temp.", "\u00B0C", ""});
   const bool repeats = has_repeats(data);

@@ -1,9 +1,8 @@
 // A session whose instrument gives positions (a laser tracker, a camera): a rig file with
 // neither cuboid nor dials goes through the command line as any other.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <fmt/format.h>
 
 #include <filesystem>
 #include <fstream>
@@ -136,8 +135,8 @@ TEST_F(PositionsOnly, AreDiagnosedAndTheNoiseIsTheirs) {
 
 TEST_F(PositionsOnly, AreReportedWithoutAWordOnDialsThatAreNotThere) {
   const auto report = directory_.path() / "report";
-  const Outcome reported = sixdial(
-      {"report", folder_, "-q", "--method", "lm", "--diagnose", "-o", report.string()});
+  const Outcome reported =
+      sixdial({"report", folder_, "-q", "--method", "lm", "--diagnose", "-o", report.string()});
   EXPECT_EQ(reported.code, 0) << reported.err;
   const std::string page = text_of(report / "report.html");
   EXPECT_THAT(page, HasSubstr("The rig"));

@@ -169,15 +169,13 @@ TEST_F(OtherRobot, IsCommandedToItsTargets) {
   CalibrationRequest request;
   request.method = "lm";
   const CalibrationResult result = calibrate(session_, request);
-  const auto model =
-      compensation_model(result, session_.rig, CompensateBy::kKinematics);
+  const auto model = compensation_model(result, session_.rig, CompensateBy::kKinematics);
   const Eigen::Vector2d target_mm(250.0, 80.0);
   const CommandedTarget at = compensated_target(
       model, CompensateBy::kKinematics, target_mm, session_.rig.robot.working_mode);
   ASSERT_EQ(at.theta_rad.size(), 3U);
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(at.theta_rad.data(), 3);
-  const auto reached =
-      model.tool.position(true_robot(), q, geometry::Assembly::kLeft).value();
+  const auto reached = model.tool.position(true_robot(), q, geometry::Assembly::kLeft).value();
   EXPECT_LT((reached - target_mm).norm(), 0.01);  // what 60 points of 3 um tell
 }
 
