@@ -171,7 +171,7 @@ session::Session measured(const mock_devices::World& world, const session::Plan&
     mock_devices::PlannedPose pose;
     pose.point = point.point;
     pose.time_s = 8.0 * static_cast<double>(poses.size());
-    pose.q = point.q;
+    pose.q_rad = point.q;
     pose.target_mm = point.target_mm;
     pose.assembly = session::branch_of(world.rig, point).assembly;
     poses.push_back(pose);

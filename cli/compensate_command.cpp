@@ -157,7 +157,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   print_target(
       cli, report::to_json(studies::compensated_target(
-               model, by, {options.target_mm[0], options.target_mm[1]}, mode)));
+               model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode)));
   return service::ExitCode::kOk;
 }
 

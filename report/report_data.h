@@ -108,7 +108,6 @@ struct PointRow {
   std::vector<std::optional<geometry::Position>> residual_mm{};  // by method
 };
 
-};
 struct BadReading {
   std::string set{};
   int point = 0, repeat = 0;

@@ -127,7 +127,7 @@ TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
   const AnfisModel net_x = train_anfis(q, x, {}, {}, settings).model;
   const AnfisModel net_y = train_anfis(q, y, {}, {}, settings).model;
   const CompensationModel model{
-      kNominal, geometry::table_2_robot(), [&](const Vector2d& angles) -> Vector2d {
+      kTool, kNominal, geometry::table_2_robot(), [&](const Vector2d& angles) -> Vector2d {
         return {net_x.predict(angles), net_y.predict(angles)};
       }};
   int bounded = 0;
