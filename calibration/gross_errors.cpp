@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "calibration/five_bar/spaces.h"
 #include "calibration/position_judge.h"
+#include "calibration/rig_spaces.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -122,15 +122,15 @@ std::string too_few(int readings, int parameters, std::string_view what) {
 
 /// Errors of one dial at x, pose by pose.
 struct DialErrors {
-  std::vector<Eigen::Vector2d> q_rad;
+  std::vector<VectorXd> q;
   std::vector<double> error_mm;
   double local_sigma_mm = 0.0;  // of an error against its neighbours' median
 
   /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
   [[nodiscard]] double against_neighbours(std::size_t i) const {
     std::vector<std::pair<double, double>> others;
-    for (std::size_t k = 0; k < q_rad.size(); ++k) {
-      if (k != i) others.emplace_back((q_rad[k] - q_rad[i]).squaredNorm(), error_mm[k]);
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      if (k != i) others.emplace_back((q[k] - q[i]).squaredNorm(), error_mm[k]);
     }
     if (others.size() < kNeighbours) return error_mm[i];
     std::ranges::partial_sort(others, others.begin() + kNeighbours);
@@ -153,7 +153,7 @@ std::vector<DialErrors> errors_by_dial(
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
       DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
       place_of_row.push_back(dial.error_mm.size());
-      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
+      dial.q.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
       dial.error_mm.push_back(e[row]);
     }
   }
@@ -316,11 +316,6 @@ void without(std::vector<Trial>& trials, const std::vector<int>& samples) {
   });
 }
 
-ObservationSpace positions_of(
-    std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
-  return position_space(position_observations(trials), rig.robot.nominal, settings.noise_mm);
-}
-
 void list(
     const ObservationSpace& space, const std::vector<PositionJudge::Verdict>& verdicts,
     double chance, GrossErrorCheck& result) {
@@ -336,7 +331,7 @@ void list(
 GrossErrorCheck check_positions(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
   GrossErrorCheck result;
-  const ObservationSpace all = positions_of(trials, rig, settings);
+  const ObservationSpace all = position_space(trials, rig, settings.noise_mm);
   result.readings = all.samples();
   const double chance = kFalseAlarms / std::max(all.samples(), 1);
   const int most = static_cast<int>(kMostAccidents * all.samples()) + kHidden;
@@ -345,7 +340,7 @@ GrossErrorCheck check_positions(
   std::size_t bad = 0;
   VectorXd start = all.nominal;
   while (static_cast<int>(out.size()) <= most && out.size() < bad + kHidden) {
-    const ObservationSpace space = positions_of(good, rig, settings);
+    const ObservationSpace space = position_space(good, rig, settings.noise_mm);
     if (space.rows() - space.parameters() <= space.position_axes) break;
     const LeastSquaresFit fit = plain_fit(space, settings, start);
     if (fit.status == FitStatus::kBadStart) break;
@@ -360,7 +355,7 @@ GrossErrorCheck check_positions(
   good.assign(trials.begin(), trials.end());
   out.resize(bad);
   without(good, out);
-  const ObservationSpace space = positions_of(good, rig, settings);
+  const ObservationSpace space = position_space(good, rig, settings.noise_mm);
   if (space.rows() - space.parameters() <= space.position_axes) {
     result.not_possible = too_few(all.samples(), all.parameters(), "positions");
     return result;
@@ -380,7 +375,7 @@ GrossErrorCheck check_positions(
     return std::ranges::find(out, trial.sample) == out.end();
   });
   if (!suspects.empty()) {
-    const ObservationSpace of = positions_of(suspects, rig, settings);
+    const ObservationSpace of = position_space(suspects, rig, settings.noise_mm);
     list(of, judge->others(of), chance, result);
   }
   judge_number(all.samples(), result);
@@ -404,7 +399,7 @@ GrossErrorCheck judge_readings(
   if (fitted.x.size() == 0) return result;
   if (!has_readings(trials)) {
     if (!fitted.positions) return result;
-    const ObservationSpace space = positions_of(trials, rig, {});
+    const ObservationSpace space = position_space(trials, rig);
     result.readings = space.samples();
     list(
         space, fitted.positions->others(space), kFalseAlarms / std::max(space.samples(), 1),

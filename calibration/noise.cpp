@@ -12,8 +12,7 @@
 namespace sixdial::calibration {
 namespace {
 
-constexpr int kEnoughRepeats = 10;     // degrees of freedom
-constexpr int kEnoughResiduals = 5;    // the same
+constexpr int kEnoughResiduals = 5;    // degrees of freedom
 constexpr double kLackOfFit = 0.05;    // level of the test against repeats
 constexpr double kContradicts = 1e-3;  // level of the test against the rig file
 

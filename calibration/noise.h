@@ -16,6 +16,9 @@ namespace sixdial::calibration {
 /// 97.5 % quantile of the normal distribution: half of a two-sided 95 % interval.
 inline constexpr double kNormal_95 = 1.959963984540054;
 
+/// Repeats tell the noise with at least so many degrees of freedom (to a fifth, one sigma).
+inline constexpr int kEnoughRepeats = 10;
+
 enum class NoiseSource {
   kRepeats,   // repeated readings of the same poses
   kResidual,  // what the fit leaves over

@@ -1,10 +1,11 @@
 // One calibration problem as every method sees it: samples with rows of measured values that a
 // parameter vector x predicts. Parameters, joints and channels are named lists of any length;
 // which robot and which instrument they belong to is known only to who made the space
-// (five_bar_space.h makes the five-bar's).
+// (rig_spaces.h).
 //
-//   ObservationSpace space = position_space(observations, nominal);
-//   Identified found = identify(*find_identifier("lm"), space);
+// Example:
+//   const Identified found = identify(*find_identifier("lm"), space);
+//   space.rmse(found.x) < space.rmse(space.nominal);  // -> true
 #pragma once
 
 #include <Eigen/Core>
@@ -20,17 +21,17 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "geometry/parameter.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::calibration {
 
 using geometry::ParameterInfo;
 
-struct JointInfo {
+struct SpaceJoint {
   std::string name;  // "q1", "shoulder"
   std::string unit;  // "rad", "mm"
 };
-struct ChannelInfo {
+struct SpaceChannel {
   std::string name;  // "x", or a dial's id
   std::string unit;  // "mm"
 };
@@ -69,8 +70,10 @@ struct ObservationSpace {
   std::string name;                           // "positions", "dials"
   std::vector<ParameterInfo> parameter_info;  // n
   Eigen::VectorXd nominal;                    // n
-  std::vector<JointInfo> joint_info;
-  std::vector<ChannelInfo> channel_info;
+  /// What the robot's kind has words for.
+  std::vector<geometry::NamedDirection> named_directions;
+  std::vector<SpaceJoint> joint_info;
+  std::vector<SpaceChannel> channel_info;
 
   // By sample.
   Eigen::MatrixXd joints;   // joints x samples: what the encoders say

@@ -26,8 +26,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array kTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_paper,
-                            &gaussian_process,  &rbf};
+constexpr std::array kModelTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_paper,
+                                 &gaussian_process,  &rbf};
 constexpr std::uint32_t kHoldoutStream = 32;
 constexpr double kMargin = 0.1;  // of the residuals' range, allowed beyond it
 constexpr Eigen::Index kLeastForAModel = 5;
@@ -36,7 +36,7 @@ constexpr double kMostInput = 1e6;     // index of a joint in a stored model
 
 using Models = Registry<ResidualModel, MadeResidualModel>;
 Models& models() {
-  static Models registry(kTable);
+  static Models registry(kModelTable);
   return registry;
 }
 

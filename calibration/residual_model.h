@@ -1,6 +1,13 @@
 // A way to learn what kinematics leaves over, from joint values: one file in residual_models/
 // and one row in the table for each. Any number of joints in, any number of channels out.
 // Whatever is learned is bounded outside the trained region.
+//
+// Example:
+//   const ResidualModel& gp = *find_residual_model("gp");
+//   const TrainedResidual learned = train_residual(gp, joints, residual_mm);
+//   const Eigen::VectorXd q = joints.row(0).transpose();
+//   learned.correction(q).size();  // -> residual_mm.cols()
+//   load_residual(gp, learned.saved).correction(q);  // -> learned.correction(q)
 #pragma once
 
 #include <Eigen/Core>

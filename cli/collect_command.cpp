@@ -9,6 +9,7 @@
 
 #include "cli/cli.h"
 #include "cli/collect_screen.h"
+#include "cli/shared_options.h"
 #include "report/documents/estimate_json.h"
 #include "report/words/estimate_words.h"
 #include "session/csv.h"
@@ -231,7 +232,7 @@ void add_collect_command(CLI::App& app, Cli& cli) {
   CLI::App* command = app.add_subcommand("collect", summary_of("collect.start"));
   const auto options = std::make_shared<CollectOptions>();
   command->add_option("PLAN", options->plan_file, "plan file; default: the session's plan")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command->add_option("--session", options->session, "name of the session")->required();
   command->add_option(
       "--rig", options->rig_file,

@@ -100,7 +100,7 @@ class Diagnoser {
   }
 
   void name_causes() {
-    result_.identified = identify(readings_, settings_.search);
+    result_.named = name_causes(readings_, settings_.search);
     const auto& swap = found().swap;
     result_.readings =
         swap ? measured_.with_swapped_dials(swap->place.dial, swap->place.other_dial)
@@ -113,7 +113,7 @@ class Diagnoser {
     enough_g1_ = sides_->fitted.count() >= fewest_;
     if (enough_g1_ && (!found().findings.empty() || found().swap)) {
       Readings on_g1 = sides_->fitted;
-      alone_ = identify(on_g1, settings_.search);
+      alone_ = name_causes(on_g1, settings_.search);
     }
     result_.noise = noise_of(readings_, found().extended);
   }
@@ -265,7 +265,7 @@ class Diagnoser {
     return cause;
   }
 
-  [[nodiscard]] const Identification& found() const { return result_.identified; }
+  [[nodiscard]] const NamedCauses& found() const { return result_.named; }
 
   Diagnosis result_;
   const DiagnosisSettings& settings_;
@@ -277,8 +277,8 @@ class Diagnoser {
   Eigen::Index fewest_;
   std::optional<FittedAndJudged> sides_;  // of readings_
   bool enough_g1_ = false;
-  std::optional<Identification> alone_;  // what G1 alone shows
-  JointFit names_;                       // robot and named causes, without anything smooth
+  std::optional<NamedCauses> alone_;  // what G1 alone shows
+  JointFit names_;                    // robot and named causes, without anything smooth
 };
 
 }  // namespace

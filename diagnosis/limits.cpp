@@ -90,7 +90,7 @@ class LimitStudy {
  public:
   LimitStudy(
       const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-      const Settings& settings)
+      const NamingSettings& settings)
       : readings_(readings), fit_(fit), projector_(fit) {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
@@ -241,7 +241,7 @@ class LimitStudy {
 
 std::vector<Limit> limits_of(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-    const Settings& settings) {
+    const NamingSettings& settings) {
   return LimitStudy(readings, fit, hypotheses, settings).limits();
 }
 

@@ -1,13 +1,14 @@
-// The two limits of every effect on this session: the smallest size that it would have been
-// detected at, and the smallest at which it would have been named rightly (geodesists' MDB and
-// MIB), both with 80 % power; and which effects the fitted parameters absorb.
+// Two limits of every effect on this session: the smallest size at which it would have been
+// detected, and the smallest at which it would have been named rightly, both with a probability
+// of 80 % (geodesists: minimal detectable and minimal identifiable bias). Also which effects
+// the fitted parameters absorb.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 
 namespace sixdial::diagnosis {
 
@@ -25,6 +26,6 @@ struct Limit {
 /// Of every testable hypothesis beside what is already explained by `fit`.
 [[nodiscard]] std::vector<Limit> limits_of(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-    const Settings& settings);
+    const NamingSettings& settings);
 
 }  // namespace sixdial::diagnosis

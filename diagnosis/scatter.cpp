@@ -5,7 +5,8 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
-#include "calibration/five_bar/spaces.h"
+#include "calibration/rig_spaces.h"
+#include "calibration/uncertainty.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -41,7 +42,8 @@ Noise noise_of(const Readings& readings, const JointFit& fit, std::optional<std:
     }
   }
   const auto repeats = calibration::repeat_noise(trials, readings.has_dials());
-  if (repeats && repeats->degrees_of_freedom >= kEnoughRepeats && repeats->sigma_mm > 0) {
+  if (repeats && repeats->degrees_of_freedom >= calibration::kEnoughRepeats &&
+      repeats->sigma_mm > 0) {
     return {NoiseSource::kRepeats, repeats->sigma_mm, repeats->degrees_of_freedom};
   }
   return {

@@ -1,7 +1,7 @@
 // The numbers that decide a verdict, in one place; those that the user may change are in
-// Settings (identify.h). They were chosen on simulated sessions of the blind challenge, whose
-// hidden effects leave 0.1 to 5 times the noise (mock_devices/hidden/all_causes.cpp), so that
-// the table of spec 4 is kept. Numbers of the arithmetic alone stand where they are used.
+// NamingSettings (naming.h). They were chosen on simulated sessions of the blind challenge,
+// whose hidden effects leave 0.1 to 5 times the noise (mock_devices/hidden/all_causes.cpp), so
+// that the table of spec 4 is kept. Numbers of the arithmetic alone stand where they are used.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ inline constexpr double kGrossRange_mm = 1.0;
 /// or the fit could explain half of a session and call the rest gross.
 inline constexpr double kLeastGrossShare = 0.002;
 inline constexpr double kMostGrossShare = 0.25;
-/// With more gross readings than this, a fit may have settled on a part of the session: it is
-/// tried again from far away.
+/// If more readings than this look gross, the fit may explain only a part of the session: it is
+/// started again from another place.
 inline constexpr double kSuspiciousGrossShare = 0.08;
 
 // ---- A baseline that looks wrong as a whole: dials exchanged, tips off their faces.
@@ -35,8 +35,7 @@ inline constexpr double kFarOff = 8.0;
 inline constexpr double kExchangeLogOdds = 50.0;
 
 // ---- Noise.
-/// Repeats tell the noise with at least so many degrees of freedom (a fifth of it, one sigma).
-inline constexpr int kEnoughRepeats = 10;
+// Repeats tell it from calibration::kEnoughRepeats degrees of freedom on.
 /// Scatter is more than the noise at this level of chance; against a rig file's figure, which
 /// is a maker's word and not a measurement, it must be larger by this factor as well.
 inline constexpr double kScatterLevel = 1e-3;
@@ -48,8 +47,8 @@ inline constexpr double kUnevenFactor = 1.3;
 inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of the parameters
 
 // ---- Names.
-/// Columns that less than this share survives of are absorbed by the fitted parameters: what is
-/// left is rounding.
+/// If less than this share of an effect's signal is left once the fitted parameters have taken
+/// over what they can, they absorb the effect: the rest is rounding.
 inline constexpr double kLeastSurviving = 1e-5;
 /// Sizes are believed by a Cauchy density of this width, in plausible sizes, and not at all
 /// beyond kAbsurdSize of its widths: a hundred times what rigs of this kind show.

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "geometry/tool.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -41,8 +43,9 @@ std::vector<Circumstance> circumstances_of(
     for (Eigen::Index joint = 0; joint < trial.q.size(); ++joint) {
       each.approach[joint] = trial.approach_of(static_cast<std::size_t>(joint));
     }
-    const auto pose =
-        geometry::forward(at.head(model.robot_parameter_count()), trial.q, trial.assembly);
+    const auto pose = geometry::planar_pose(
+        model.robot(), at.head(model.robot_parameter_count()), trial.q, trial.assembly,
+        std::nullopt);
     if (pose) {
       if (last_position) {
         const Eigen::Vector2d move = pose->p_WE - *last_position;
@@ -84,18 +87,20 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   bool needs_J = extra && bends_joints(*extra);
   for (const ActiveEffect& active : effects_) needs_J = needs_J || bends_joints(active);
   if (needs_J) {
-    const auto rigid = geometry::forward_derivative(scene.v, scene.q, trial.assembly);
+    const auto rigid = geometry::planar_pose(
+        base_->robot(), scene.v, scene.q, trial.assembly, std::nullopt, &scene.J_q);
     if (!rigid) return tl::unexpected(rigid.error());
-    scene.J_q = rigid->J_q;
   }
   apply(&Effect::before_kinematics, effects_, extra, sample, scene);
 
-  const auto pose = geometry::forward(scene.v, scene.q, trial.assembly);
+  const auto pose = geometry::planar_pose(
+      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
   if (!pose) return tl::unexpected(pose.error());
   scene.p_WE = pose->p_WE;
   // An instrument without a cuboid has no clamp angle.
   const double clamp_rad = model.size() > robot_parameters ? model[robot_parameters] : 0.0;
-  scene.gamma_rad = geometry::cuboid_angle(rig, base_->reference_angle_rad(), *pose, clamp_rad);
+  scene.gamma_rad =
+      geometry::cuboid_angle(rig, base_->reference_angle_rad(), pose->link_rad, clamp_rad);
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
     scene.gamma_rad = *trial.gamma_rad;
   }

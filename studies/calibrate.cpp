@@ -13,8 +13,8 @@
 namespace sixdial::studies {
 namespace {
 
-calibration::Settings settings_of(const CalibrationRequest& request) {
-  calibration::Settings settings = calibration::settings_for(request.profile);
+calibration::PipelineSettings settings_of(const CalibrationRequest& request) {
+  calibration::PipelineSettings settings = calibration::settings_for(request.profile);
   settings.seed = request.seed;
   const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   settings.threads = request.threads > 0 ? request.threads : cores;
@@ -30,7 +30,8 @@ calibration::Settings settings_of(const CalibrationRequest& request) {
 
 /// The same choices for an identifier of the registry.
 calibration::IdentifySettings identify_settings(
-    const calibration::Settings& settings, const calibration::IdentifySettings& judged) {
+    const calibration::PipelineSettings& settings,
+    const calibration::IdentifySettings& judged) {
   calibration::IdentifySettings identify = judged;
   identify.seed = settings.seed;
   identify.threads = settings.threads;
@@ -39,14 +40,6 @@ calibration::IdentifySettings identify_settings(
   identify.qpso1 = settings.qpso1;
   identify.qpso2 = settings.qpso2;
   return identify;
-}
-
-/// The part of a number of seconds that is still to come.
-std::optional<double> time_left(std::chrono::steady_clock::time_point began, double fraction) {
-  constexpr double kTooEarly = 0.02;
-  if (fraction < kTooEarly) return std::nullopt;
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-  return spent.count() * (1.0 - fraction) / fraction;
 }
 
 TellFraction teller(const ProgressCallback& progress) {
@@ -60,7 +53,7 @@ TellFraction teller(const ProgressCallback& progress) {
         .stage = stage,
         .done = counted ? iteration : std::llround(100.0 * fraction),
         .total = counted ? iterations : 100,
-        .eta_s = time_left(began, fraction)};
+        .eta_s = time_left_s(began, fraction)};
     if (best_mm > 0.0) told.best_mm = best_mm;
     progress(std::move(told));
   };
@@ -94,14 +87,14 @@ CalibrationResult calibrate(
     const ProgressCallback& progress, std::stop_token stop) {
   const calibration::MethodChoice method = chosen_method(request.method, "method");
   if (method.identifier == nullptr) {
-    throw Error(
-        ErrorCode::kInvalidParams, "'before' is no method to calibrate with",
+    throw StudyError(
+        StudyErrorCode::kInvalidParams, "'before' is no method to calibrate with",
         {{"param", "method"}}, "Name an identifier, such as lm or ekf_dqpso+anfis.");
   }
-  calibration::Settings settings = settings_of(request);
+  calibration::PipelineSettings settings = settings_of(request);
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
-    const auto stored = calibration::position_observations(session::trials_of(session, "G1"));
+    const std::vector<simulation::Trial> stored = session::trials_of(session, "G1");
     settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
     return check_gross_errors(session, judged, !request.keep_gross_errors);

@@ -24,7 +24,7 @@ HWY_ATTR bool normal(
     double* HWY_RESTRICT sums) {
   const D d;
   const auto step = hn::Lanes(d);
-  const Robot r = robot_of(d, [&](int i) HWY_ATTR { return hn::Set(d, v[i]); });
+  const LaneRobot r = robot_of(d, [&](int i) HWY_ATTR { return hn::Set(d, v[i]); });
   if (!hn::AllTrue(d, r.usable)) return false;
   HWY_ALIGN double total[kSums * kLanes] = {};
   HWY_ALIGN double G[kN * kLanes];

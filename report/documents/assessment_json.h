@@ -7,7 +7,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ParameterRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::ParameterRow>& row) {
   at("name", row.name);
   at("unit", row.unit);
   at("nominal", row.nominal);
@@ -20,14 +20,14 @@ void describe(Fields& at, Of<Fields, studies::ParameterRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CorrelationRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::CorrelationRow>& row) {
   at("first", row.first);
   at("second", row.second);
   at("coefficient", row.coefficient);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
   at.named(
       "mode", row.mode, [](const geometry::WorkingMode& mode) { return to_string(mode); },
       geometry::working_mode_from);
@@ -36,7 +36,7 @@ void describe(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
+void describe_keys(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
   at("sigma_mm", noise.sigma_mm);
   at("degrees_of_freedom", noise.degrees_of_freedom);
 }
@@ -51,7 +51,7 @@ void describe(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
+void describe_keys(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
   at.named(
       "source", noise.source,
       [](calibration::NoiseSource source) { return calibration::to_string(source); },
@@ -94,7 +94,7 @@ void describe(Fields& at, Of<Fields, calibration::Structure>& structure) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::PositionMap>& map) {
+void describe_keys(Fields& at, Of<Fields, studies::PositionMap>& map) {
   at("x_mm", map.x_mm);
   at("y_mm", map.y_mm);
   at("sd_x_mm", map.sd_x_mm);
@@ -108,7 +108,7 @@ void describe(Fields& at, Of<Fields, studies::PositionMap>& map) {
 
 /// Of an assessment; "held" of the identification has no effect_mm.
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::HeldRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::HeldRow>& row) {
   at("words", row.words);
   at("direction", row.direction);
   at("singular_value", row.singular_value);
@@ -116,7 +116,7 @@ void describe(Fields& at, Of<Fields, studies::HeldRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
   at("singular_values", row.singular_values);
   at("condition", row.condition);
   at("condition_determined", row.condition_determined);
@@ -128,7 +128,7 @@ void describe(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Assessment>& assessment) {
+void describe_keys(Fields& at, Of<Fields, studies::Assessment>& assessment) {
   at("space", assessment.space);
   at("samples", assessment.samples);
   at("readings", assessment.readings);
@@ -142,7 +142,7 @@ void describe(Fields& at, Of<Fields, studies::Assessment>& assessment) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Precision::Row>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::Precision::Row>& row) {
   at("name", row.name);
   at("unit", row.unit);
   at("positions_sd", row.positions_sd);
@@ -151,13 +151,13 @@ void describe(Fields& at, Of<Fields, studies::Precision::Row>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Precision>& precision) {
+void describe_keys(Fields& at, Of<Fields, studies::Precision>& precision) {
   at("parameters", precision.parameters);
   at("geometric_mean_ratio", precision.geometric_mean_ratio);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
+void describe_keys(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
   at("sample", found.sample);
   at("set", found.set);
   at("point", found.point);
@@ -174,7 +174,7 @@ void describe(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GrossErrors>& errors) {
+void describe_keys(Fields& at, Of<Fields, studies::GrossErrors>& errors) {
   at("found", errors.found);
   at("readings", errors.readings);
   at("sigma_mm", errors.sigma_mm);

@@ -65,7 +65,7 @@ Json target(const Call& call) {
   } else {
     const auto calibrated = report::calibration_from_json(Json::parse(record.json));
     answer = report::to_json(studies::compensated_target(
-        studies::compensation_model(calibrated, by), by, target_mm, *mode));
+        studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
   return answer;
@@ -91,7 +91,8 @@ Json plan(const Call& call) {
                     report::diagnosis_from_json(document).extended_fit, rig),
                 rig, "", temperature_c)
           : studies::compensated_plan(
-                asked, studies::compensation_model(report::calibration_from_json(document), by),
+                asked,
+                studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
@@ -161,11 +162,12 @@ void follow(const JobControl& control, Collection& collection) {
   }
 }
 
-/// What a diagnosis says of the extended model on points that were not fitted, or null.
-Json predicted_by(const std::optional<studies::DiagnosisResult>& diagnosis) {
-  if (!diagnosis) return nullptr;
+/// What a diagnosis says of the extended model on points that were not fitted; empty: nothing.
+std::optional<studies::GainRow> predicted_by(
+    const std::optional<studies::DiagnosisResult>& diagnosis) {
+  if (!diagnosis) return std::nullopt;
   const auto* row = studies::gain_row(*diagnosis, diagnosis::GainModel::kExtended);
-  return row == nullptr ? Json(nullptr) : report::to_json(*row);
+  return row == nullptr ? std::nullopt : std::optional(*row);
 }
 
 Json start_validation(const Call& call) {
@@ -191,7 +193,18 @@ Json start_validation(const Call& call) {
         ErrorCode::kWrongState, "the rig is in use: a session is being collected", {},
         "Wait for its end, or stop it: collect.stop.");
   }
-  if (session::parse_rig(rig_text, "rig.toml").robot.connection.empty()) {
+  const geometry::Rig rig = session::parse_rig(rig_text, "rig.toml");
+  if (rig.dials.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "session {} was measured by an instrument that is not connected here: this rig "
+            "reads no position of the tool",
+            calibrated.name),
+        {{"session", calibrated.name}},
+        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
+  }
+  if (rig.robot.connection.empty()) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format("the rig of session {} is not connected to a robot", calibrated.name),
@@ -316,7 +329,7 @@ constexpr std::array kValidateParams{
         .doc = "text of a rig file with today's connections; default: the session's own rig"}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "compensate.target",
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
@@ -324,7 +337,7 @@ constexpr std::array kMethods{
                   "result",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
-    Method{
+    RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
@@ -332,7 +345,7 @@ constexpr std::array kMethods{
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
         .run = plan},
-    Method{
+    RpcMethod{
         .name = "validate.start",
         .summary = "Commands the targets of a set on the robot before, after kinematics, after "
                    "ANFIS and by the extended model of a diagnosis, measures them into a "
@@ -346,6 +359,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> compensation_methods() { return kMethods; }
+std::span<const RpcMethod> compensation_methods() { return kMethods; }
 
 }  // namespace sixdial::service

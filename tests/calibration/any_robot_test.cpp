@@ -114,7 +114,7 @@ TEST(AnyRobot, ANetworkLearnsWhatNoParameterExplains) {
 
 TEST(AnyRobot, ThePapersMethodRunsFromEndToEnd) {
   const SpatialArm arm = measured_arm(6);
-  Settings settings;
+  PipelineSettings settings;
   settings.qpso1 = {20, 20};
   settings.anfis.epochs = 5;
   const auto result = run_dqpso_anfis(arm.g1, arm.g2, settings);

@@ -208,8 +208,8 @@ TEST(GrossErrors, FewPositionsAccuseNobody) {
 }
 
 // Joints turn about points beside their axes and links bend, ten times the noise: everything is
-// smooth, nothing is an accident. Of 40 sets at 1 % each, more than 2 come by chance once in 120
-// runs.
+// smooth, nothing is an accident. Of 40 sets at 1 % each, more than 2 come by chance once in
+// 120 runs.
 TEST(GrossErrors, WhatIsSmoothIsNoAccident) {
   int accused = 0;
   for (std::uint64_t seed = 800; seed < 820; ++seed) {

@@ -265,7 +265,7 @@ TEST(Diagnosis, CallsNoSampleGrossForASideThatNobodyKnows) {
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
   ASSERT_EQ(verdict.causes.size(), 1U);
   EXPECT_EQ(verdict.causes[0].finding.hypothesis.name(), "joint_backlash@joint2");
-  EXPECT_TRUE(verdict.identified.gross.empty());
+  EXPECT_TRUE(verdict.named.gross.empty());
 }
 
 TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
@@ -297,8 +297,8 @@ TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
   ASSERT_GE(at_edge, 3);
   const Readings readings(session.model, session.trials);
   const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, quick());
-  ASSERT_EQ(verdict.identified.gross.size(), 6U);
-  for (const GrossReading& each : verdict.identified.gross) {
+  ASSERT_EQ(verdict.named.gross.size(), 6U);
+  for (const GrossReading& each : verdict.named.gross) {
     const auto trial =
         static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(each.row)].trial);
     EXPECT_EQ(each.near_edge, expected[trial]) << trial;

@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "session/bundle.h"
 #include "session/trials.h"
 #include "tests/support/paths.h"
@@ -33,7 +33,7 @@ Verdict verdict_of(const fs::path& bundle) {
   const auto session = session::read_bundle(bundle);
   const simulation::ForwardModel model(session.rig);
   Readings readings(model, session::trials_of(session, ""));
-  const Identification found = identify(readings);
+  const NamedCauses found = name_causes(readings);
   Verdict verdict;
   for (const Finding& finding : found.findings) {
     if (finding.certain()) {
