@@ -101,8 +101,6 @@ struct PointRow {
   std::vector<int> approach{0, 0};  // sign of each joint's last move, 0 unknown
   std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
 };
-
-};
 struct BadReading {
   std::string set{};
   int point = 0, repeat = 0;
