@@ -12,6 +12,7 @@
 #include "cli/shared_options.h"
 #include "report/documents/estimate_json.h"
 #include "report/words/estimate_words.h"
+#include "service/collection.h"
 #include "session/csv.h"
 
 namespace sixdial::cli {
@@ -75,8 +76,7 @@ const char* method_for(char key) {
 }
 
 bool has_ended(const Json& status) {
-  const std::string state = status["state"];
-  return state == "done" || state == "stopped" || state == "failed" || state == "idle";
+  return !service::is_active(service::collect_state_of(status));
 }
 
 /// The map is only drawn on a terminal.
@@ -161,7 +161,8 @@ service::ExitCode conclude(Cli& cli, const Json& status) {
     cli.console.note("ended: " + status["ended_because"].get<std::string>());
   }
   if (status["error"].is_object()) throw service::RemoteError(status["error"]);
-  if (status["state"] == "stopped") return service::ExitCode::kCancelled;
+  if (service::collect_state_of(status) == service::CollectState::kStopped)
+    return service::ExitCode::kCancelled;
   return status["failed"].get<std::int64_t>() > 0 ? service::ExitCode::kDataQuality
                                                   : service::ExitCode::kOk;
 }

@@ -92,7 +92,7 @@ class Diagnoser {
   }
 
   void name_causes() {
-    result_.named = name_causes(readings_, settings_.search);
+    result_.named = diagnosis::name_causes(readings_, settings_.search);
     const auto& swap = found().swap;
     result_.readings =
         swap ? measured_.with_swapped_dials(swap->place.dial, swap->place.other_dial)
@@ -105,7 +105,7 @@ class Diagnoser {
     enough_g1_ = sides_->fitted.count() >= fewest_;
     if (enough_g1_ && (!found().findings.empty() || found().swap)) {
       Readings on_g1 = sides_->fitted;
-      alone_ = name_causes(on_g1, settings_.search);
+      alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
     result_.noise = noise_of(readings_, found().extended);
   }

@@ -28,7 +28,7 @@
 namespace sixdial::diagnosis {
 
 struct DiagnosisSettings {
-  NamingSettings search;
+  NamingSettings search{};
   /// Draws of the simulated null behind the false alarm probability, and of the poses behind
   /// the intervals of the gain.
   int null_draws = 200;

@@ -36,6 +36,8 @@ enum class CollectState {
 };
 [[nodiscard]] std::string_view to_string(CollectState state);
 [[nodiscard]] bool is_active(CollectState state);
+/// The state in an answer of collect.status or collect.wait.
+[[nodiscard]] CollectState collect_state_of(const Json& status);
 
 struct CollectRequest {
   std::string session;

@@ -20,10 +20,10 @@ struct NextPlanRequest {
   int points = 10;
   calibration::Criterion criterion = calibration::Criterion::kI;
   /// Working modes to measure in; empty: those of the session, else the rig's.
-  std::vector<geometry::WorkingMode> modes;
+  std::vector<geometry::WorkingMode> modes{};
   /// Where poses are taken from; empty: the rectangle of the session's targets, else that of
   /// plan grid.
-  std::optional<session::Rectangle> rectangle;
+  std::optional<session::Rectangle> rectangle{};
 };
 
 /// Standard deviation of the tool's position over the workspace.

@@ -18,7 +18,7 @@ namespace sixdial::studies {
 struct SeparationRequest {
   int points = 24;
   /// Working modes to measure in; empty: all that can be measured.
-  std::vector<geometry::WorkingMode> modes;
+  std::vector<geometry::WorkingMode> modes{};
 };
 
 struct PlacedCause {

@@ -146,7 +146,7 @@ void follow(const JobControl& control, Collection& collection) {
     ended = collection.wait_for_end(control.stop_token(), kLookEvery);
     const Json status = collection.status();
     std::string stage = "measuring";
-    if (status["state"] == "paused" || status["move_to_rad"].is_array()) {
+    if (collect_state_of(status) == CollectState::kPaused || status["move_to_rad"].is_array()) {
       stage = fmt::format("paused: {}", status["message"].get<std::string>());
     }
     control.report(
@@ -239,7 +239,7 @@ Json start_validation(const Call& call) {
             service.collection().start({.session = name, .plan = plan, .caller = caller}));
         follow(control, service.collection());
         const Json status = service.collection().status();
-        if (status["session"] != name || status["state"] != "done") {
+        if (status["session"] != name || collect_state_of(status) != CollectState::kDone) {
           throw Error(
               ErrorCode::kJobFailed,
               fmt::format(

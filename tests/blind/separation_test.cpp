@@ -53,7 +53,7 @@ std::vector<diagnosis::PosePoint> candidates_on(const geometry::Rig& rig) {
 struct Verdict {
   diagnosis::NamedCauses named;
   const Finding* of(const std::string& truth) const {
-    for (const Finding& each : identified.findings) {
+    for (const Finding& each : named.findings) {
       if (each.hypothesis.name() == truth) return &each;
       for (const auto& rival : each.tied_with) {
         if (rival.hypothesis.name() == truth) return &each;

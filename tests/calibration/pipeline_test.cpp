@@ -301,7 +301,9 @@ TEST(Pipeline, TellsItsProgressAndCanBeCancelledInEveryStage) {
   ASSERT_TRUE(result);
   EXPECT_EQ(last, 1.0);
   EXPECT_GT(calls, 500);
-  for (const PipelineStage stage : {PipelineStage::kNoiseSearch, PipelineStage::kParameterSearch, PipelineStage::kResidual}) {
+  for (const PipelineStage stage :
+       {PipelineStage::kNoiseSearch, PipelineStage::kParameterSearch,
+        PipelineStage::kResidual}) {
     std::stop_source stop;
     const auto cancelled = run_dqpso_anfis(
         session.g1, session.g2, session.nominal, settings_for(Profile::kPaper),

@@ -40,7 +40,7 @@ class HeaderExample : public ::testing::Test {
   }
 
   /// By sample; `in_g2` says which were not fitted.
-  const std::vector<simulation::Trial> trials = session::trials_of(session);
+  const std::vector<simulation::Trial> trials = session::trials_of(session, "");
   const std::vector<bool> in_g2 = [this] {
     std::vector<bool> result;
     for (const simulation::Trial& each : trials) {
