@@ -25,8 +25,8 @@ if(SIXDIAL_CCACHE)
 endif()
 
 # Several sources of a folder are compiled as one (SIXDIAL_UNITY), so that the headers are read once
-# for all of them. Not so those of the folders of rows (effects/, dials/ ...) and what else a module
-# names as ALONE: they use the same local names.
+# for all of them: for modules that ask for it (UNITY), since theirs are the heavy headers. What a
+# module names as ALONE is compiled by itself: folders of rows use the same local names.
 function(sixdial_unity target)
   cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
   if(NOT SIXDIAL_UNITY OR target MATCHES "diagnosis|studies|report|cli|mock_devices")
@@ -40,11 +40,13 @@ function(sixdial_unity target)
 endfunction()
 
 function(sixdial_module name)
-  cmake_parse_arguments(ARG "" "" "LIBRARIES;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY" "" "LIBRARIES;ALONE" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_library(sixdial_${name} STATIC ${sources})
   add_library(sixdial::${name} ALIAS sixdial_${name})
-  sixdial_unity(sixdial_${name} ALONE ${ARG_ALONE})
+  if(ARG_UNITY)
+    sixdial_unity(sixdial_${name} ALONE ${ARG_ALONE})
+  endif()
   target_link_libraries(sixdial_${name} PUBLIC sixdial_options ${ARG_LIBRARIES})
 endfunction()
 
