@@ -29,7 +29,7 @@ endif()
 # module names as ALONE is compiled by itself: folders of rows use the same local names.
 function(sixdial_unity target)
   cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
-  if(NOT SIXDIAL_UNITY OR target MATCHES "diagnosis|studies|report|cli|mock_devices")
+  if(NOT SIXDIAL_UNITY)
     return()
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SIXDIAL_UNITY})

@@ -34,7 +34,7 @@ HWY_ATTR bool normal(
     const PositionBlock& p = blocks[b];
     for (std::size_t lane = 0; lane < kLanes; lane += step) {
       const auto load = [&](const double* from) HWY_ATTR { return hn::LoadU(d, from + lane); };
-      const Tool t = tool_of(
+      const ToolLanes t = tool_of(
           d, r, load(p.cos1), load(p.sin1), load(p.cos2), load(p.sin2), load(p.beta), reached);
       const V weight = load(p.weight);
       jacobian_of(d, r, t, [&](int i, V gx, V gy) HWY_ATTR {

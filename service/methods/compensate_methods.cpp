@@ -170,6 +170,27 @@ std::optional<studies::GainRow> predicted_by(
   return row == nullptr ? std::nullopt : std::optional(*row);
 }
 
+/// Throws Error bad_data where this rig cannot be measured on from here.
+void check_can_measure(const geometry::Rig& rig, const std::string& session) {
+  if (rig.dials.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "session {} was measured by an instrument that is not connected here: this rig "
+            "reads no position of the tool",
+            session),
+        {{"session", session}},
+        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
+  }
+  if (rig.robot.connection.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("the rig of session {} is not connected to a robot", session),
+        {{"session", session}},
+        "Give rig_toml with connections, or validate on the machine that has the rig.");
+  }
+}
+
 Json start_validation(const Call& call) {
   Service& service = call.service;
   const db::ResultRecord record = calibration_record(call);
@@ -193,24 +214,7 @@ Json start_validation(const Call& call) {
         ErrorCode::kWrongState, "the rig is in use: a session is being collected", {},
         "Wait for its end, or stop it: collect.stop.");
   }
-  const geometry::Rig rig = session::parse_rig(rig_text, "rig.toml");
-  if (rig.dials.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
-        fmt::format(
-            "session {} was measured by an instrument that is not connected here: this rig "
-            "reads no position of the tool",
-            calibrated.name),
-        {{"session", calibrated.name}},
-        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
-  }
-  if (rig.robot.connection.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
-        fmt::format("the rig of session {} is not connected to a robot", calibrated.name),
-        {{"session", calibrated.name}},
-        "Give rig_toml with connections, or validate on the machine that has the rig.");
-  }
+  check_can_measure(session::parse_rig(rig_text, "rig.toml"), calibrated.name);
   const std::string name =
       wanted.empty() ? free_name(service.reader(), calibrated.name) : wanted;
 

@@ -109,7 +109,7 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
   constexpr int kRepeats = 150;
   constexpr int kColumns = 3;
   constexpr int kRows = 3;
-  const Workspace box{{16, 30}, {40, 66}};
+  const Workspace box{Eigen::Vector2d(16, 30), Eigen::Vector2d(40, 66)};
   Eigen::Matrix<double, 2 * kColumns * kRows, kRepeats> missed;
   PositionUncertainty map;
   double inside = 0;

@@ -57,10 +57,10 @@ TEST(SampleLayout, ReadsAnglesInDegreesWhereARobotAllowsIt) {
   std::vector<Mistake> mistakes;
   const auto columns = read_header(table.header, arm(), mistakes);
   EXPECT_THAT(mistakes, IsEmpty());
-  EXPECT_EQ(columns[2].column, Column::kJoint);
+  EXPECT_EQ(columns[2].column, SampleColumn::kJoint);
   EXPECT_EQ(columns[2].index, 1U);
   EXPECT_NEAR(columns[2].per_unit, 57.29577951308232, 1e-12);  // degrees in a radian
-  EXPECT_EQ(columns[9].column, Column::kChannel);
+  EXPECT_EQ(columns[9].column, SampleColumn::kChannel);
   EXPECT_EQ(columns[9].index, 4U);  // after A, B, x, y
 }
 
