@@ -82,7 +82,7 @@ void describe_keys(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::Structure>& structure) {
+void describe_keys(Fields& at, Of<Fields, calibration::Structure>& structure) {
   at.named(
       "over", structure.over,
       [](calibration::SmoothOver over) { return calibration::to_string(over); },

@@ -258,7 +258,8 @@ ReportData sample_session(const SampleOptions& options) {
         left * filter.back() + (1.0 - left) * (identified - nominal));
   }
   out.samples = static_cast<int>(out.points.size());
-  out.rejected = {{.line = 88, .reason = "column dial_C_mm: \"12,55\" is not a number"}};
+  out.rejected = {
+      {.line = 88, .text = "", .reason = "column dial_C_mm: \"12,55\" is not a number"}};
   out.bad_readings = {
       {.set = "G1", .point = 41, .dial = "C", .reason = "timeout"},
       {.set = "G1", .point = 41, .dial = "E", .reason = "no contact"},
