@@ -18,9 +18,12 @@
 #include <utility>
 #include <vector>
 
+#include "mock_devices/hidden_effect.h"
+
 namespace {
 
 using namespace sixdial::blind;
+namespace mock_devices = sixdial::mock_devices;
 
 std::vector<CoverageCase> cases() {
   std::vector<CoverageCase> all;
@@ -42,10 +45,10 @@ std::vector<CoverageCase> cases() {
       }
     }
   }
-  for (const char* cause :
-       {"joint_backlash", "joint_eccentricity", "joint_gain", "dial_scale", "tip_radius",
-        "passive_clearance", "joint_compliance", "link_thermal_growth"}) {
-    all.push_back({.dials = true, .points = 100, .diagnosis = true, .cause = cause});
+  for (const mock_devices::CauseRow* cause : mock_devices::causes()) {
+    if (cause->is_data_fault || cause->swaps_cables) continue;
+    all.push_back(
+        {.dials = true, .points = 100, .diagnosis = true, .cause = std::string(cause->id)});
   }
   return all;
 }

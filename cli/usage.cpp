@@ -193,8 +193,9 @@ Json in_commands(Json error_object) {
         std::move(hint), method->name,
         with(std::string(method->command), "{session}", session));
   }
-  const std::string missing =
-      data.contains("at") ? data["at"].value("missing", std::string()) : std::string();
+  const std::string missing = data.contains("at") && data["at"].is_object()
+                                  ? data["at"].value("missing", std::string())
+                                  : std::string();
   if (missing == "plan") {
     hint =
         "Give one: " + advice_to_plan("; then: sixdial collect plan.csv --session " + session);

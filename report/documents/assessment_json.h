@@ -62,8 +62,8 @@ void describe_keys(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
   at("residual", noise.residual);
   at("rig_file_mm", noise.rig_file_mm);
   at("lack_of_fit", noise.lack_of_fit);
-  // Early results know neither these nor structure.
-  if (at.has("spread_mm")) {
+  // Early results know neither these nor structure, and are written as they were.
+  if (Fields::kReads ? at.has("spread_mm") : noise.spread_mm > 0.0) {
     at("over_rig_file", noise.over_rig_file);
     at("spread_mm", noise.spread_mm);
     at("spread_freedom", noise.spread_freedom);
@@ -133,7 +133,9 @@ void describe_keys(Fields& at, Of<Fields, studies::Assessment>& assessment) {
   at("samples", assessment.samples);
   at("readings", assessment.readings);
   at("noise", assessment.noise);
-  if (at.has("structure")) at("structure", assessment.structure);
+  if (Fields::kReads ? at.has("structure") : assessment.noise.spread_mm > 0.0) {
+    at("structure", assessment.structure);
+  }
   at("parameters", assessment.parameters);
   // Results of early versions know one working mode only.
   if (at.has("working_modes")) at("working_modes", assessment.working_modes);

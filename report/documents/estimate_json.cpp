@@ -10,7 +10,7 @@ void describe_keys(Fields& at, Of<Fields, studies::EstimatedParameter>& paramete
   at("unit", parameter.unit);
   at("value", parameter.value);
   at("sd", parameter.sd);
-  at("meaning", parameter.meaning);
+  at.maybe("meaning", parameter.meaning);
 }
 
 template <class Fields>
