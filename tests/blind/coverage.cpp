@@ -74,7 +74,8 @@ session::Session session_of(
     const auto pose = model.pose(moment_of(generated.rows[i], static_cast<std::int64_t>(i)));
     if (!pose) continue;
     const Eigen::Vector2d shift(noise(engine), noise(engine));
-    session::set_position(sample, session.rig.dials.size(), geometry::Position(pose->p_WE + shift));
+    session::set_position(
+        sample, session.rig.dials.size(), geometry::Position(pose->p_WE + shift));
   }
   return session;
 }

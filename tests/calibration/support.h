@@ -11,11 +11,11 @@
 
 #include "calibration/comparison.h"
 #include "calibration/five_bar/spaces.h"
-#include "calibration/rig_spaces.h"
-#include "geometry/tool.h"
 #include "calibration/pipeline.h"
+#include "calibration/rig_spaces.h"
 #include "calibration/space_fit.h"
 #include "geometry/rig.h"
+#include "geometry/tool.h"
 
 namespace sixdial::calibration::testing {
 

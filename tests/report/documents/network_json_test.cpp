@@ -209,7 +209,8 @@ TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndRepo
   EXPECT_EQ(document["anfis"]["x"]["consequents_count"], 108);
   EXPECT_EQ(document["anfis"]["x"]["samples"], 80);
   EXPECT_LT(document["anfis"]["x"]["effective_parameters"].get<double>(), 80.0);
-  const auto now = studies::compensation_model(result, session.rig, studies::CompensateBy::kFull);
+  const auto now =
+      studies::compensation_model(result, session.rig, studies::CompensateBy::kFull);
   const auto later = studies::compensation_model(
       calibration_from_json(Json::parse(document.dump())), session.rig,
       studies::CompensateBy::kFull);
