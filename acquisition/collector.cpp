@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "geometry/same_pose.h"
 #include "geometry/tool.h"
 #include "session/reason.h"
 
@@ -15,9 +16,7 @@ namespace {
 
 using session::Quality;
 
-// A joint that was asked to move less than this was not moved; encoders jitter by less.
-constexpr double kMoved = 2e-6;  // rad, mm
-constexpr int kHalvings = 3;     // of the way to a pre-position that cannot be reached
+constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
 
 bool is_fault(const Reading& reading) {
   return reading.quality == Quality::kBad && !reading.value_mm;
@@ -261,7 +260,9 @@ tl::expected<RobotState, RobotFault> Collector::move(
       for (std::size_t joint = 0; joint < last_move_.size(); ++joint) {
         const auto j = static_cast<Eigen::Index>(joint);
         const double way = q[j] - (*last_q_)[j];
-        if (std::abs(way) > kMoved) last_move_[joint] = way > 0 ? 1 : -1;
+        // Encoders jitter: a joint that is sent to where it stands has not moved.
+        const double still = geometry::same_pose(rig_.robot.model->joints[joint].unit());
+        if (std::abs(way) > still) last_move_[joint] = way > 0 ? 1 : -1;
       }
     }
     const auto arrived = robot_.move_to(q, settings_.move_timeout, here);

@@ -13,9 +13,11 @@
 #include <vector>
 
 #include "tests/blind/challenge.h"
+#include "tests/blind/limit_power.h"
 
 namespace {
 
+using sixdial::blind::AtLimit;
 using sixdial::blind::Challenge;
 using sixdial::blind::Outcome;
 
@@ -177,6 +179,52 @@ int whole_table(int sessions, std::uint64_t seed, int threads, Challenge base) {
   return missed;
 }
 
+/// How often an effect of a stated limit's size is found and named, by cause.
+void print_power(int sessions, std::uint64_t first_seed, int threads) {
+  std::vector<std::vector<AtLimit>> drawn(static_cast<std::size_t>(sessions));
+  std::atomic<int> next{0};
+  std::vector<std::jthread> workers;
+  for (int w = 0; w < threads; ++w) {
+    workers.emplace_back([&] {
+      for (int i = next++; i < sessions; i = next++) {
+        drawn[static_cast<std::size_t>(i)] =
+            sixdial::blind::try_limits(first_seed + static_cast<std::uint64_t>(i));
+      }
+    });
+  }
+  workers.clear();
+  struct Power {
+    int n = 0, detected = 0, named = 0, tied = 0, wrong = 0;
+  };
+  for (const bool of_name : {false, true}) {
+    std::map<std::string, Power> table;
+    for (const auto& session : drawn) {
+      for (const AtLimit& each : session) {
+        if (each.of_name != of_name) continue;
+        for (const std::string& line : {each.cause, std::string("all")}) {
+          Power& power = table[line];
+          ++power.n;
+          power.detected += each.detected;
+          power.named += each.named;
+          power.tied += each.tied && !each.named;
+          power.wrong += each.wrong;
+        }
+      }
+    }
+    fmt::print(
+        "{:<26}{:>6}{:>11}{:>9}{:>9}{:>9}\n",
+        of_name ? "at the limit of naming" : "at that of detection", "n", "detected%", "named%",
+        "in tie%", "wrong%");
+    for (const auto& [cause, power] : table) {
+      fmt::print(
+          "  {:<24}{:>6}{:>11.1f}{:>9.1f}{:>9.1f}{:>9.1f}\n", cause, power.n,
+          percent(power.detected, power.n), percent(power.named, power.n),
+          percent(power.tied, power.n), percent(power.wrong, power.n));
+    }
+    fmt::print("\n");
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -192,7 +240,9 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "session i has the seed 1,000,000 x this + i")
       ->capture_default_str();
   app.add_option("--first", first, "number of the first session");
-  app.add_option("--kind", challenge.kind, "all, none, one, two, three, outside")
+  app.add_option(
+         "--kind", challenge.kind,
+         "all, none, one, two, three, outside; limits: power at the stated limits")
       ->capture_default_str();
   app.add_option("--low", challenge.low, "least strength R of each effect");
   app.add_option("--high", challenge.high, "greatest");
@@ -207,6 +257,10 @@ int main(int argc, char** argv) {
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
   fmt::print("seed {}, {} sessions of a kind\n\n", seed, sessions);
   if (challenge.kind == "all") return whole_table(sessions, first_seed, threads, challenge);
+  if (challenge.kind == "limits") {
+    print_power(sessions, first_seed, threads);
+    return 0;
+  }
   const auto outcomes = run(challenge, sessions, first_seed, threads);
   for (const Outcome& each : outcomes) {
     if (!verbose || good(challenge.kind, each)) continue;

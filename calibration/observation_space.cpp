@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "geometry/same_pose.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -155,7 +157,7 @@ double position_rmse(const ObservationSpace& space, const VectorXd& x) {
   return std::sqrt(sum / space.samples());
 }
 
-std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space, double same_joints) {
+std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space) {
   std::map<int, std::vector<int>> by_point;
   for (int i = 0; i < space.samples(); ++i) {
     by_point[space.point[static_cast<std::size_t>(i)]].push_back(i);
@@ -164,7 +166,13 @@ std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space, double sa
   for (const auto& [point, members] : by_point) {
     const auto first = space.joints.col(members.front());
     const bool same_pose = std::ranges::all_of(members, [&](int i) {
-      return (space.joints.col(i) - first).cwiseAbs().maxCoeff() < same_joints;
+      for (Eigen::Index joint = 0; joint < space.joints.rows(); ++joint) {
+        const auto& info = space.joint_info[static_cast<std::size_t>(joint)];
+        if (std::abs(space.joints(joint, i) - first[joint]) > geometry::same_pose(info.unit)) {
+          return false;
+        }
+      }
+      return true;
     });
     if (!same_pose) continue;
     std::map<int, std::vector<double>> values;  // by channel

@@ -157,10 +157,9 @@ struct RepeatNoise {
   int degrees_of_freedom = 0;
 };
 /// Standard deviation of one reading, pooled from readings of the same channel at the same
-/// point, where all its samples have joint values within `same_joints` of each other. Empty
-/// without repeats.
-[[nodiscard]] std::optional<RepeatNoise> repeat_noise(
-    const ObservationSpace& space, double same_joints = 1e-6);
+/// point, where all its samples stand at the same pose (geometry/same_pose.h). Empty without
+/// repeats.
+[[nodiscard]] std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space);
 
 /// Which parameters keep their nominal value, from names such as "d" or "alpha". The error is
 /// the name that no parameter has.

@@ -12,8 +12,6 @@ namespace sixdial::calibration {
 namespace {
 
 constexpr int kLeastSamples = 3;
-// Repeats arrive within encoder steps of each other; further apart they are different poses.
-constexpr double kSamePose_rad = 1e-4;
 // Shares of the whole, for the progress bar.
 constexpr double kAfterFilter = 0.01;
 constexpr double kAfterNoiseSearch = 0.45;
@@ -110,7 +108,7 @@ Run::Run(
       progress_(progress),
       stop_(std::move(stop)),
       noise_mm_(settings.noise_mm) {
-  const auto repeats = repeat_noise(g1, kSamePose_rad);
+  const auto repeats = repeat_noise(g1);
   if (repeats && repeats->sigma_mm > 0.0) noise_mm_ = repeats->sigma_mm;
   result_.settings = completed(g1, settings);
   result_.nominal = g1.nominal;

@@ -138,7 +138,8 @@ class Diagnoser {
 
   void judge_on_g2() {
     GainStudy study;
-    if (enough_g1_ && settings_.with_gain) {
+    // Whether G2 shows a cause too does not depend on the table that the user may leave out.
+    if (enough_g1_ && (settings_.with_gain || !found().findings.empty())) {
       GainQuestion question{
           readings_, *sides_, std::nullopt, found().baseline, found().extended};
       if (found().swap) question.as_measured = split(measured_);
@@ -146,6 +147,7 @@ class Diagnoser {
       how.draws = settings_.gain_draws;
       how.seed = settings_.seed;
       how.noise_mm = result_.noise.sigma_mm;
+      how.table = settings_.with_gain;
       study = study_gain(question, how, stop_);
       result_.gain = study.rows;
     }

@@ -34,7 +34,7 @@ struct DiagnosisSettings {
   int null_draws = 200;
   int gain_draws = 2000;
   std::uint64_t seed = 1;
-  bool with_gain = true;  // trains networks: most of the time of a small session
+  bool with_gain = true;  // the table; trains networks, most of the time of a small session
   bool with_limits = true;
 };
 

@@ -1,7 +1,7 @@
 // How much better columns explain a residual than nothing does, fair to a named effect with one
 // amplitude and to a smooth function with many: log marginal likelihood of e ~ N(0, s^2 (I +
 // t^2 C C')), s free, averaged over the prior's scale t on a logarithmic grid from "just
-// visible" up.
+// visible" up, as far as the signal goes.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,6 +19,21 @@ struct MarginalLikelihood {
 /// Empty `by_scale` where the columns vanish.
 [[nodiscard]] MarginalLikelihood marginal_likelihood(
     const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom);
+
+/// The same columns against many residuals: log_mean_exp of by_scale, 0 where they vanish.
+class MarginalEvidence {
+ public:
+  MarginalEvidence() = default;  // of no columns
+  explicit MarginalEvidence(const Eigen::MatrixXd& normal);
+  [[nodiscard]] double operator()(
+      const Eigen::VectorXd& right, double sse, double freedom) const;
+
+ private:
+  Eigen::MatrixXd vectors_;
+  Eigen::VectorXd values_;
+  std::vector<double> scales_;  // t^2
+  std::vector<double> volume_;  // of each: half the sum of ln(1 + t^2 lambda)
+};
 
 /// Logarithm of the mean of exp(values).
 [[nodiscard]] double log_mean_exp(const std::vector<double>& values);

@@ -19,7 +19,7 @@ double prior_cost(std::size_t hypotheses) {
 }
 
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
-/// a large effect is not refused, up to a hundred times what is usual.
+/// no effect is refused for its size. Somebody may have typed 57 for 75.
 double implausibility(const ActiveEffect& active) {
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
@@ -27,7 +27,7 @@ double implausibility(const ActiveEffect& active) {
     const auto parameter = parameter_at(*active.effect, active.place, i);
     if (parameter) sum += std::pow(active.x[k] / (kBelievedWidth * parameter->sigma), 2);
   }
-  return sum > kAbsurdSize * kAbsurdSize ? kNever : std::log1p(sum);
+  return std::isfinite(sum) ? std::log1p(sum) : kNever;
 }
 
 /// A searched value that the fit moved out of the range of the search.

@@ -29,7 +29,9 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   JointFit result = fitted;
   const simulation::ExtendedModel extended(readings.model(), fitted.effects);
   result.residual_mm = readings.measured_mm() - readings.simulate(fitted.model, extended);
-  result.noise = readings.relative_noise();
+  result.noise = readings.relative_noise().cwiseAbs2();
+  result.noise += (readings.doubt_mm(fitted.model, extended) / fitted.s_mm).cwiseAbs2();
+  result.noise = result.noise.cwiseSqrt();
   result.random.resize(readings.count(), 0);
   result.u.resize(0);
   return result;
@@ -344,6 +346,7 @@ GainStudy study_gain(
   const std::vector<std::size_t> poses = poses_of(g2, weight, study.excluded);
   if (poses.empty()) return study;
   study.g2_log_odds = odds_on_g2(g2, weight, study);
+  if (!settings.table) return study;
   const std::vector<Judged> judged =
       judged_models(question, study, poses, weight, settings, stop);
   for (const Judged& each : judged) {

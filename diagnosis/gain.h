@@ -50,6 +50,7 @@ struct GainSettings {
   std::uint64_t seed = 1;
   double noise_mm = 0.002;
   bool networks = true;
+  bool table = true;  // false: the odds of the causes alone, no rows
 };
 
 /// The same readings twice: once G1 is fitted, once G2 is judged.

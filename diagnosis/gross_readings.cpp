@@ -8,16 +8,6 @@
 namespace sixdial::diagnosis {
 namespace {
 
-using simulation::ActiveEffect;
-
-/// A joint with backlash is half of it off where nobody knows which side it came from.
-bool of_unknown_side(const JointFit& fit, const simulation::Circumstance& sample) {
-  return std::any_of(fit.effects.begin(), fit.effects.end(), [&](const ActiveEffect& active) {
-    return (active.effect->needs & simulation::kApproach) != 0 && active.place.joint >= 0 &&
-           sample.approach[active.place.joint] == 0;
-  });
-}
-
 bool touches_near_edge(
     const geometry::Rig& rig, std::size_t dial, const simulation::Scene& at) {
   const geometry::DialGeometry& geometry = rig.dials[dial].geometry;
@@ -28,21 +18,39 @@ bool touches_near_edge(
   return std::abs(contact.along_mm) > at.side_mm / 2 - kTips * geometry.tip_radius_mm;
 }
 
+bool is_gross(const JointFit& fit, Eigen::Index row) {
+  return std::abs(fit.residual_mm[row]) >= kGrossSigma * fit.s_mm * fit.noise[row] &&
+         fit.weight[row] <= kGoodWeight;
+}
+
 }  // namespace
+
+std::vector<bool> wrong_dials(const Readings& readings, const JointFit& fit) {
+  std::vector<int> gross(readings.channel_count(), 0);
+  std::vector<int> all = gross;
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const int dial = readings.rows()[static_cast<std::size_t>(row)].dial;
+    ++all[static_cast<std::size_t>(dial)];
+    gross[static_cast<std::size_t>(dial)] += is_gross(fit, row);
+  }
+  std::vector<bool> result;
+  for (std::size_t d = 0; d < all.size(); ++d) {
+    result.push_back(readings.has_dials() && gross[d] > kMostGrossOfADial * all[d]);
+  }
+  return result;
+}
 
 std::vector<GrossReading> gross_readings(const Readings& readings, const JointFit& fit) {
   std::vector<GrossReading> result;
   const auto& rig = readings.model().rig();
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const std::vector<bool> wrong = wrong_dials(readings, fit);
   simulation::Scene scene;
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
-    const double s_mm = fit.s_mm * fit.noise[row];
-    if (std::abs(fit.residual_mm[row]) < kGrossSigma * s_mm || fit.weight[row] > kGoodWeight)
-      continue;
     const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+    if (!is_gross(fit, row) || wrong[static_cast<std::size_t>(each.dial)]) continue;
     const auto trial = static_cast<std::size_t>(each.trial);
     const simulation::Circumstance& sample = readings.circumstances()[trial];
-    if (of_unknown_side(fit, sample)) continue;
     GrossReading gross{static_cast<int>(row), fit.residual_mm[row]};
     if (readings.has_dials()) {
       const auto dial = static_cast<std::size_t>(each.dial);

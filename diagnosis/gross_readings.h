@@ -10,4 +10,8 @@ namespace sixdial::diagnosis {
 [[nodiscard]] std::vector<GrossReading> gross_readings(
     const Readings& readings, const JointFit& fit);
 
+/// Dials most of whose readings are far off: these are not single errors, and no
+/// gross_readings.
+[[nodiscard]] std::vector<bool> wrong_dials(const Readings& readings, const JointFit& fit);
+
 }  // namespace sixdial::diagnosis

@@ -32,8 +32,18 @@ double robust_scale(const Eigen::VectorXd& e) {
   return 1.4826 * *middle;
 }
 
+/// Noise of each reading in s: that of its dial, and what nobody knows of its sample.
+void set_noise(JointFit& fit, const Eigen::VectorXd& relative, const Eigen::VectorXd& doubt) {
+  fit.noise = relative;
+  for (Eigen::Index i = 0; i < doubt.size(); ++i) {
+    if (doubt[i] > 0) fit.noise[i] = std::hypot(relative[i], doubt[i] / fit.s_mm);
+  }
+}
+
 /// Expectation steps: weights, s, share of gross errors, likelihood.
-void weigh(JointFit& fit, double smallest_s_mm) {
+void weigh(
+    JointFit& fit, const Eigen::VectorXd& relative, const Eigen::VectorXd& doubt,
+    double smallest_s_mm) {
   const Eigen::VectorXd& e = fit.residual_mm;
   const double n = static_cast<double>(e.size());
   fit.weight.resize(e.size());
@@ -43,6 +53,7 @@ void weigh(JointFit& fit, double smallest_s_mm) {
     fit.log_likelihood = 0.0;
     const double density = 1.0 / std::sqrt(2 * std::numbers::pi);
     const double as_gross = fit.gross_share / gross_range_mm(fit.s_mm);
+    set_noise(fit, relative, doubt);
     for (Eigen::Index i = 0; i < e.size(); ++i) {
       const double s_mm = fit.s_mm * fit.noise[i];
       const double z = e[i] / s_mm;
@@ -162,6 +173,12 @@ constexpr double kLeastDamping = 1e-10;
 constexpr double kMostDamping = 10.0;
 constexpr int kMostSteps = 60;
 
+// A fit has settled where a step of least squares would raise the log likelihood by no more
+// than this, which no parameter's unit and no long valley can hide.
+constexpr double kNoGain = 5e-4;
+// A step that is taken undamped from nearer than this ends there.
+constexpr double kNearGain = 5e-3;
+
 /// One fit from one start, step by step.
 class Fitter {
  public:
@@ -177,7 +194,6 @@ class Fitter {
     fit_.model = start;
     fit_.effects = std::move(effects);
     fit_.gross_share = near ? near->gross_share : kLeastGrossShare;
-    for (const ActiveEffect& active : fit_.effects) fitted_ += fitted_count(*active.effect);
     fit_.residual_mm = residual_of(fit_.model, fit_.effects, fit_.u);
     fit_.s_mm = std::max({smallest_s_mm_, near ? near->s_mm : 0.0, scale_of_residual()});
   }
@@ -186,33 +202,41 @@ class Fitter {
   /// weights come in; fewer if these settle.
   [[nodiscard]] JointFit run(int plain_steps) {
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
-      weigh(fit_, smallest_s_mm_);
-      if (step < plain_steps) fit_.weight.setOnes();
+      const bool plain = step < plain_steps;
+      doubt_mm_ = readings_.doubt_mm(fit_.model, extended_here());
+      weigh_here();
+      if (plain) fit_.weight.setOnes();
       linearise();
       const Equations equations = equations_here();
-      const std::optional<Moved> next = downhill(equations);
-      if (!next) {
+      const double gain = gain_of(equations);
+      if (!plain && gain < kNoGain) {
         fit_.converged = true;
         break;
       }
-      const double moved =
-          equations.root.cwiseProduct(next->residual - fit_.residual_mm).norm();
+      std::optional<Moved> next = downhill(equations);
+      if (!next) {
+        if (!plain) break;  // nowhere to go, though the slope says so
+        plain_steps = step;
+        continue;
+      }
       const double fall = equations.squares - next->squares;
       const double last = fit_.log_likelihood;
-      fit_.model = next->model;
-      fit_.effects = next->effects;
-      fit_.residual_mm = next->residual;
-      fit_.u = next->u;
-      weigh(fit_, smallest_s_mm_);
-      if (step < plain_steps) {
-        constexpr double kSettled =
-            0.01;  // of the squares: a smaller fall ends the plain steps
+      fit_.model = std::move(next->model);
+      fit_.effects = std::move(next->effects);
+      fit_.residual_mm = std::move(next->residual);
+      fit_.u = std::move(next->u);
+      weigh_here();
+      if (plain) {
+        // Of the squares: a smaller fall ends the plain steps.
+        constexpr double kSettled = 0.01;
         fit_.s_mm = std::max(smallest_s_mm_, scale_of_residual());
         fit_.gross_share = kLeastGrossShare;
         if (fall < kSettled * equations.squares) plain_steps = step;
         continue;
       }
-      fit_.converged = is_settled(equations, fall, moved, fit_.log_likelihood - last);
+      constexpr double kNoRise = 1e-2;  // of the log likelihood
+      fit_.converged =
+          damping_ == 0.0 && gain < kNearGain && std::abs(fit_.log_likelihood - last) < kNoRise;
     }
     finish(fit_);
     return std::move(fit_);
@@ -235,10 +259,14 @@ class Fitter {
     double squares;
   };
 
+  [[nodiscard]] ExtendedModel extended_here() const {
+    return {readings_.model(), fit_.effects};
+  }
   [[nodiscard]] Eigen::VectorXd simulated(
       const ModelVector& model, const std::vector<ActiveEffect>& effects) const {
     return readings_.simulate(model, ExtendedModel(readings_.model(), effects));
   }
+  void weigh_here() { weigh(fit_, readings_.relative_noise(), doubt_mm_, smallest_s_mm_); }
   [[nodiscard]] Eigen::VectorXd residual_of(
       const ModelVector& model, const std::vector<ActiveEffect>& effects,
       const Eigen::VectorXd& u) const {
@@ -252,23 +280,33 @@ class Fitter {
 
   /// fit_.J where the fit stands.
   void linearise() {
-    fit_.J.resize(readings_.count(), parameters_ + fitted_);
-    fit_.J.leftCols(parameters_) = readings_.jacobian(fit_.model);
-    const Eigen::VectorXd here = simulated(fit_.model, fit_.effects);
-    Eigen::Index column = parameters_;
+    std::vector<simulation::EffectNumber> numbers;
     for (std::size_t k = 0; k < fit_.effects.size(); ++k) {
-      const auto& effect = *fit_.effects[k].effect;
+      const ActiveEffect& active = fit_.effects[k];
+      const auto& effect = *active.effect;
       for (int i = 0; i < fitted_count(effect); ++i) {
         const auto index = static_cast<std::size_t>(i);
-        std::vector<ActiveEffect> moved = fit_.effects;
-        const double size = i < linear_count(effect)
-                                ? 1e-3 * effect.parameters[index].sigma
-                                : effect.searched_change(moved[k].x[index]);
-        moved[k].x[index] += size;
-        fit_.J.col(column++) = (simulated(fit_.model, moved) - here) / size;
+        const auto here = simulation::parameter_at(effect, active.place, i);
+        constexpr double kShareOfSize = 1e-2;
+        const double step =
+            i < linear_count(effect)
+                ? kShareOfSize * (here ? here->sigma : effect.parameters[index].sigma)
+                : effect.searched_change(active.x[index]);
+        numbers.push_back({k, index, step});
       }
     }
-    fit_.J = fit_.J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }).eval();
+    fit_.J = readings_.jacobian(fit_.model, extended_here(), numbers);
+  }
+
+  /// By how much the least-squares step would raise the log likelihood.
+  [[nodiscard]] double gain_of(const Equations& equations) const {
+    const auto& values = equations.eigen.eigenvalues();
+    double squares = 0.0;
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      if (values[i] <= kUnseen * equations.largest) continue;
+      squares += equations.along[i] * equations.along[i] / values[i];
+    }
+    return 0.5 * squares / (fit_.s_mm * fit_.s_mm);
   }
 
   /// Also says how many parameters the data determine.
@@ -333,24 +371,11 @@ class Fitter {
     return std::nullopt;
   }
 
-  /// A step that damping did not hold back moved the readings by next to nothing.
-  [[nodiscard]] bool is_settled(
-      const Equations& equations, double fall, double moved, double rise_of_likelihood) const {
-    constexpr double kUndamped = 1e-9;
-    constexpr double kNoFall = 1e-6;  // of the squares
-    constexpr double kNoMove = 1e-3;  // of s, in each reading
-    constexpr double kNoRise = 1e-2;  // of the log likelihood
-    const bool free = damping_ < kUndamped || fall < kNoFall * equations.squares;
-    const double root_count = std::sqrt(static_cast<double>(readings_.count()));
-    return free && moved < kNoMove * fit_.s_mm * root_count &&
-           std::abs(rise_of_likelihood) < kNoRise;
-  }
-
   const Readings& readings_;
   Eigen::Index parameters_;  // of the model, before those of the effects
-  Eigen::Index fitted_ = 0;  // of the effects
   double smallest_s_mm_;
   double damping_ = 0.0;
+  Eigen::VectorXd doubt_mm_;
   JointFit fit_;
 };
 

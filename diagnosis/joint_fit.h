@@ -1,9 +1,10 @@
 // Robot, clamp angle and effects fitted together to every reading. Each reading is either good,
 // normal with standard deviation s, or gross, anywhere within a millimetre:
 //   L = sum ln((1 - eps) phi(e/s_i)/s_i + eps/W),   s_i = s r_i,   W = 1 mm
-// with r_i the dial's noise over that of the others (Readings::relative_noise),
-// so that gross errors neither pull the fit nor are lost as evidence. Fitted by weighted
-// Gauss-Newton steps, weights = probability of being good.
+// with r_i the dial's noise over that of the others (Readings::relative_noise), and what nobody
+// knows of a sample in it (Readings::doubt_mm), so that gross errors neither pull the fit nor
+// are lost as evidence. Fitted by weighted Gauss-Newton steps, weights = probability of being
+// good, with the full derivative: what an effect does depends on the robot it does it to.
 //
 // Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
 // smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
@@ -22,7 +23,7 @@ struct JointFit {
   Eigen::VectorXd residual_mm;  // measured - simulated - C u
   Eigen::VectorXd weight;       // probability that a reading is good
   Eigen::VectorXd noise;        // standard deviation of each reading, in s
-  Eigen::MatrixXd J;            // d(simulated)/d(model, linear parameters of the effects)
+  Eigen::MatrixXd J;            // d(simulated)/d(model, fitted parameters of the effects)
   Eigen::MatrixXd covariance;   // of the same, with the fitted s
   Eigen::MatrixXd random;       // C, count x m
   Eigen::VectorXd u;            // [mm]
@@ -30,6 +31,8 @@ struct JointFit {
   double gross_share = 0.0;     // eps
   double log_likelihood = 0.0;  // with u's density, and u integrated out
   int fitted = 0;               // number of parameters that the data determine
+  /// No step would raise the likelihood by anything that matters. Where this is false, nothing
+  /// that is computed from the fit may be called certain.
   bool converged = false;
   /// What a row of the least squares is multiplied by.
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }

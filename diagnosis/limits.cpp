@@ -5,21 +5,34 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
+#include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
-// 80 % power: so many standard deviations on the safe side.
-constexpr double kPower = 0.84;
+constexpr double kPower = 0.8;
+constexpr int kDraws = 160;  // the power is known to 3 %
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kNoiseStream = 73;
+constexpr std::uint32_t kDirectionStream = 74;
 
-/// A hypothesis' weighted columns off everything fitted, at a few searched values.
+/// A hypothesis' weighted columns at one searched value, off everything fitted.
+struct Columns {
+  Eigen::MatrixXd projected;
+  Eigen::MatrixXd noise;    // projected' x noise, one column a draw
+  Eigen::VectorXd sizes;    // a plausible size of each column's parameter
+  Eigen::MatrixXd inverse;  // of projected' x projected
+  MarginalEvidence evidence;
+};
+
+/// A hypothesis at a few searched values.
 struct Seen {
   Hypothesis hypothesis;
-  std::vector<Eigen::MatrixXd> columns;
+  std::vector<Columns> values;
   double surviving = 1.0;
   double search_cost = 0.0;
   Eigen::VectorXd raw;  // first parameter's column, weighted, not projected
@@ -35,20 +48,11 @@ std::vector<double> few_of(std::vector<double> values) {
   return result;
 }
 
-double evidence_of(
-    const Eigen::MatrixXd& columns, const Eigen::VectorXd& signal, double noise_squares,
-    double freedom) {
-  const MarginalLikelihood found = marginal_likelihood(
-      columns.transpose() * columns, columns.transpose() * signal,
-      noise_squares + signal.squaredNorm(), freedom);
-  return found.by_scale.empty() ? 0.0 : log_mean_exp(found.by_scale);
-}
-
 /// Smallest size in [low, high] at which `enough` holds, by bisection of its logarithm.
 template <typename Test>
 double least_size(double low, double high, Test&& enough) {
   if (!enough(high)) return kInfinite;
-  constexpr int kHalvings = 24;
+  constexpr int kHalvings = 12;  // of eight decades: to half a per cent
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = std::sqrt(low * high);
     (enough(middle) ? high : low) = middle;
@@ -91,18 +95,17 @@ class LimitStudy {
   LimitStudy(
       const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
       const NamingSettings& settings)
-      : readings_(readings), fit_(fit), projector_(fit) {
+      : readings_(readings), fit_(fit), projector_(fit), settings_(settings) {
+    draw_noise();
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
     for (const Hypothesis& each : hypotheses) {
       if (each.effect->exchanges_dials) continue;  // no size to be told
       Seen seen = seen_of(each, extended, simulated);
-      if (!seen.columns.empty()) all_.push_back(std::move(seen));
+      if (!seen.values.empty()) all_.push_back(std::move(seen));
     }
-    // Log evidence that detects: the prior of one among so many, and what a name must show.
-    const double tests = static_cast<double>(std::max<std::size_t>(2, all_.size()));
-    seen_at_ = with_power(std::log(tests) + settings.least_log_odds);
-    apart_ = with_power(settings.tie_log_odds);
+    // The prior of one among so many.
+    prior_cost_ = std::log(static_cast<double>(std::max<std::size_t>(2, all_.size())));
   }
 
   [[nodiscard]] std::vector<Limit> limits() const {
@@ -112,10 +115,20 @@ class LimitStudy {
   }
 
  private:
-  /// Mean log odds at which they exceed `log_odds` with the power asked for: two explanations
-  /// whose log odds are d differ by a signal of sqrt(2 d) standard deviations.
-  [[nodiscard]] static double with_power(double log_odds) {
-    return std::pow(kPower + std::sqrt(kPower * kPower + 2 * log_odds), 2) / 2;
+  /// What would be left of noise alone after the fit.
+  void draw_noise() {
+    noise_.resize(readings_.count(), kDraws);
+    for (Eigen::Index draw = 0; draw < kDraws; ++draw) {
+      for (Eigen::Index row = 0; row < noise_.rows(); ++row) {
+        noise_(row, draw) = calibration::random_normal(
+            1, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0,
+            kNoiseStream);
+      }
+    }
+    const Eigen::MatrixXd& Q = projector_.Q();
+    noise_ -= Q * (Q.transpose() * noise_);
+    noise_ *= std::sqrt(projector_.squares() / projector_.freedom());
+    noise_squares_ = noise_.colwise().squaredNorm();
   }
 
   [[nodiscard]] Seen seen_of(
@@ -135,16 +148,25 @@ class LimitStudy {
           projector_.root_weight().asDiagonal() *
           effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated);
       Eigen::MatrixXd kept(raw.rows(), 0);
+      Columns columns;
       for (Eigen::Index i = 0; i < raw.cols(); ++i) {
-        if (raw.col(i).squaredNorm() <= 0) continue;
+        const auto here =
+            simulation::parameter_at(*each.effect, each.place, static_cast<int>(i));
+        if (!here || raw.col(i).squaredNorm() <= 0) continue;
         kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
         kept.rightCols(1) = raw.col(i);
+        columns.sizes.conservativeResize(kept.cols());
+        columns.sizes[kept.cols() - 1] = here->sigma;
       }
       if (kept.cols() == 0) continue;
       if (seen.raw.size() == 0) seen.raw = kept.col(0);
-      const Eigen::MatrixXd projected = kept - Q * (Q.transpose() * kept);
-      seen.surviving = std::min(seen.surviving, projected.norm() / kept.norm());
-      seen.columns.push_back(projected);
+      columns.projected = kept - Q * (Q.transpose() * kept);
+      seen.surviving = std::min(seen.surviving, columns.projected.norm() / kept.norm());
+      columns.noise = columns.projected.transpose() * noise_;
+      const Eigen::MatrixXd normal = columns.projected.transpose() * columns.projected;
+      columns.inverse = normal.completeOrthogonalDecomposition().pseudoInverse();
+      columns.evidence = MarginalEvidence(normal);
+      seen.values.push_back(std::move(columns));
     }
     return seen;
   }
@@ -164,77 +186,138 @@ class LimitStudy {
     return limit;
   }
 
+  /// A rival at the searched value that takes most of the signal over.
+  struct Rival {
+    const Seen* seen;
+    std::vector<const Columns*> at;      // for each value of the one that is there
+    std::vector<Eigen::MatrixXd> cross;  // its columns' x those of the one that is there
+  };
+
   void find_sizes(const Seen& own, Limit& limit) const {
-    // The typical searched value; a step in the middle, a period in the middle.
-    const Eigen::MatrixXd& columns = own.columns[own.columns.size() / 2];
-    // Of several parameters the direction that shows least.
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(
-        columns.transpose() * columns, Eigen::ComputeFullV);
-    const Eigen::VectorXd direction = svd.matrixV().rightCols(1);
-    const Eigen::VectorXd unit_signal = columns * direction;
-    const double s_mm = std::sqrt(projector_.squares() / projector_.freedom());
-    const double low = 1e-4 * s_mm / std::max(1e-300, unit_signal.norm());
-    const double high = 1e8 * low;
-    limit.detect = least_size(low, high, [&](double size) {
-      return evidence(columns, size * unit_signal) - own.search_cost >= seen_at_;
-    });
-    limit.name = limit.detect;
-    for (const Seen* other : hardest_rivals(own, unit_signal)) {
-      const double size = least_size(low, high, [&](double amount) {
-        const Eigen::VectorXd signal = amount * unit_signal;
-        double best = -1e300;
-        for (const Eigen::MatrixXd& columns_b : other->columns) {
-          best = std::max(best, evidence(columns_b, signal));
-        }
-        return evidence(columns, signal) - own.search_cost - (best - other->search_cost) >=
-               apart_;
-      });
-      if (size > limit.name || (!limit.rival && size >= limit.name)) {
-        limit.name = size;
-        limit.rival = other->hypothesis;
-      }
+    const std::vector<Rival> rivals = hardest_rivals(own);
+    double most = 0.0;  // signal of a plausible size, in any direction
+    for (const Columns& each : own.values) {
+      most = std::max(most, (each.projected * each.sizes.asDiagonal()).norm());
     }
+    const double s_mm = std::sqrt(projector_.squares() / projector_.freedom());
+    const double low = 1e-1 * s_mm / std::max(1e-300, most) * limit.plausible;
+    const double high = 1e7 * low;
+    std::vector<int> lost(rivals.size());
+    limit.detect = least_size(low, high, [&](double size) {
+      return counted(own, rivals, size / limit.plausible, lost).detected >= kPower;
+    });
+    limit.name = least_size(low, high, [&](double size) {
+      return counted(own, rivals, size / limit.plausible, lost).named >= kPower;
+    });
+    limit.name = std::max(limit.name, limit.detect);
+    // The rival that most often stands in the way, just below the limit.
+    const double near = std::isfinite(limit.name) ? 0.8 * limit.name : high;
+    std::ranges::fill(lost, 0);
+    (void)counted(own, rivals, near / limit.plausible, lost);
+    const auto worst = std::ranges::max_element(lost);
+    if (worst != lost.end()) {
+      limit.rival = rivals[static_cast<std::size_t>(worst - lost.begin())].seen->hypothesis;
+    }
+  }
+
+  struct Power {
+    double detected = 0.0;  // something is found
+    double named = 0.0;     // for certain, and rightly
+  };
+  /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
+  [[nodiscard]] Power counted(
+      const Seen& own, const std::vector<Rival>& rivals, double times,
+      std::vector<int>& lost) const {
+    Power power;
+    const double implausible = std::log1p(std::pow(times / kBelievedWidth, 2));
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const std::size_t v = static_cast<std::size_t>(draw) % own.values.size();
+      const Columns& at = own.values[v];
+      const Eigen::VectorXd x = times * at.sizes.cwiseProduct(direction(at.sizes.size(), draw));
+      const Eigen::VectorXd signal = at.projected.transpose() * (at.projected * x);
+      const Eigen::VectorXd right = signal + at.noise.col(draw);
+      const double sse = noise_squares_[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
+      const double freedom = projector_.freedom();
+      const double evidence = at.evidence(right, sse, freedom) - own.search_cost - implausible;
+      double best = evidence;
+      bool tied = evidence - prior_cost_ < settings_.tie_log_odds;
+      for (std::size_t r = 0; r < rivals.size(); ++r) {
+        const Columns& other = *rivals[r].at[v];
+        const double rival =
+            other.evidence(rivals[r].cross[v] * x + other.noise.col(draw), sse, freedom) -
+            rivals[r].seen->search_cost;
+        best = std::max(best, rival);
+        if (evidence - rival >= settings_.tie_log_odds) continue;
+        tied = true;
+        ++lost[r];
+      }
+      power.detected += best - prior_cost_ >= settings_.least_log_odds;
+      power.named += !tied;
+    }
+    power.detected /= kDraws;
+    power.named /= kDraws;
+    return power;
+  }
+
+  /// Of a draw: a unit vector, any.
+  [[nodiscard]] static Eigen::VectorXd direction(Eigen::Index count, int draw) {
+    Eigen::VectorXd result(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      result[i] = calibration::random_normal(
+          1, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(draw), 0,
+          kDirectionStream);
+    }
+    return result.normalized();
   }
 
   /// Those whose columns take over most of the signal.
-  [[nodiscard]] std::vector<const Seen*> hardest_rivals(
-      const Seen& own, const Eigen::VectorXd& unit_signal) const {
-    std::vector<std::pair<double, const Seen*>> rivals;
+  [[nodiscard]] std::vector<Rival> hardest_rivals(const Seen& own) const {
+    struct Scored {
+      double alike;
+      Rival rival;
+    };
+    std::vector<Scored> all;
     for (const Seen& other : all_) {
-      if (other.hypothesis == own.hypothesis) continue;
-      double alike = 0.0;
-      for (const Eigen::MatrixXd& columns_b : other.columns) {
-        if (other.surviving < kLeastSurviving) continue;
-        const Eigen::MatrixXd basis = orthonormal_basis(columns_b);
-        alike = std::max(
-            alike,
-            (basis.transpose() * unit_signal).norm() / std::max(1e-300, unit_signal.norm()));
+      if (other.hypothesis == own.hypothesis || other.surviving < kLeastSurviving) continue;
+      Scored scored{0.0, {&other, {}, {}}};
+      for (const Columns& at : own.values) {
+        double best = -1.0;
+        scored.rival.at.push_back(nullptr);
+        scored.rival.cross.emplace_back();
+        for (const Columns& there : other.values) {
+          Eigen::MatrixXd cross = there.projected.transpose() * at.projected;
+          const double taken = (cross.transpose() * there.inverse * cross).trace();
+          const double share = taken / at.projected.squaredNorm();
+          if (share <= best) continue;
+          best = share;
+          scored.rival.at.back() = &there;
+          scored.rival.cross.back() = std::move(cross);
+        }
+        scored.alike = std::max(scored.alike, best);
       }
-      rivals.emplace_back(alike, &other);
+      all.push_back(std::move(scored));
     }
-    std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) {
-      return a.first != b.first ? a.first > b.first
-                                : a.second->hypothesis.name() < b.second->hypothesis.name();
+    std::stable_sort(all.begin(), all.end(), [](const Scored& a, const Scored& b) {
+      return a.alike != b.alike
+                 ? a.alike > b.alike
+                 : a.rival.seen->hypothesis.name() < b.rival.seen->hypothesis.name();
     });
-    constexpr std::size_t kHardest = 4;
-    std::vector<const Seen*> result;
-    for (const auto& [alike, other] : rivals) {
-      if (result.size() < kHardest) result.push_back(other);
+    constexpr std::size_t kHardest = 5;
+    std::vector<Rival> result;
+    for (Scored& each : all) {
+      if (result.size() < kHardest) result.push_back(std::move(each.rival));
     }
     return result;
-  }
-
-  [[nodiscard]] double evidence(
-      const Eigen::MatrixXd& columns, const Eigen::VectorXd& signal) const {
-    return evidence_of(columns, signal, projector_.squares(), projector_.freedom());
   }
 
   const Readings& readings_;
   const JointFit& fit_;
   Projector projector_;
+  const NamingSettings& settings_;
   std::vector<Seen> all_;
-  double seen_at_ = 0.0;
-  double apart_ = 0.0;
+  Eigen::MatrixXd noise_;  // count x draws
+  Eigen::RowVectorXd noise_squares_;
+  double prior_cost_ = 0.0;
 };
 
 }  // namespace

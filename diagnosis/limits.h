@@ -1,7 +1,12 @@
-// Two limits of every effect on this session: the smallest size at which it would have been
-// detected, and the smallest at which it would have been named rightly, both with a probability
-// of 80 % (geodesists: minimal detectable and minimal identifiable bias). Also which effects
-// the fitted parameters absorb.
+// The two limits of every effect on this session: the smallest size that it would have been
+// detected at, and the smallest at which it would have been named rightly, alone and for
+// certain (geodesists' MDB and MIB), both with 80 % power; and which effects the fitted
+// parameters absorb.
+//
+// Power is counted, not approximated: noise and effect are drawn many times, an effect of
+// several parameters in any direction, a searched one at several places of its search, and the
+// linear evidence of the effect, of its hardest rivals and of nothing at all is compared as the
+// search does. A name that is tied with anything, with nothing too, is no right name.
 #pragma once
 
 #include <optional>

@@ -207,6 +207,7 @@ Finding finding_of(
       evidence,
       {},
       evidence < settings.tie_log_odds};
+  finding.settled = found.fit.converged;
   // With several names, best_of_growing has already held smooth functions against them; a
   // single name is held against one here.
   const Explanation unnamed =
@@ -254,6 +255,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
     result.findings.push_back(finding_of(search, settings, found, i));
   }
   result.gross = gross_readings(readings, found.fit);
+  result.evidence = found.evidence;
   result.extended = std::move(found.fit);
   return result;
 }
@@ -274,11 +276,13 @@ std::vector<std::string> NamedCauses::depends_on() const {
   return result;
 }
 
-NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
-  const Readings as_measured = readings;
+namespace {
+
+/// Asks again with the noise that each dial shows, until it stays: a dial that scatters more
+/// than the others would make causes of its own. Its tails come in step by step.
+NamedCauses identify_from(
+    Readings& readings, const Readings& as_measured, const NamingSettings& settings) {
   NamedCauses result = name_causes_with_noise(readings, settings);
-  // A dial that scatters more than the others would make causes of its own: with its own noise
-  // all is asked again. Its tails come in step by step.
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -290,6 +294,26 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
     }
     readings = as_measured.with_noise(std::move(noise));
     result = name_causes_with_noise(readings, settings);
+  }
+  return result;
+}
+
+}  // namespace
+
+NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
+  const Readings as_measured = readings;
+  const JointFit plain = fit_baseline(readings);
+  NamedCauses result = identify_from(readings, as_measured, settings);
+  // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
+  // are tried: the noise first, or the names first.
+  if (result.findings.empty() && result.unknown.empty()) return result;
+  std::vector<double> noise = uneven_noise(as_measured, plain);
+  if (noise.empty() || result.swap) return result;
+  Readings noise_first = as_measured.with_noise(std::move(noise));
+  NamedCauses other = identify_from(noise_first, as_measured, settings);
+  if (other.evidence - noise_cost(noise_first) > result.evidence - noise_cost(readings)) {
+    readings = std::move(noise_first);
+    return other;
   }
   return result;
 }

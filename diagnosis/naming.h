@@ -45,8 +45,9 @@ struct Finding {
   /// would.
   std::vector<std::string> tied_with_unknown{};
   double unknown_log_odds = 0.0;  // evidence for the name less evidence for that
+  bool settled = true;            // the fit that it rests on has converged
   [[nodiscard]] bool certain() const {
-    return tied_with.empty() && !tied_with_nothing && tied_with_unknown.empty();
+    return settled && tied_with.empty() && !tied_with_nothing && tied_with_unknown.empty();
   }
 };
 
@@ -69,6 +70,7 @@ struct NamedCauses {
   [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;
   std::optional<Hypothesis> swap;
+  double evidence = 0.0;  // log likelihood of the whole less what it costs
   double family_p_value = 1.0;
   std::vector<Candidate> candidates;  // scored against the baseline
   std::vector<NotTestable> not_testable;

@@ -115,11 +115,14 @@ Readings Readings::without_dial(std::size_t dial) const {
 Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
+  result.doubts_ = doubts_;
   return result.with_noise(noise_of_dial_);
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {
   circumstances_ = simulation::circumstances_of(*model_, at, trials_);
+  doubts_ = simulation::doubts_of(circumstances_);
+  reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
 }
 
 void Readings::pick(
@@ -162,6 +165,50 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
     }
   }
   return J;
+}
+
+Eigen::MatrixXd Readings::jacobian(
+    const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
+    const std::vector<simulation::EffectNumber>& numbers) const {
+  if (extended.effects().empty()) return jacobian(at);
+  simulation::ExtendedSlopes slopes(extended, numbers);
+  simulation::ExtendedSlopes::Slopes seen;
+  simulation::Scene scene;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
+  for (std::size_t t = 0; t < trials_.size(); ++t) {
+    if (first_row_[t] == first_row_[t + 1]) continue;
+    if (!slopes.at(at, trials_[t], circumstances_[t], scene, seen)) continue;
+    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
+      const int channel = rows_[static_cast<std::size_t>(row)].dial;
+      J.row(row) = has_dials_ ? seen.reading.row(channel) : seen.tool.row(channel);
+    }
+  }
+  return J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
+Eigen::VectorXd Readings::doubt_mm(
+    const simulation::ModelVector& at, const simulation::ExtendedModel& extended) const {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(count());
+  if (extended.effects().empty()) return squares;
+  simulation::Scene scene;
+  Eigen::VectorXd as_taken(count());
+  Eigen::VectorXd otherwise(count());
+  std::size_t last = trials_.size();
+  for (const simulation::Doubt& doubt : doubts_) {
+    const std::size_t t = doubt.trial;
+    const Eigen::Index first = first_row_[t];
+    const Eigen::Index rows = first_row_[t + 1] - first;
+    if (rows == 0) continue;
+    if (t != last) {
+      if (!extended.run(at, trials_[t], circumstances_[t], scene)) continue;
+      pick(scene, t, as_taken);
+      last = t;
+    }
+    if (!extended.run(at, trials_[t], doubt.otherwise, scene)) continue;
+    pick(scene, t, otherwise);
+    squares.segment(first, rows) += (otherwise - as_taken).segment(first, rows).cwiseAbs2();
+  }
+  return squares.cwiseSqrt();
 }
 
 const Eigen::MatrixXd& Readings::reading_columns(

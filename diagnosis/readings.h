@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "simulation/extended_model.h"
+#include "simulation/extended_slopes.h"
 #include "simulation/forward_model.h"
 #include "simulation/trial.h"
 
@@ -55,10 +56,12 @@ class Readings {
   /// Standard deviation of each number over the common one, by the rig file's figures of the
   /// dials until something else is said; of the middle dial it is 1.
   [[nodiscard]] const Eigen::VectorXd& relative_noise() const { return relative_noise_; }
+  /// Standard deviation of each dial's readings [mm] that relative_noise comes from.
+  [[nodiscard]] const std::vector<double>& noise_of_dial() const { return noise_of_dial_; }
   /// The same session, dial d's noise so many times the common one.
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
-  /// Computes each sample's direction of travel again, which depends on where the model puts
-  /// the tool: call it after a fit.
+  /// Directions of travel and of plungers depend on where the tool was: set it again after a
+  /// fit.
   void place_tool(const simulation::ModelVector& at);
   /// Rows of trial t: [first_row(t), first_row(t + 1)).
   [[nodiscard]] Eigen::Index first_row(std::size_t trial) const { return first_row_[trial]; }
@@ -67,9 +70,17 @@ class Readings {
   [[nodiscard]] Eigen::VectorXd simulate(
       const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
       const simulation::ActiveEffect* extra = nullptr) const;
-  /// d(simulated)/d(model), count x 11, of the plain model: effects bend it by their own size,
-  /// which Gauss-Newton steps do not notice.
+  /// d(simulated)/d(model), count x parameters, of the plain model.
   [[nodiscard]] Eigen::MatrixXd jacobian(const simulation::ModelVector& at) const;
+  /// d(simulated)/d(model, numbers of the effects), with all that the effects make of the
+  /// model.
+  [[nodiscard]] Eigen::MatrixXd jacobian(
+      const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
+      const std::vector<simulation::EffectNumber>& numbers) const;
+  /// Standard deviation of each simulated value for what nobody knows of its sample (the side
+  /// that a joint came from, a temperature that was not recorded) [mm]; mostly 0.
+  [[nodiscard]] Eigen::VectorXd doubt_mm(
+      const simulation::ModelVector& at, const simulation::ExtendedModel& extended) const;
   /// Random columns that every fit has: with a free mount, the angle of each sample around the
   /// one that its active three gave, count x samples, scaled to 10 mrad. Else none.
   [[nodiscard]] Eigen::MatrixXd nuisance() const;
@@ -91,6 +102,7 @@ class Readings {
   const simulation::ForwardModel* model_;
   std::vector<simulation::Trial> trials_;
   std::vector<simulation::Circumstance> circumstances_;
+  std::vector<simulation::Doubt> doubts_;
   std::vector<bool> counts_;
   std::vector<Row> rows_;
   std::vector<Eigen::Index> first_row_;

@@ -4,10 +4,13 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <map>
+#include <utility>
 
-#include "calibration/rig_spaces.h"
-#include "calibration/uncertainty.h"
+#include "calibration/noise.h"
+#include "diagnosis/gross_readings.h"
 #include "diagnosis/thresholds.h"
+#include "geometry/same_pose.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -26,29 +29,82 @@ bool scatters(const Noise& noise, double s_mm, double freedom) {
          ratio * freedom > boost::math::quantile(boost::math::complement(law, kScatterLevel));
 }
 
+/// Pooled variance of what the fit leaves at repeats of one pose: what the model says of a pose
+/// falls out, and so does the jitter of the encoders. Repeats of a point from another side are
+/// another pose.
+class Repeats {
+ public:
+  Repeats(const Readings& readings, const JointFit& fit, std::optional<std::size_t> only) {
+    const auto& trials = readings.trials();
+    for (Eigen::Index row = 0; row < readings.count(); ++row) {
+      const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+      if (fit.weight[row] <= kGoodWeight) continue;
+      if (only && each.dial != static_cast<int>(*only)) continue;
+      groups_[{trials[static_cast<std::size_t>(each.trial)].point, each.dial}].push_back(row);
+    }
+    for (const auto& [key, rows] : groups_) add(readings, fit, rows);
+  }
+  [[nodiscard]] int freedom() const { return freedom_; }
+  [[nodiscard]] double sigma_mm() const { return std::sqrt(squares_ / std::max(1, freedom_)); }
+
+ private:
+  void add(
+      const Readings& readings, const JointFit& fit, const std::vector<Eigen::Index>& rows) {
+    if (rows.size() < 2) return;
+    double sum = 0.0;
+    for (const Eigen::Index row : rows) {
+      if (!same_pose(readings, rows.front(), row)) return;
+      sum += fit.residual_mm[row];
+    }
+    const double mean = sum / static_cast<double>(rows.size());
+    for (const Eigen::Index row : rows) squares_ += std::pow(fit.residual_mm[row] - mean, 2);
+    freedom_ += static_cast<int>(rows.size()) - 1;
+  }
+  [[nodiscard]] static bool same_pose(
+      const Readings& readings, Eigen::Index a, Eigen::Index b) {
+    const auto& first = readings.trials()[static_cast<std::size_t>(
+        readings.rows()[static_cast<std::size_t>(a)].trial)];
+    const auto& other = readings.trials()[static_cast<std::size_t>(
+        readings.rows()[static_cast<std::size_t>(b)].trial)];
+    const auto& joints = readings.model().robot().joints;
+    for (Eigen::Index j = 0; j < first.q.size(); ++j) {
+      const auto joint = static_cast<std::size_t>(j);
+      if (first.approach_of(joint) * other.approach_of(joint) < 0) return false;
+      const double apart = std::abs(first.q[j] - other.q[j]);
+      if (apart > geometry::same_pose(joints[joint].unit())) return false;
+    }
+    return true;
+  }
+
+  std::map<std::pair<int, int>, std::vector<Eigen::Index>> groups_;  // by point and channel
+  double squares_ = 0.0;
+  int freedom_ = 0;
+};
+
 }  // namespace
 
 Noise noise_of(const Readings& readings, const JointFit& fit, std::optional<std::size_t> only) {
-  std::vector<simulation::Trial> trials = readings.trials();
-  for (Eigen::Index row = 0; row < readings.count(); ++row) {
-    const Row& each = readings.rows()[static_cast<std::size_t>(row)];
-    const bool other = only && each.dial != static_cast<int>(*only);
-    if (fit.weight[row] > kGoodWeight && !other) continue;
-    auto& trial = trials[static_cast<std::size_t>(each.trial)];
-    if (readings.has_dials()) {
-      trial.reading[static_cast<std::size_t>(each.dial)].reset();
-    } else {
-      trial.position_mm.reset();
-    }
-  }
-  const auto repeats = calibration::repeat_noise(trials, readings.has_dials());
-  if (repeats && repeats->degrees_of_freedom >= calibration::kEnoughRepeats &&
-      repeats->sigma_mm > 0) {
-    return {NoiseSource::kRepeats, repeats->sigma_mm, repeats->degrees_of_freedom};
+  const Repeats repeats(readings, fit, only);
+  if (repeats.freedom() >= calibration::kEnoughRepeats && repeats.sigma_mm() > 0) {
+    return {NoiseSource::kRepeats, repeats.sigma_mm(), repeats.freedom()};
   }
   return {
       NoiseSource::kRigFile, only ? readings.rig_noise_of(*only) : readings.rig_noise_mm(), 0};
 }
+
+namespace {
+
+/// A dial that has nothing to do with what the simulation says.
+NoisyDial wrong_dial(const Readings& readings, const JointFit& fit, std::size_t dial) {
+  double squares = 0.0;
+  const auto& rows = readings.rows_of_dial(dial);
+  for (const Eigen::Index row : rows) squares += std::pow(fit.residual_mm[row], 2);
+  return {
+      readings.model().rig().dials[dial].id,
+      std::sqrt(squares / static_cast<double>(rows.size())), readings.rig_noise_of(dial)};
+}
+
+}  // namespace
 
 Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& noise) {
   Scatter result;
@@ -62,11 +118,16 @@ Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& n
     const auto d = static_cast<std::size_t>(readings.has_dials() ? dial : 0);
     squares[d] += fit.weight[row] * fit.residual_mm[row] * fit.residual_mm[row];
     freedom[d] += share * fit.weight[row];
-    relative[d] = fit.noise[row];
+    relative[d] = readings.relative_noise()[row];
   }
   double in_noise = 0.0;
   double others = 0.0;
+  const std::vector<bool> wrong = wrong_dials(readings, fit);
   for (std::size_t d = 0; d < dials; ++d) {
+    if (d < wrong.size() && wrong[d]) {
+      result.dials.push_back(wrong_dial(readings, fit, d));
+      continue;
+    }
     if (freedom[d] <= 0) continue;
     const double sigma_mm = std::sqrt(squares[d] / freedom[d]);
     if (relative[d] > kUnevenFactor) {

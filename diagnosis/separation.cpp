@@ -25,7 +25,7 @@ Equations equations_of(
   const Eigen::VectorXd base = readings.simulate(fit.model, without);
   Equations result;
   result.signal = readings.simulate(fit.model, without, &own) - base;
-  std::vector<Eigen::MatrixXd> blocks{readings.jacobian(fit.model)};
+  std::vector<Eigen::MatrixXd> blocks{readings.jacobian(fit.model, without, {})};
   for (const ActiveEffect& each : others) {
     blocks.push_back(effect_columns(readings, fit.model, without, each, base));
   }

@@ -20,9 +20,11 @@ inline constexpr double kGrossRange_mm = 1.0;
 /// or the fit could explain half of a session and call the rest gross.
 inline constexpr double kLeastGrossShare = 0.002;
 inline constexpr double kMostGrossShare = 0.25;
-/// If more readings than this look gross, the fit may explain only a part of the session: it is
-/// started again from another place.
-inline constexpr double kSuspiciousGrossShare = 0.08;
+/// Gross errors are single readings. A dial with a larger share of them is wrong as a whole.
+inline constexpr double kMostGrossOfADial = 0.5;
+/// With more gross readings than this (single gross errors are fewer than one in twenty), a fit
+/// may have settled on a part of the session: it is tried again from far away.
+inline constexpr double kSuspiciousGrossShare = 0.06;
 
 // ---- A baseline that looks wrong as a whole: dials exchanged, tips off their faces.
 /// Share of gross readings, and scatter in units of the rig file's noise. Single gross errors
@@ -42,7 +44,7 @@ inline constexpr double kScatterLevel = 1e-3;
 inline constexpr double kMakersWord = 1.3;
 /// A dial scatters more than the others at this level (one of six, asked up to three times),
 /// by at least this factor: less would not change a verdict.
-inline constexpr double kUnevenLevel = 1e-4;
+inline constexpr double kUnevenLevel = 1e-3;
 inline constexpr double kUnevenFactor = 1.3;
 inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of the parameters
 
@@ -50,10 +52,10 @@ inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of
 /// If less than this share of an effect's signal is left once the fitted parameters have taken
 /// over what they can, they absorb the effect: the rest is rounding.
 inline constexpr double kLeastSurviving = 1e-5;
-/// Sizes are believed by a Cauchy density of this width, in plausible sizes, and not at all
-/// beyond kAbsurdSize of its widths: a hundred times what rigs of this kind show.
+/// Sizes are believed by a Cauchy density of this width, in plausible sizes: a hundred times
+/// what rigs of this kind show costs six units of log evidence, and is named if nothing else
+/// says it.
 inline constexpr double kBelievedWidth = 5.0;
-inline constexpr double kAbsurdSize = 20.0;
 /// How far below the best a candidate's linear score may be, and how many are then fitted: a
 /// linear score misses the refitted evidence by a few units, and by more for large effects.
 struct Shortlist {

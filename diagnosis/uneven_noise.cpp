@@ -18,7 +18,7 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
     const Eigen::Index dial = readings.rows()[static_cast<std::size_t>(row)].dial;
     squares[dial] += fit.weight[row] * std::pow(fit.residual_mm[row], 2);
     freedom[dial] += fit.weight[row];
-    before[dial] = fit.noise[row];
+    before[dial] = readings.relative_noise()[row];
   }
   freedom *= 1 - fit.fitted / fit.weight.sum();
   const Eigen::VectorXd relative = squares.cwiseQuotient(before.cwiseAbs2());
@@ -39,6 +39,19 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
         enough ? std::sqrt(squares[d] / freedom[d]) : fit.s_mm * before[d];
   }
   return uneven ? result : std::vector<double>{};
+}
+
+double noise_cost(const Readings& readings) {
+  if (!readings.has_dials()) return 0.0;
+  double cost = 0.0;
+  const std::size_t dials = readings.model().rig().dials.size();
+  bool own = false;
+  for (std::size_t d = 0; d < dials; ++d) {
+    own = own || readings.noise_of_dial()[d] != readings.rig_noise_of(d);
+    const auto count = static_cast<double>(readings.rows_of_dial(d).size());
+    if (count > 1) cost += 0.5 * std::log(count);
+  }
+  return own ? cost : 0.0;
 }
 
 }  // namespace sixdial::diagnosis

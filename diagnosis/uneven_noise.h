@@ -12,4 +12,8 @@ namespace sixdial::diagnosis {
 /// than chance (F test) and by enough to matter; else empty.
 [[nodiscard]] std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit);
 
+/// What it costs in log evidence that the readings give each dial a noise of its own instead of
+/// the rig file's.
+[[nodiscard]] double noise_cost(const Readings& readings);
+
 }  // namespace sixdial::diagnosis

@@ -259,7 +259,7 @@ void along_robot(
     UnknownSearch& search, const Readings& readings, const JointFit& fit, const Covariates& at,
     const Eigen::MatrixXd& tool) {
   const simulation::ForwardModel& model = readings.model();
-  const Eigen::MatrixXd J = readings.jacobian(fit.model);
+  const Eigen::MatrixXd& J = fit.J;  // the robot's columns come first
   for (Eigen::Index k = 0; k < model.robot_parameter_count(); ++k) {
     constexpr double kAlike = 1e-4;  // tool columns are differences, J is not
     const auto is_column = [&](Eigen::Index axis) {

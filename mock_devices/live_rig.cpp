@@ -67,14 +67,21 @@ Moment LiveRig::moment(double time_s) const {
       .q_rad = move.at(time_s),
       .approach = approach_,
       .assembly = leg.assembly};
-  if (!model_.world().effects.empty()) {
-    Moment start = now;
-    start.q_rad = move.from_rad();
-    const auto from = model_.tool(start);
-    const auto to = model_.tool(now);
-    if (from && to && (*to - *from).norm() > kStill_mm) now.travel = (*to - *from).normalized();
-  }
+  if (!model_.world().effects.empty()) now.travel = last_travel(now);
   return now;
+}
+
+Vector2d LiveRig::last_travel(const Moment& now) const {
+  const auto to = model_.tool(now);
+  // A move to where the rig stands already is none: the one before counts.
+  for (auto leg = legs_.rbegin(); to && leg != legs_.rend(); ++leg) {
+    if (leg->move.start_s() > now.time_s) continue;
+    Moment start = now;
+    start.q_rad = leg->move.from_rad();
+    const auto from = model_.tool(start);
+    if (from && (*to - *from).norm() > kStill_mm) return (*to - *from).normalized();
+  }
+  return Vector2d::Zero();
 }
 
 bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s) {

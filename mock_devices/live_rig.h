@@ -75,6 +75,8 @@ class LiveRig {
   };
 
   [[nodiscard]] Moment moment(double time_s) const;
+  /// Direction in W of the tool's last real move, zero before the first.
+  [[nodiscard]] Eigen::Vector2d last_travel(const Moment& now) const;
   struct Leg {
     Move move;
     geometry::Assembly assembly;

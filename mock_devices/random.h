@@ -22,6 +22,7 @@ enum class Stream : std::uint32_t {
   kWalk,
   kHide,
   kNoiseByte,
+  kBefore,  // where things stood before the first move
 };
 
 class Random {

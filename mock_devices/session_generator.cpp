@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "mock_devices/hidden/cause.h"
 #include "mock_devices/random.h"
 
 namespace sixdial::mock_devices {
@@ -12,84 +13,118 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A planned approach that the direct move does not give is made from this far behind the pose.
+// Who plans an approach makes the robot come from so far behind the pose.
 constexpr double kOvershoot_rad = 0.02;
-constexpr double kStill_rad = 1e-9;
+// A joint that is sent no further than this stays where it is; what its encoder then says is
+// jitter.
+constexpr double kStill_rad = 1e-4;
 constexpr double kStill_mm = 1e-9;
-
-int sign_of(double value, double still) { return value > still ? 1 : value < -still ? -1 : 0; }
-
-/// A pose and where the last stretch of the move to it began.
-struct Arrival {
-  std::array<int, 2> approach{0, 0};
-  std::optional<Vector2d> q_from;
-};
-
-Arrival arrival_of(const PlannedPose& pose, const std::optional<Vector2d>& q_before) {
-  Arrival arrival;
-  Vector2d from = q_before.value_or(pose.q_rad);
-  for (int joint = 0; joint < 2; ++joint) {
-    const auto j = static_cast<std::size_t>(joint);
-    const int direct =
-        q_before ? sign_of(pose.q_rad[joint] - (*q_before)[joint], kStill_rad) : 0;
-    const int wanted = pose.approach[j];
-    arrival.approach[j] = wanted != 0 ? wanted : direct;
-    if (wanted != 0 && wanted != direct) {
-      from[joint] = pose.q_rad[joint] - kOvershoot_rad * wanted;
-    }
-  }
-  if (q_before || pose.approach != std::array{0, 0}) arrival.q_from = from;
-  return arrival;
-}
+constexpr double kPlay_mm = 0.002;  // a plunger that comes back by less keeps its direction
 
 struct Shown {
   Readings mm;
-  std::vector<int> direction;  // of each plunger's last move
+  std::array<int, 2> approach;  // as a controller knows it: 0 before the first move
 };
 
-/// The readings of one pose, noise-free.
-Shown shown_at(
-    const WorldModel& model, Moment moment, const std::optional<Vector2d>& q_from,
-    const std::string& name) {
-  std::vector<std::optional<Push>> before;
-  if (q_from) {
-    Moment start = moment;
-    start.q_rad = *q_from;
-    // At the start of the last stretch the travel is not yet known; it hardly matters there.
-    const auto tool_from = model.tool(start);
-    const auto tool_to = model.tool(moment);
-    if (tool_from && tool_to) {
-      const Vector2d way = *tool_to - *tool_from;
-      if (way.norm() > kStill_mm) moment.travel = way.normalized();
+/// The rig on its way through a plan. What a move leaves behind (the side on which a gear
+/// lies, the elbows' play, the friction of a plunger) stays until the next move: standing still
+/// takes nothing of it away. Before the first move it is somewhere, and nobody knows where.
+class Way {
+ public:
+  explicit Way(const WorldModel& model) : model_(model) {
+    const Random before(model.world().seed, Stream::kBefore);
+    const auto side = [&](std::uint64_t counter) {
+      return before.uniform(counter) < 0.5 ? -1 : 1;
+    };
+    side_ = {side(0), side(1)};
+    travel_ = direction(before.uniform(2, 0.0, kTwoPi));
+    for (std::size_t dial = 0; dial < model.dial_count(); ++dial) {
+      plungers_.push_back({side(3 + dial), {}});
     }
-    if (const auto pose = model.pose(start)) before = pose->pushes;
   }
-  const auto pose = model.pose(moment);
-  if (!pose) {
-    throw std::invalid_argument(fmt::format(
-        "{}: the true robot cannot take the joint angles ({:.6f}, {:.6f}) rad", name,
-        moment.q_rad[0], moment.q_rad[1]));
+
+  /// Goes to a pose and reads the dials, noise-free.
+  [[nodiscard]] Shown go(const PlannedPose& planned, Moment moment) {
+    const bool asked = planned.approach != std::array{0, 0};
+    if (asked) {
+      moment.q_rad =
+          planned.q_rad - kOvershoot_rad * Vector2d(planned.approach[0], planned.approach[1]);
+      pass(moment);
+    }
+    moment.q_rad = planned.q_rad;
+    return {readings(pass(moment), moment, planned), known_};
   }
-  Shown result;
-  for (std::size_t dial = 0; dial < model.dial_count(); ++dial) {
-    const auto& push = pose->pushes[dial];
-    const double travel = model.world().rig.dials[dial].geometry.travel_mm;
-    int direction = 0;
-    if (!push || push->on_corner || push->displacement_mm >= travel) {
-      result.mm.emplace_back();
-    } else {
-      if (q_from && !before.empty()) {
-        // Out of contact the plunger rests at its stop, so it can only have been pushed in.
-        const double from_mm = before[dial] ? before[dial]->displacement_mm : 0.0;
-        direction = sign_of(push->displacement_mm - from_mm, kStill_mm);
+
+ private:
+  struct PlungerState {
+    int direction;
+    std::optional<double> turning_mm;  // furthest point in that direction
+  };
+
+  /// Arrives somewhere; `moment` gets what it owes to the past. Empty where there is no pose.
+  std::optional<TruePose> pass(Moment& moment) {
+    for (std::size_t joint = 0; joint < 2; ++joint) {
+      const auto j = static_cast<Eigen::Index>(joint);
+      const double way = q_here_ ? moment.q_rad[j] - (*q_here_)[j] : 0.0;
+      if (std::abs(way) <= kStill_rad) continue;
+      side_[joint] = known_[joint] = way > 0 ? 1 : -1;
+    }
+    moment.approach = side_;
+    if (q_here_ && (moment.q_rad - *q_here_).cwiseAbs().maxCoeff() > kStill_rad) {
+      Moment start = moment;
+      start.q_rad = *q_here_;
+      const auto from = model_.tool(start);
+      const auto to = model_.tool(moment);
+      if (from && to && (*to - *from).norm() > kStill_mm) travel_ = (*to - *from).normalized();
+    }
+    moment.travel = travel_;
+    q_here_ = moment.q_rad;
+    auto pose = model_.pose(moment);
+    if (!pose) return pose;
+    for (std::size_t dial = 0; dial < plungers_.size(); ++dial) {
+      const auto& push = pose->pushes[dial];
+      const double travel_mm = model_.world().rig.dials[dial].geometry.travel_mm;
+      // Out of contact the plunger rests at its stop.
+      follow(plungers_[dial], push ? std::min(push->displacement_mm, travel_mm) : 0.0);
+    }
+    return pose;
+  }
+
+  static void follow(PlungerState& plunger, double mm) {
+    const double way = plunger.turning_mm ? mm - *plunger.turning_mm : 0.0;
+    if (way * plunger.direction < 0 && std::abs(way) <= kPlay_mm) return;
+    if (way != 0.0) plunger.direction = way > 0 ? 1 : -1;
+    plunger.turning_mm = mm;
+  }
+
+  [[nodiscard]] Readings readings(
+      const std::optional<TruePose>& pose, const Moment& moment,
+      const PlannedPose& planned) const {
+    if (!pose) {
+      throw std::invalid_argument(fmt::format(
+          "{} point {}: the true robot cannot take the joint angles ({:.6f}, {:.6f}) rad",
+          planned.set, planned.point, moment.q_rad[0], moment.q_rad[1]));
+    }
+    Readings result;
+    for (std::size_t dial = 0; dial < plungers_.size(); ++dial) {
+      const auto& push = pose->pushes[dial];
+      const double travel_mm = model_.world().rig.dials[dial].geometry.travel_mm;
+      if (!push || push->on_corner || push->displacement_mm >= travel_mm) {
+        result.emplace_back();
+      } else {
+        result.emplace_back(model_.shown_mm(
+            dial, push->displacement_mm, plungers_[dial].direction, moment, true));
       }
-      result.mm.emplace_back(
-          model.shown_mm(dial, push->displacement_mm, direction, moment, true));
     }
-    result.direction.push_back(direction);
+    return result;
   }
-  return result;
-}
+
+  const WorldModel& model_;
+  std::optional<Vector2d> q_here_;
+  std::array<int, 2> side_{}, known_{0, 0};
+  Vector2d travel_;
+  std::vector<PlungerState> plungers_;
+};
 
 Readings rewired(const WorldModel& model, const Readings& by_dial) {
   Readings result(by_dial.size());
@@ -122,25 +157,22 @@ GeneratedSession generate_session(const World& world, const std::vector<PlannedP
 
   GeneratedSession session;
   session.rows.reserve(plan.size());
-  std::optional<Vector2d> q_before;
+  Way way(model);
+  Way bare_way(bare);
   Readings handed_before;
   for (std::size_t i = 0; i < plan.size(); ++i) {
     const PlannedPose& planned = plan[i];
-    const Arrival arrival = arrival_of(planned, q_before);
     MeasuredRow row;
     row.planned = planned;
-    row.approach = arrival.approach;
     row.temperature_c = planned.temperature_c.value_or(model.temperature_c(planned.time_s));
     const Moment moment{
         .time_s = planned.time_s,
         .temperature_c = row.temperature_c,
         .sample = static_cast<std::int64_t>(i),
-        .q_rad = planned.q_rad,
-        .approach = arrival.approach,
         .assembly = planned.assembly};
-    const std::string name = fmt::format("{} point {}", planned.set, planned.point);
-    const Shown shown = shown_at(model, moment, arrival.q_from, name);
-    row.no_effects_mm = shown_at(bare, moment, arrival.q_from, name).mm;
+    const Shown shown = way.go(planned, moment);
+    row.approach = shown.approach;
+    row.no_effects_mm = bare_way.go(planned, moment).mm;
     row.noise_free_mm = rewired(model, shown.mm);
 
     Readings handed = shown.mm;
@@ -159,7 +191,6 @@ GeneratedSession generate_session(const World& world, const std::vector<PlannedP
     }
     row.dial_mm = handed;
     handed_before = fresh;
-    q_before = planned.q_rad;
     session.rows.push_back(std::move(row));
   }
   return session;

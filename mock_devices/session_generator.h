@@ -20,7 +20,8 @@ struct PlannedPose {
   double time_s = 0.0;          // since the rig was switched on
   Eigen::Vector2d q_rad{0, 0};  // commanded, by the encoders
   std::optional<Eigen::Vector2d> target_mm;
-  /// Sign of each joint's last move; 0: whatever comes from the pose before.
+  /// Sign of each joint's last move, made from a little behind the pose; 0, 0: whatever comes
+  /// from the pose before. The same angles again are no move: what the last one left stays.
   std::array<int, 2> approach{0, 0};
   std::optional<double> temperature_c;  // else the world's warm-up
   geometry::Assembly assembly = geometry::Assembly::kLeft;

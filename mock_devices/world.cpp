@@ -15,7 +15,6 @@
 namespace sixdial::mock_devices {
 namespace {
 
-using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using geometry::kRadPerDeg;
 using geometry::ParameterVector;
@@ -68,6 +67,9 @@ struct WorldModel::Parts {
   [[nodiscard]] std::optional<Arm> arm(const Vector2d& theta, const Moment& moment) const;
   [[nodiscard]] std::vector<std::optional<Push>> pushes(const Arm& arm) const;
   [[nodiscard]] double curve_mm(std::size_t dial, double displacement_mm) const;
+  [[nodiscard]] double spring_energy_Nmm(const Arm& arm) const;
+  [[nodiscard]] std::optional<Vector2d> torque_Nmm(
+      const Vector2d& theta, const Moment& moment) const;
 };
 
 Vector2d WorldModel::Parts::true_angles(const Moment& moment) const {
@@ -114,6 +116,34 @@ std::vector<std::optional<Push>> WorldModel::Parts::pushes(const Arm& arm) const
     result.push_back(push_of(outline, plunger, dial.travel_mm));
   }
   return result;
+}
+
+/// What the plungers' springs have stored: force_n at first touch, more as they go in.
+double WorldModel::Parts::spring_energy_Nmm(const Arm& arm) const {
+  double energy = 0.0;
+  const auto pushed = pushes(arm);
+  for (std::size_t i = 0; i < pushed.size(); ++i) {
+    if (!pushed[i]) continue;
+    const geometry::Dial& dial = world.rig.dials[i];
+    const double in_mm = std::min(pushed[i]->displacement_mm, dial.geometry.travel_mm);
+    energy += dial.force_n * in_mm + dial.spring_n_per_mm * in_mm * in_mm / 2;
+  }
+  return energy;
+}
+
+/// Of the springs on the joints: they give back by -dU/dtheta what is pushed into them.
+std::optional<Vector2d> WorldModel::Parts::torque_Nmm(
+    const Vector2d& theta, const Moment& moment) const {
+  constexpr double kStep_rad = 1e-5;
+  Vector2d torque;
+  for (int joint = 0; joint < 2; ++joint) {
+    const Vector2d step = kStep_rad * Vector2d::Unit(joint);
+    const auto ahead = arm(theta + step, moment);
+    const auto behind = arm(theta - step, moment);
+    if (!ahead || !behind) return std::nullopt;
+    torque[joint] = (spring_energy_Nmm(*behind) - spring_energy_Nmm(*ahead)) / (2 * kStep_rad);
+  }
+  return torque;
 }
 
 double WorldModel::Parts::curve_mm(std::size_t dial, double displacement_mm) const {
@@ -194,31 +224,17 @@ std::optional<TruePose> WorldModel::pose(const Moment& moment) const {
   if (!arm) return std::nullopt;
   auto pushes = parts_->pushes(*arm);
   if (parts_->compliant) {
-    // The springs turn the joints by K^-1 J' F; the forces hardly change, so this converges
-    // fast.
+    // The joints yield until the springs of the plungers and of the joints balance; the forces
+    // hardly change on the way, so this converges fast.
     constexpr int kRounds = 4;
-    constexpr double kStep_rad = 1e-5;
     for (int round = 0; round < kRounds; ++round) {
-      Vector2d force_n = Vector2d::Zero();
-      for (std::size_t i = 0; i < pushes.size(); ++i) {
-        if (!pushes[i]) continue;
-        const geometry::Dial& dial = parts_->world.rig.dials[i];
-        const double in_mm = std::min(pushes[i]->displacement_mm, dial.geometry.travel_mm);
-        force_n += (dial.force_n + dial.spring_n_per_mm * in_mm) * dial.geometry.axis;
-      }
-      Matrix2d J_q;
-      for (int joint = 0; joint < 2; ++joint) {
-        const Vector2d step = kStep_rad * Vector2d::Unit(joint);
-        const auto ahead = parts_->arm(theta + step, moment);
-        const auto behind = parts_->arm(theta - step, moment);
-        if (!ahead || !behind) return std::nullopt;
-        J_q.col(joint) = (ahead->p_WE - behind->p_WE) / (2 * kStep_rad);
-      }
-      theta = unloaded + parts_->compliance_rad_per_nmm.cwiseProduct(J_q.transpose() * force_n);
+      const auto torque = parts_->torque_Nmm(theta, moment);
+      if (!torque) return std::nullopt;
+      theta = unloaded + parts_->compliance_rad_per_nmm.cwiseProduct(*torque);
       arm = parts_->arm(theta, moment);
       if (!arm) return std::nullopt;
-      pushes = parts_->pushes(*arm);
     }
+    pushes = parts_->pushes(*arm);
   }
   return TruePose{arm->p_WE, arm->gamma_rad, theta, std::move(pushes)};
 }
@@ -238,7 +254,7 @@ double WorldModel::shown_mm(
     value += row->error_mm(effect, moment, displacement_mm, direction);
   }
   if (with_habits) {
-    value += parts_->world.dials.hysteresis_mm / 2 * direction;
+    value -= parts_->world.dials.hysteresis_mm / 2 * direction;  // it lags
     value += parts_->curve_mm(dial, displacement_mm);
   }
   return value;

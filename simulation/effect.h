@@ -27,25 +27,29 @@
 
 namespace sixdial::simulation {
 
-/// What is known of one sample besides its joint values. It is made once for a session, from
-/// measured values, so that it stays the same while parameters are fitted.
+/// What is known of one sample besides its joint values (circumstances.h). It is made once for
+/// a session, from measured values, so that it stays the same while parameters are fitted.
 struct Circumstance {
-  int order = 0;        // 0, 1, ... in time
-  double time_h = 0.0;  // since the first sample
+  int order = 0;           // 0, 1, ... in time
+  double time_h = 0.0;     // since the first sample
+  double time_sd_h = 0.0;  // 0: recorded
   double temperature_degC = 20.0;
-  Eigen::VectorXd approach;       // by joint: sign of its last move, 0 unknown
-  Eigen::Vector2d travel{0, 0};   // unit vector of the tool's last move in W, 0 if unknown
-  Eigen::Vector2d force_n{0, 0};  // of all plungers in contact on the cuboid, in W
-  std::vector<double> plunger_direction;  // sign of each plunger's last move: +1 pushed in
-  std::vector<double> previous_mm;        // each dial's reading one sample earlier; NaN if none
+  double temperature_sd_degC = 0.0;  // 0: recorded
+  Eigen::VectorXd approach;          // by joint: sign of its last move, 0 unknown
+  Eigen::Vector2d travel{0, 0};      // unit vector of the tool's last move in W, 0 if unknown
+  std::vector<double> plunger_direction;   // sign of each plunger's last move: +1 pushed in
+  std::vector<double> plunger_force_n;     // of each dial on the cuboid, along its axis
+  std::vector<double> plunger_force_sd_n;  // 0: known
+  Eigen::Vector2d force_n{0, 0};           // of all plungers on the cuboid, in W
+  std::vector<double> previous_mm;  // each dial's reading one sample earlier; NaN if none
 };
 
 /// One pose on its way from joint angles to readings.
 struct Scene {
-  Eigen::VectorXd q;     // joint by joint [rad, or mm of a prismatic one]
-  Eigen::VectorXd v;     // the robot's parameters
-  Eigen::Vector2d p_WE;  // after kinematics
-  Eigen::Matrix2Xd J_q;  // dp_WE/dq [mm/rad], after kinematics
+  Eigen::VectorXd q;           // joint by joint [rad, or mm of a prismatic one]
+  Eigen::VectorXd v;           // the robot's parameters
+  Eigen::VectorXd torque_Nmm;  // of the plungers on each joint (of effects that need kDials)
+  Eigen::Vector2d p_WE;        // after kinematics
   double gamma_rad = 0.0;
   double side_mm = 0.0;
   double squareness_rad = 0.0;  // faces 1 and 3 turned by this against 0 and 2

@@ -1,7 +1,7 @@
 #include "simulation/extended_model.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "geometry/tool.h"
@@ -20,90 +20,66 @@ void apply(
   }
 }
 
-double sign(double value) { return value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0; }
+/// Heading of a frame in W [rad].
+double turn_of(const geometry::Frames& at, int frame) {
+  const auto& R = at.X[static_cast<std::size_t>(frame)].R;
+  return std::atan2(R(1, 0), R(0, 0));
+}
 
 }  // namespace
-
-std::vector<Circumstance> circumstances_of(
-    const ForwardModel& model, const ModelVector& at, std::span<const Trial> trials) {
-  const auto& rig = model.rig();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  std::vector<Circumstance> result;
-  std::vector<double> previous(rig.dials.size(), nan);
-  std::vector<double> rest(
-      rig.dials.size(), 0.0);  // where the plunger stood one sample earlier
-  std::optional<Eigen::Vector2d> last_position;
-  double first_s = trials.empty() ? 0.0 : trials.front().time_s.value_or(0.0);
-  for (const Trial& trial : trials) {
-    Circumstance each;
-    each.order = static_cast<int>(result.size());
-    each.time_h = (trial.time_s.value_or(first_s) - first_s) / 3600.0;
-    each.temperature_degC = trial.temperature_c.value_or(20.0);
-    each.approach.resize(trial.q.size());
-    for (Eigen::Index joint = 0; joint < trial.q.size(); ++joint) {
-      each.approach[joint] = trial.approach_of(static_cast<std::size_t>(joint));
-    }
-    const auto pose = geometry::planar_pose(
-        model.robot(), at.head(model.robot_parameter_count()), trial.q, trial.assembly,
-        std::nullopt);
-    if (pose) {
-      if (last_position) {
-        const Eigen::Vector2d move = pose->p_WE - *last_position;
-        if (move.norm() > 1e-9) each.travel = move.normalized();
-      }
-      last_position = pose->p_WE;
-    }
-    each.previous_mm = previous;
-    each.plunger_direction.assign(rig.dials.size(), 0.0);
-    for (std::size_t i = 0; i < rig.dials.size() && i < trial.reading.size(); ++i) {
-      const auto& reading = trial.reading[i];
-      const double now = reading.value_or(0.0);
-      if (!result.empty()) each.plunger_direction[i] = sign(now - rest[i]);
-      if (reading) {
-        const auto& dial = rig.dials[i];
-        each.force_n += (dial.force_n + dial.spring_n_per_mm * now) * dial.geometry.axis;
-      }
-      previous[i] = reading.value_or(nan);
-      rest[i] = now;
-    }
-    result.push_back(std::move(each));
-  }
-  return result;
-}
 
 ExtendedModel::ExtendedModel(const ForwardModel& base, std::vector<ActiveEffect> effects)
     : base_(&base), effects_(std::move(effects)) {}
 
-tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
-    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
-    const ActiveEffect* extra) const {
-  const auto& rig = base_->rig();
-  scene.q = trial.q;
-  const Eigen::Index robot_parameters = base_->robot_parameter_count();
-  scene.v = model.head(robot_parameters);
+bool ExtendedModel::needs_torque(const ActiveEffect* extra) const {
   const auto bends_joints = [](const ActiveEffect& active) {
     return active.effect->needs & kDials && active.effect->before_kinematics;
   };
-  bool needs_J = extra && bends_joints(*extra);
-  for (const ActiveEffect& active : effects_) needs_J = needs_J || bends_joints(active);
-  if (needs_J) {
-    const auto rigid = geometry::planar_pose(
-        base_->robot(), scene.v, scene.q, trial.assembly, std::nullopt, &scene.J_q);
-    if (!rigid) return tl::unexpected(rigid.error());
-  }
-  apply(&Effect::before_kinematics, effects_, extra, sample, scene);
+  return (extra && bends_joints(*extra)) || std::ranges::any_of(effects_, bends_joints);
+}
 
-  const auto pose = geometry::planar_pose(
-      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
-  if (!pose) return tl::unexpected(pose.error());
-  scene.p_WE = pose->p_WE;
-  // An instrument without a cuboid has no clamp angle.
-  const double clamp_rad = model.size() > robot_parameters ? model[robot_parameters] : 0.0;
-  scene.gamma_rad =
-      geometry::cuboid_angle(rig, base_->reference_angle_rad(), pose->link_rad, clamp_rad);
-  if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) {
-    scene.gamma_rad = *trial.gamma_rad;
+ExtendedModel::Torque ExtendedModel::torque_Nmm(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample) const {
+  const auto& rig = base_->rig();
+  geometry::Frames at(base_->robot());
+  const auto reached = base_->robot().forward_derivative(
+      model.head(base_->robot_parameter_count()), trial.q, trial.assembly, at);
+  if (!reached) return tl::unexpected(reached.error());
+  const std::optional<int> link = base_->cuboid_link();
+  const geometry::CuboidPose cuboid{
+      at.X[0].p.head<2>(), cuboid_angle(model, trial, link ? turn_of(at, *link) : 0.0)};
+  Eigen::Matrix3Xd by_q = Eigen::Matrix3Xd::Zero(3, trial.q.size());  // of x, y, gamma
+  by_q.topRows<2>() = at.by_q[0].topRows<2>();
+  if (link) by_q.bottomRows<1>() = at.by_q[static_cast<std::size_t>(*link)].bottomRows<1>();
+  Eigen::VectorXd torque_Nmm = Eigen::VectorXd::Zero(trial.q.size());
+  for (std::size_t i = 0; i < sample.plunger_force_n.size(); ++i) {
+    if (sample.plunger_force_n[i] == 0.0) continue;
+    const geometry::DialGeometry& dial = rig.dials[i].geometry;
+    const geometry::Contact contact = geometry::contact_on_face(
+        dial, cuboid, rig.cuboid.side_mm, geometry::face_towards(dial, cuboid.gamma_rad));
+    torque_Nmm -= sample.plunger_force_n[i] * (contact.J * by_q).transpose();
   }
+  return torque_Nmm;
+}
+
+void ExtendedModel::bend_joints(
+    const Circumstance& sample, Scene& scene, const ActiveEffect* extra) const {
+  apply(&Effect::before_kinematics, effects_, extra, sample, scene);
+}
+
+double ExtendedModel::cuboid_angle(
+    const ModelVector& model, const Trial& trial, double link_rad) const {
+  const auto& rig = base_->rig();
+  if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) return *trial.gamma_rad;
+  // An instrument without a cuboid has no clamp angle.
+  const Eigen::Index clamp = base_->robot_parameter_count();
+  return geometry::cuboid_angle(
+      rig, base_->reference_angle_rad(), link_rad, model.size() > clamp ? model[clamp] : 0.0);
+}
+
+void ExtendedModel::measure(
+    const Circumstance& sample, Scene& scene, const ActiveEffect* extra) const {
+  const auto& rig = base_->rig();
   apply(&Effect::after_kinematics, effects_, extra, sample, scene);
 
   scene.side_mm = rig.cuboid.side_mm;
@@ -130,6 +106,25 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
         geometry::face_normal(face, face % 2 != 0 ? turned : heading));
   }
   apply(&Effect::after_reading, effects_, extra, sample, scene);
+}
+
+tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    const ActiveEffect* extra) const {
+  if (needs_torque(extra)) {
+    auto torque = torque_Nmm(model, trial, sample);
+    if (!torque) return tl::unexpected(torque.error());
+    scene.torque_Nmm = std::move(*torque);
+  }
+  scene.q = trial.q;
+  scene.v = model.head(base_->robot_parameter_count());
+  bend_joints(sample, scene, extra);
+  const auto pose = geometry::planar_pose(
+      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
+  if (!pose) return tl::unexpected(pose.error());
+  scene.p_WE = pose->p_WE;
+  scene.gamma_rad = cuboid_angle(model, trial, pose->link_rad);
+  measure(sample, scene, extra);
   return {};
 }
 

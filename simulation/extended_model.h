@@ -2,19 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "simulation/circumstances.h"
 #include "simulation/effect.h"
 #include "simulation/forward_model.h"
 
 namespace sixdial::simulation {
-
-/// Circumstances of a session's samples, in time order as given. `at` places the tool for the
-/// direction of travel. Forces and plunger directions come from the measured readings.
-[[nodiscard]] std::vector<Circumstance> circumstances_of(
-    const ForwardModel& model, const ModelVector& at, std::span<const Trial> trials);
 
 class ExtendedModel {
  public:
@@ -28,6 +23,26 @@ class ExtendedModel {
   [[nodiscard]] tl::expected<void, geometry::KinematicTrouble> run(
       const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
       const ActiveEffect* extra = nullptr) const;
+
+  // The stages of `run`, one by one (extended_slopes.h differentiates each).
+  using Torque = tl::expected<Eigen::VectorXd, geometry::KinematicTrouble>;
+  /// Some effect bends the joints by what the plungers do.
+  [[nodiscard]] bool needs_torque(const ActiveEffect* extra = nullptr) const;
+  /// Virtual work of the plungers at the rigid pose [N mm]:
+  ///   tau_j = -sum over dials F_k d(delta_k)/d(q_j)
+  /// with F_k along the dial's axis and delta_k its displacement, which grows with the tool's
+  /// place and with the turn of the link that carries the cuboid.
+  [[nodiscard]] Torque torque_Nmm(
+      const ModelVector& model, const Trial& trial, const Circumstance& sample) const;
+  /// q, v and torque_Nmm of the scene are set: bends q and v.
+  void bend_joints(
+      const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;
+  /// gamma [rad] where the bent robot turns the cuboid's link to link_rad in W.
+  [[nodiscard]] double cuboid_angle(
+      const ModelVector& model, const Trial& trial, double link_rad) const;
+  /// p_WE and gamma_rad of the scene are set: what follows, up to the readings.
+  void measure(
+      const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;
 
  private:
   const ForwardModel* base_;

@@ -25,6 +25,7 @@ std::vector<Rival> rivals_of(const diagnosis::Finding& finding) {
   if (finding.tied_with_nothing) {
     rivals.push_back({.kind = RivalKind::kNothing, .log_odds = finding.evidence});
   }
+  if (!finding.settled) rivals.push_back({.kind = RivalKind::kUnsettled});
   return rivals;
 }
 

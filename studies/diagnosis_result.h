@@ -37,8 +37,9 @@ enum class Standing {
 
 enum class RivalKind {
   kEffect,
-  kUnknown,  // something smooth that nobody named
-  kNothing,  // too weak to be sure that there is anything
+  kUnknown,    // something smooth that nobody named
+  kNothing,    // too weak to be sure that there is anything
+  kUnsettled,  // the fit had not converged: another size, or another cause, may fit better
 };
 struct Rival {
   RivalKind kind = RivalKind::kEffect;

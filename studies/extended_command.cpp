@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "studies/compensate.h"
 
@@ -49,7 +50,7 @@ ExtendedCommand::ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& ri
 }
 
 simulation::Circumstance ExtendedCommand::circumstance(
-    const CommandMoment& moment, const Eigen::Vector2d& force_n) const {
+    const CommandMoment& moment, std::vector<double> plunger_force_n) const {
   const std::size_t dials = base_.rig().dials.size();
   simulation::Circumstance result;
   result.order = order_;
@@ -61,22 +62,26 @@ simulation::Circumstance ExtendedCommand::circumstance(
     if (joint < moment.approach.size()) result.approach[i] = moment.approach[joint];
   }
   result.travel = moment.travel;
-  result.force_n = force_n;
+  result.plunger_force_n = std::move(plunger_force_n);
+  result.plunger_force_sd_n.assign(dials, 0.0);
+  for (std::size_t i = 0; i < dials; ++i) {
+    result.force_n += result.plunger_force_n[i] * base_.rig().dials[i].geometry.axis;
+  }
   result.plunger_direction.assign(dials, 0.0);
   result.previous_mm.assign(dials, std::nan(""));
   return result;
 }
 
-Eigen::Vector2d ExtendedCommand::force_at(
+std::vector<double> ExtendedCommand::forces_at(
     const Eigen::VectorXd& q, geometry::Assembly assembly) const {
-  Eigen::Vector2d force_n = Eigen::Vector2d::Zero();
+  const auto& dials = base_.rig().dials;
+  std::vector<double> force_n(dials.size(), 0.0);
   const auto seen = base_.predict(model_, q, assembly);
   if (!seen) return force_n;
-  const auto& dials = base_.rig().dials;
   for (std::size_t i = 0; i < dials.size(); ++i) {
     if (!seen->in_contact[i]) continue;
-    const double mm = seen->reading[static_cast<Eigen::Index>(i)];
-    force_n += (dials[i].force_n + dials[i].spring_n_per_mm * mm) * dials[i].geometry.axis;
+    const double in_mm = seen->reading[static_cast<Eigen::Index>(i)];
+    force_n[i] = dials[i].force_n + dials[i].spring_n_per_mm * in_mm;
   }
   return force_n;
 }
@@ -89,7 +94,7 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
   trial.assembly = assembly;
   simulation::Scene scene;
   const auto ran =
-      extended.run(model_, trial, circumstance(moment, force_at(q, assembly)), scene);
+      extended.run(model_, trial, circumstance(moment, forces_at(q, assembly)), scene);
   if (!ran) return tl::unexpected(ran.error());
   return scene.p_WE;
 }

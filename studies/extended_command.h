@@ -48,8 +48,9 @@ class ExtendedCommand {
 
  private:
   [[nodiscard]] simulation::Circumstance circumstance(
-      const CommandMoment& moment, const Eigen::Vector2d& force_n) const;
-  [[nodiscard]] Eigen::Vector2d force_at(
+      const CommandMoment& moment, std::vector<double> plunger_force_n) const;
+  /// Of each dial on the cuboid, along its axis.
+  [[nodiscard]] std::vector<double> forces_at(
       const Eigen::VectorXd& q, geometry::Assembly assembly) const;
 
   simulation::ForwardModel base_;

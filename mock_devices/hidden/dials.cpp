@@ -69,7 +69,7 @@ extern constinit const CauseRow dial_hysteresis{
     .numbers = kWidth,
     .draw = as_large,
     .error_mm = [](const ReadyEffect& e, const Moment&, double, int direction) {
-      return e.p[0] / 2 * direction;
+      return -e.p[0] / 2 * direction;  // friction: the reading lags behind the plunger
     }};
 
 extern constinit const CauseRow dial_cyclic{

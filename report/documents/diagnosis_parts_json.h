@@ -23,6 +23,7 @@ namespace diagnosis_document {
 inline constexpr std::string_view kSchema = "sixdial.diagnosis";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kNothing = "none";
+inline constexpr std::string_view kUnsettled = "unsettled_fit";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
 
@@ -87,7 +88,9 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
     describe_keys(at, rival.id);
     rival.kind = rival.id.cause == diagnosis_document::kUnknown   ? studies::RivalKind::kUnknown
                  : rival.id.cause == diagnosis_document::kNothing ? studies::RivalKind::kNothing
-                                                                  : studies::RivalKind::kEffect;
+                 : rival.id.cause == diagnosis_document::kUnsettled
+                     ? studies::RivalKind::kUnsettled
+                     : studies::RivalKind::kEffect;
     if (rival.kind == studies::RivalKind::kUnknown)
       rival.depends_on = diagnosis_document::split(rival.id.where);
     if (rival.kind != studies::RivalKind::kEffect) rival.id = {};
@@ -104,6 +107,9 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
         break;
       case studies::RivalKind::kNothing:
         describe_keys(at, studies::HypothesisId{std::string(diagnosis_document::kNothing), ""});
+        break;
+      case studies::RivalKind::kUnsettled:
+        describe(at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
         break;
     }
   }

@@ -47,8 +47,9 @@ std::string found_line(const FoundCause& cause) {
     std::vector<std::string> rivals;
     for (const Rival& rival : cause.tied_with) {
       rivals.push_back(
-          rival.kind == RivalKind::kNothing
-              ? std::string("nothing at all")
+          rival.kind == RivalKind::kNothing ? std::string("nothing at all")
+          : rival.kind == RivalKind::kUnsettled
+              ? named(rival)
               : fmt::format("{} (odds {} to 1)", named(rival), odds_text(rival.log_odds)));
     }
     line += fmt::format("; these data cannot tell it from {}", list_of(rivals, "or"));

@@ -1,4 +1,6 @@
-// The joints give under the plungers' springs: theta += K^-1 J' F.
+// The joints give under the plungers' springs: theta += K^-1 tau. The torque is the virtual
+// work of the plungers (extended_model.h), so that a force beside the elbow turns the link that
+// carries the cuboid as well.
 #include "simulation/effect.h"
 
 namespace sixdial::simulation {
@@ -10,11 +12,9 @@ constexpr EffectParameter kParameters[] = {
 };
 
 void bend_kinematics(
-    std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
-  // J at the rigid pose, torque of the plungers in contact.
-  const Eigen::Vector2d torque_Nmm = scene.J_q.transpose() * sample.force_n;
-  for (Eigen::Index joint = 0; joint < torque_Nmm.size(); ++joint) {
-    scene.q[joint] += x[static_cast<std::size_t>(joint)] * torque_Nmm[joint];
+    std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
+  for (Eigen::Index joint = 0; joint < scene.torque_Nmm.size(); ++joint) {
+    scene.q[joint] += x[static_cast<std::size_t>(joint)] * scene.torque_Nmm[joint];
   }
 }
 

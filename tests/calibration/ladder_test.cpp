@@ -328,6 +328,27 @@ TEST(Observations, NoiseComesFromRepeats) {
   EXPECT_LT(std::abs(noise->sigma_mm / 0.002 - 1.0), 0.15);
 }
 
+// Encoders do not come back to the last bit: arrivals at one pose are repeats all the same.
+// What is further apart is another pose, whatever the point's number says.
+TEST(Observations, NoiseComesFromRepeatsThoughEncodersJitter) {
+  const auto session = simulate({}, 9);
+  std::vector<int> twice;
+  for (int i = 0; i < 100; ++i) twice.insert(twice.end(), {i, i});
+  for (const double apart_rad : {1e-5, 1e-2}) {
+    PositionObservations repeated = session.g1.subset(twice);
+    RandomSequence random(10);
+    for (int i = 0; i < repeated.size(); ++i) {
+      repeated.p_WE.col(i) += 0.002 * Eigen::Vector2d(random.normal(), random.normal());
+      if (i % 2 == 1) repeated.q_rad.col(i) += apart_rad * Eigen::Vector2d(1, -1);
+    }
+    const auto noise = repeat_noise(position_space(repeated, session.nominal));
+    EXPECT_EQ(noise.has_value(), apart_rad < 1e-4);
+    if (noise) {
+      EXPECT_EQ(noise->degrees_of_freedom, 200);
+    }
+  }
+}
+
 TEST(Observations, LeaveOutTrialsWithoutAPosition) {
   std::vector<simulation::Trial> trials(3);
   for (simulation::Trial& trial : trials) trial.q = Eigen::Vector2d::Zero();

@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
+#include "diagnosis/estimates.h"
 #include "diagnosis/naming.h"
 #include "session/bundle.h"
 #include "session/trials.h"
@@ -82,6 +84,26 @@ TEST_P(MeasuredSession, IsNamedAsItsAnswerSaysOrInATie) {
   EXPECT_EQ(verdict.gross > 0, gross);
   // What is left is the dials' noise: 0.002 mm and rounding, known to 2.5 % from 850 readings.
   EXPECT_LT(std::abs(verdict.noise_mm - 0.00202), 0.1 * 0.00202);
+}
+
+// The torque of the plungers by somebody else's virtual work: stiffnesses come out as they
+// were.
+TEST(MeasuredCompliance, IsThatOfTheAnswer) {
+  const fs::path folder = fs::path(test_paths::test_data()) / "sessions" / "09";
+  const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));
+  const auto session = session::read_bundle(folder);
+  const simulation::ForwardModel model(session.rig);
+  Readings readings(model, session::trials_of(session, ""));
+  const NamedCauses found = name_causes(readings);
+  ASSERT_EQ(found.findings.size(), 1U);
+  ASSERT_EQ(found.findings[0].hypothesis.name(), "joint_compliance@joints");
+  EXPECT_TRUE(found.findings[0].certain());
+  const auto estimates = estimates_of(found.extended, 0);
+  ASSERT_EQ(estimates.size(), 2U);
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    const double truth = 1 / answer["effects"]["compliance"][joint].get<double>();
+    EXPECT_LT(std::abs(estimates[joint].value - truth), 3 * estimates[joint].sd) << joint;
+  }
 }
 
 std::vector<std::string> all_sessions() {

@@ -237,6 +237,22 @@ TEST(LiveRig, ComingFromTheOtherSideReadsAMicrometreApart) {
   }
 }
 
+TEST(LiveRig, SentToWhereItStandsItKeepsWhatTheLastMoveLeft) {
+  World world =
+      world_with({.noise_sd_mm = 0, .quantum_mm = 0, .hysteresis_mm = 0.001, .curve_mm = 0});
+  world.effects = {
+      {"joint_backlash", "joint1", {{"b_rad", 1e-3}}},
+      {"passive_clearance", "elbows", {{"c_mm", 0.01}}}};
+  LiveRig rig(world);
+  const Vector2d q = angles_at(world, {28, 48});
+  ASSERT_TRUE(rig.start_move(q - Vector2d(0.05, 0.03), 100, 0.0));
+  ASSERT_TRUE(rig.start_move(q, 100, 10.0));
+  std::vector<double> first;
+  for (std::size_t i = 0; i < 6; ++i) first.push_back(rig.dial(i, 20.0).value_mm);
+  ASSERT_TRUE(rig.start_move(q, 100, 20.0));
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(rig.dial(i, 30.0).value_mm, first[i], 1e-6);
+}
+
 TEST(LiveRig, WithoutContactADialRestsAtAConstantNearZero) {
   World world = world_with({});
   world.rig.dials[4].geometry.position_mm.y() += 60.0;  // E is drawn back out of reach

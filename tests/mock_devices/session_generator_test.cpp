@@ -120,7 +120,8 @@ TEST(SessionGenerator, ApproachingFromBothSidesShowsTheBacklash) {
   EXPECT_GT(largest, 0.02);  // 1 mrad on 60 mm arms is some hundredths
 }
 
-TEST(SessionGenerator, HysteresisReadsHighWhenPushedIn) {
+// Friction: what a dial shows lags behind its plunger.
+TEST(SessionGenerator, HysteresisReadsLowWhenPushedIn) {
   World world = quiet_world();
   world.dials = {
       .noise_sd_mm = 0.0, .quantum_mm = 0.0, .hysteresis_mm = 0.001, .curve_mm = 0.0};
@@ -137,12 +138,67 @@ TEST(SessionGenerator, HysteresisReadsHighWhenPushedIn) {
       if (!now || !before) continue;
       const double shift = *session.rows[i].dial_mm[dial] - *now;
       const bool in = *now > *before;
-      EXPECT_NEAR(shift, in ? 0.0005 : -0.0005, 1e-9);
+      EXPECT_NEAR(shift, in ? -0.0005 : 0.0005, 1e-9);
       ++(in ? pushed_in : let_out);
     }
   }
   EXPECT_GT(pushed_in, 50);
   EXPECT_GT(let_out, 50);
+}
+
+// What the last move left behind does not go away while the robot stands.
+TEST(SessionGenerator, StandingStillTakesNothingBack) {
+  World world = quiet_world();
+  world.effects = {
+      {"joint_backlash", "joint1", {{"b_rad", 1e-3}}},
+      {"passive_clearance", "elbows", {{"c_mm", 0.01}}},
+      {"dial_hysteresis", "C", {{"width_mm", 0.01}}}};
+  const auto once = random_plan(world.rig, 12, 10, 0);
+  std::vector<PlannedPose> plan;
+  constexpr double kJitter_rad = 1e-6;
+  for (const PlannedPose& pose : once) {
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      plan.push_back(pose);
+      plan.back().q_rad.array() += kJitter_rad * (repeat - 1);
+    }
+  }
+  const GeneratedSession session = generate_session(world, plan);
+  constexpr double kJitter_mm = 4 * 120 * kJitter_rad;  // two joints, there and back
+  for (std::size_t i = 1; i < plan.size(); ++i) {
+    if (i % 3 == 0) continue;
+    EXPECT_EQ(session.rows[i].approach, session.rows[i - 1].approach);
+    for (std::size_t dial = 0; dial < 6; ++dial) {
+      const auto& now = session.rows[i].noise_free_mm[dial];
+      const auto& before = session.rows[i - 1].noise_free_mm[dial];
+      ASSERT_EQ(now.has_value(), before.has_value());
+      if (now) {
+        EXPECT_NEAR(*now, *before, kJitter_mm);
+      }
+    }
+  }
+}
+
+// Nobody knows on which side a gear lies before the first move, but it lies on one.
+TEST(SessionGenerator, BeforeTheFirstMoveAJointLiesOnOneSideThatNobodyKnows) {
+  int up = 0;
+  constexpr int kRigs = 40;
+  for (std::uint64_t seed = 0; seed < kRigs; ++seed) {
+    World world = quiet_world();
+    world.seed = seed;
+    world.effects = {{"joint_backlash", "joint1", {{"b_rad", 1e-3}}}};
+    const GeneratedSession session = generate_session(world, random_plan(world.rig, 5, 1, 0));
+    EXPECT_EQ(session.rows[0].approach, (std::array{0, 0}));
+    double shift_mm = 0.0;
+    for (std::size_t dial = 0; dial < 6; ++dial) {
+      const auto& with = session.rows[0].noise_free_mm[dial];
+      const double mm = with ? *with - *session.rows[0].no_effects_mm[dial] : 0.0;
+      if (std::abs(mm) > std::abs(shift_mm)) shift_mm = mm;
+    }
+    EXPECT_GT(std::abs(shift_mm), 0.01);
+    up += shift_mm > 0;
+  }
+  EXPECT_GT(up, kRigs / 4);
+  EXPECT_LT(up, kRigs * 3 / 4);
 }
 
 TEST(SessionGenerator, GrossAndStaleReadingsAreMarkedAndHaveTheirShare) {

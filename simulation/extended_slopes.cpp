@@ -1,0 +1,218 @@
+#include "simulation/extended_slopes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sixdial::simulation {
+namespace {
+
+// Steps of central differences: a third derivative of the order of the arm's length makes less
+// than a millionth of a millionth, rounding of the readings about 1e-11.
+constexpr double kStep_mm = 1e-3;
+constexpr double kStep_rad = 1e-5;
+
+double step_of(const ForwardModel& model, Eigen::Index parameter) {
+  const auto& info = model.parameters()[static_cast<std::size_t>(parameter)];
+  return info.unit == "mm" ? kStep_mm : kStep_rad;
+}
+
+/// (value at +step - value at -step) / 2 step. `value` writes into its argument.
+template <typename Value>
+void central(double& variable, double step, const Value& value, Eigen::VectorXd& into) {
+  const double before = variable;
+  static thread_local Eigen::VectorXd down;
+  variable = before - step;
+  value(down);
+  variable = before + step;
+  value(into);
+  variable = before;
+  into = (into - down) / (2 * step);
+}
+
+}  // namespace
+
+ExtendedSlopes::ExtendedSlopes(const ExtendedModel& extended, std::vector<EffectNumber> numbers)
+    : extended_(extended), numbers_(std::move(numbers)) {
+  for (const ActiveEffect& active : extended_.effects()) {
+    bends_joints_ = bends_joints_ || static_cast<bool>(active.effect->before_kinematics);
+  }
+}
+
+Eigen::Index ExtendedSlopes::count() const {
+  return extended_.base().parameter_count() + static_cast<Eigen::Index>(numbers_.size());
+}
+
+ExtendedSlopes::Reached ExtendedSlopes::differentiate_torque(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample) {
+  ModelVector moved = model;
+  torque_by_model_.resize(trial.q.size(), model.size());
+  for (Eigen::Index k = 0; k < model.size(); ++k) {
+    const double step = step_of(extended_.base(), k);
+    moved[k] = model[k] + step;
+    const auto up = extended_.torque_Nmm(moved, trial, sample);
+    moved[k] = model[k] - step;
+    const auto down = extended_.torque_Nmm(moved, trial, sample);
+    moved[k] = model[k];
+    if (!up) return tl::unexpected(up.error());
+    if (!down) return tl::unexpected(down.error());
+    torque_by_model_.col(k) = (*up - *down) / (2 * step);
+  }
+  return {};
+}
+
+ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene) {
+  const Eigen::Index of_robot = extended_.base().robot_parameter_count();
+  const Eigen::Index joints = trial.q.size();
+  v_.setZero(of_robot, count());
+  q_.setZero(joints, count());
+  v_.leftCols(of_robot).setIdentity();
+  const bool by_torque = extended_.needs_torque();
+  if (by_torque) {
+    auto torque = extended_.torque_Nmm(model, trial, sample);
+    if (!torque) return tl::unexpected(torque.error());
+    scene.torque_Nmm = std::move(*torque);
+    if (const auto reached = differentiate_torque(model, trial, sample); !reached) {
+      return reached;
+    }
+  }
+  Eigen::VectorXd v = model.head(of_robot);
+  scene.q = trial.q;
+  scene.v = v;
+  if (!bends_joints_) return {};
+  Eigen::VectorXd torque_Nmm = scene.torque_Nmm;
+  const auto bent = [&](Eigen::VectorXd& into) {
+    moved_.q = trial.q;
+    moved_.v = v;
+    moved_.torque_Nmm = torque_Nmm;
+    extended_.bend_joints(sample, moved_);
+    into.resize(of_robot + joints);
+    into << moved_.v, moved_.q;
+  };
+  Eigen::VectorXd slope;
+  for (Eigen::Index k = 0; k < of_robot; ++k) {
+    central(v[k], step_of(extended_.base(), k), bent, slope);
+    v_.col(k) = slope.head(of_robot);
+    q_.col(k) = slope.tail(joints);
+  }
+  for (std::size_t i = 0; i < numbers_.size(); ++i) {
+    ActiveEffect& active = extended_.effects()[numbers_[i].effect];
+    if (!active.effect->before_kinematics) continue;
+    const Eigen::Index column = model.size() + static_cast<Eigen::Index>(i);
+    central(active.x[numbers_[i].parameter], numbers_[i].step, bent, slope);
+    v_.col(column) = slope.head(of_robot);
+    q_.col(column) = slope.tail(joints);
+  }
+  for (Eigen::Index joint = 0; by_torque && joint < joints; ++joint) {
+    constexpr double kStep_Nmm = 0.1;
+    central(torque_Nmm[joint], kStep_Nmm, bent, slope);
+    v_.leftCols(model.size()) += slope.head(of_robot) * torque_by_model_.row(joint);
+    q_.leftCols(model.size()) += slope.tail(joints) * torque_by_model_.row(joint);
+  }
+  extended_.bend_joints(sample, scene);
+  return {};
+}
+
+ExtendedSlopes::Reached ExtendedSlopes::differentiate_pose(
+    const ModelVector& model, const Trial& trial, Scene& scene) {
+  const ForwardModel& base = extended_.base();
+  if (frames_.X.empty()) frames_ = geometry::Frames(base.robot());
+  if (auto reached = base.robot().forward_derivative(scene.v, scene.q, trial.assembly, frames_);
+      !reached) {
+    return reached;
+  }
+  const std::optional<int> link = base.cuboid_link();
+  double link_rad = 0.0;
+  gamma_.setZero(count());
+  if (link) {
+    const auto frame = static_cast<std::size_t>(*link);
+    const auto& R = frames_.X[frame].R;
+    link_rad = std::atan2(R(1, 0), R(0, 0));
+    gamma_ =
+        frames_.by_v[frame].bottomRows<1>() * v_ + frames_.by_q[frame].bottomRows<1>() * q_;
+  }
+  scene.p_WE = frames_.X[0].p.head<2>();
+  scene.gamma_rad = extended_.cuboid_angle(model, trial, link_rad);
+  p_.noalias() = frames_.by_v[0].topRows<2>() * v_;
+  p_.noalias() += frames_.by_q[0].topRows<2>() * q_;
+  const bool given = base.rig().cuboid.mount == geometry::Mount::kFree;
+  const Eigen::Index clamp = extended_.base().robot_parameter_count();
+  if (model.size() > clamp && !(given && trial.gamma_rad)) gamma_[clamp] += 1.0;
+  return {};
+}
+
+void ExtendedSlopes::differentiate_readings(
+    const Circumstance& sample, Scene& scene, Slopes& slopes) {
+  const auto dials = static_cast<Eigen::Index>(extended_.base().rig().dials.size());
+  Scene start = scene;  // before `measure`, which moves the tool and the cuboid
+  const auto measured = [&](Eigen::VectorXd& into) {
+    moved_.q = start.q;
+    moved_.v = start.v;
+    moved_.p_WE = start.p_WE;
+    moved_.gamma_rad = start.gamma_rad;
+    extended_.measure(sample, moved_);
+    into.resize(2 + dials);
+    into.head<2>() = moved_.p_WE;
+    for (Eigen::Index i = 0; i < dials; ++i) {
+      into[2 + i] = moved_.reading_mm[static_cast<std::size_t>(i)];
+    }
+  };
+  Eigen::VectorXd slope;
+  slopes.reading.setZero(dials, count());
+  slopes.tool.setZero(2, count());
+  const auto add = [&](const auto& inner) {
+    slopes.tool += slope.head<2>() * inner;
+    slopes.reading += slope.tail(dials) * inner;
+  };
+  for (int axis = 0; axis < 2; ++axis) {
+    central(start.p_WE[axis], kStep_mm, measured, slope);
+    add(p_.row(axis));
+  }
+  central(start.gamma_rad, kStep_rad, measured, slope);
+  add(gamma_);
+  for (std::size_t i = 0; i < numbers_.size(); ++i) {
+    ActiveEffect& active = extended_.effects()[numbers_[i].effect];
+    const auto& effect = *active.effect;
+    if (!effect.after_kinematics && !effect.before_contact && !effect.after_reading) continue;
+    const Eigen::Index column =
+        extended_.base().parameter_count() + static_cast<Eigen::Index>(i);
+    central(active.x[numbers_[i].parameter], numbers_[i].step, measured, slope);
+    slopes.tool.col(column) += slope.head<2>();
+    slopes.reading.col(column) += slope.tail(dials);
+  }
+  // Hardly any effect looks back at the joints or the parameters from here; one that does is
+  // found by moving them all.
+  Eigen::VectorXd here, elsewhere;
+  measured(here);
+  const Eigen::VectorXd q = start.q;
+  const Eigen::VectorXd v = start.v;
+  start.q.array() += kStep_rad;
+  start.v.array() += kStep_mm;
+  measured(elsewhere);
+  start.q = q;
+  start.v = v;
+  if (here != elsewhere) {
+    for (Eigen::Index k = 0; k < start.q.size(); ++k) {
+      central(start.q[k], kStep_rad, measured, slope);
+      add(q_.row(k));
+    }
+    for (Eigen::Index k = 0; k < start.v.size(); ++k) {
+      central(start.v[k], step_of(extended_.base(), k), measured, slope);
+      add(v_.row(k));
+    }
+  }
+  extended_.measure(sample, scene);
+}
+
+ExtendedSlopes::Reached ExtendedSlopes::at(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    Slopes& slopes) {
+  if (auto reached = differentiate_joints(model, trial, sample, scene); !reached)
+    return reached;
+  if (auto reached = differentiate_pose(model, trial, scene); !reached) return reached;
+  differentiate_readings(sample, scene, slopes);
+  return {};
+}
+
+}  // namespace sixdial::simulation

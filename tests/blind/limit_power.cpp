@@ -1,0 +1,86 @@
+#include "tests/blind/limit_power.h"
+
+#include <cmath>
+#include <map>
+
+#include "diagnosis/limits.h"
+#include "mock_devices/session_generator.h"
+#include "tests/blind/challenge.h"
+
+namespace sixdial::blind {
+namespace {
+
+constexpr double kNoise_mm = 0.002;
+// An effect that would have to be so many times its plausible size is not tried.
+constexpr double kAbsurd = 20.0;
+
+std::vector<simulation::Trial> session_with(
+    const geometry::Rig& rig, std::vector<mock_devices::HiddenEffect> effects,
+    std::uint64_t seed) {
+  mock_devices::World world;
+  world.rig = rig;
+  world.robot = mock_devices::drawn_robot(rig, seed);
+  world.seed = seed;
+  world.dials = {kNoise_mm, 0.001, 0.0, 0.0};
+  world.warm_up = {.start_c = 20.0, .rise_c = 4.0, .tau_s = 1200.0};
+  world.effects = std::move(effects);
+  return trials_of(
+      rig, mock_devices::generate_session(world, mock_devices::random_plan(rig, seed)));
+}
+
+AtLimit tried(
+    const simulation::ForwardModel& model, const diagnosis::Limit& limit, bool of_name,
+    std::uint64_t seed) {
+  const auto& hypothesis = limit.hypothesis;
+  AtLimit result{std::string(hypothesis.effect->cause), hypothesis.place.name, of_name};
+  const auto effect = mock_devices::make_effect(
+      model.rig(), hypothesis.effect->twin, hypothesis.place.name,
+      of_name ? limit.name : limit.detect, seed);
+  diagnosis::Readings readings(model, session_with(model.rig(), {effect}, seed));
+  const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
+  result.detected =
+      !verdict.findings.empty() || !verdict.unknown.empty() || verdict.swap.has_value();
+  for (const diagnosis::Finding& finding : verdict.findings) {
+    const bool own = finding.hypothesis == hypothesis;
+    bool in_set = own;
+    for (const diagnosis::Rival& rival : finding.tied_with) {
+      in_set = in_set || rival.hypothesis == hypothesis;
+    }
+    if (own && finding.certain()) {
+      result.named = true;
+    } else if (in_set) {
+      result.tied = true;
+    } else {
+      result.wrong = result.wrong || finding.certain();
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<AtLimit> try_limits(std::uint64_t seed) {
+  const simulation::ForwardModel model(geometry::default_rig());
+  diagnosis::Readings readings(model, session_with(model.rig(), {}, seed));
+  const diagnosis::NamedCauses blank = diagnosis::name_causes(readings);
+  std::vector<diagnosis::NotTestable> ignored;
+  const auto limits = diagnosis::limits_of(
+      readings, blank.baseline, diagnosis::hypotheses_for(readings, ignored), {});
+  std::map<std::string, std::vector<const diagnosis::Limit*>> by_cause;
+  for (const diagnosis::Limit& each : limits) {
+    by_cause[std::string(each.hypothesis.effect->cause)].push_back(&each);
+  }
+  constexpr std::uint64_t kElsewhere = 1'000'000'000;  // seeds of other sessions
+  std::vector<AtLimit> result;
+  for (const auto& [cause, places] : by_cause) {
+    const diagnosis::Limit& limit = *places[seed % places.size()];
+    for (const bool of_name : {false, true}) {
+      const double size = of_name ? limit.name : limit.detect;
+      if (!std::isfinite(size) || size > kAbsurd * limit.plausible) continue;
+      result.push_back(tried(model, limit, of_name, seed + kElsewhere));
+    }
+  }
+  return result;
+}
+
+}  // namespace sixdial::blind

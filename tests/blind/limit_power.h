@@ -1,0 +1,25 @@
+// What the stated limits are worth: an effect of exactly the size that a session without any
+// says it would have detected, or named rightly, is hidden in another session of the same kind.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace sixdial::blind {
+
+struct AtLimit {
+  std::string cause;  // "joint_backlash"
+  std::string where;
+  bool of_name = false;  // at the limit of naming; else of detection
+  bool detected = false;
+  bool named = false;  // rightly, alone and for certain
+  bool tied = false;   // in a set that has the right name
+  bool wrong = false;  // something else for certain
+};
+
+/// One place of each cause that this session's limits say can be seen, at both limits. Rig,
+/// points, noise and temperature as in the blind challenge.
+[[nodiscard]] std::vector<AtLimit> try_limits(std::uint64_t seed);
+
+}  // namespace sixdial::blind

@@ -1,0 +1,36 @@
+// Sessions that the project's own simulation makes, for tests of the diagnosis.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "simulation/extended_model.h"
+
+namespace sixdial::diagnosis {
+
+inline constexpr double kNoise_mm = 0.002;
+
+/// A session as the extended simulation shows it, with normal noise.
+struct Session {
+  simulation::ForwardModel model;
+  simulation::ModelVector truth;
+  std::vector<simulation::Trial> trials;
+  std::vector<bool> held_out;
+};
+
+struct Recipe {
+  std::vector<simulation::ActiveEffect> effects{};
+  double noise_mm = kNoise_mm;
+  int points = 150;
+  int repeats = 1;
+  std::uint64_t seed = 1;
+  geometry::Mount mount = geometry::Mount::kDistal2;
+  double dial_E_x_mm = 16.0;
+};
+
+[[nodiscard]] Session session_of(const Recipe& recipe);
+
+[[nodiscard]] simulation::ActiveEffect effect_of(
+    const geometry::Rig& rig, const char* cause, const char* where, std::vector<double> x);
+
+}  // namespace sixdial::diagnosis
