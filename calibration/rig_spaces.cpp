@@ -268,29 +268,4 @@ ObservationSpace dial_space(Trials trials, const geometry::Rig& rig) {
   return any_dial_space(trials, rig);
 }
 
-std::optional<RepeatNoise> repeat_noise(Trials trials, bool dials) {
-  ObservationSpace space;  // with what repeat_noise looks at, nothing more
-  std::vector<double> measured;
-  std::vector<VectorXd> joints;
-  const auto add = [&](int channel, double value_mm) {
-    space.channel.push_back(channel);
-    measured.push_back(value_mm);
-  };
-  for (const Trial& trial : trials) {
-    const Eigen::Index axes = !dials && trial.position_mm ? trial.position_mm->size() : 0;
-    for (Eigen::Index axis = 0; axis < axes; ++axis) {
-      add(static_cast<int>(axis), (*trial.position_mm)[axis]);
-    }
-    for (std::size_t k = 0; dials && k < trial.reading.size(); ++k) {
-      if (trial.reading[k]) add(static_cast<int>(k), *trial.reading[k]);
-    }
-    space.first_row.push_back(static_cast<int>(measured.size()));
-    space.point.push_back(trial.point);
-    joints.push_back(trial.q);
-  }
-  space.joints = matrix_of(joints, joints.empty() ? 0 : joints.front().size());
-  space.measured_mm = vector_of(measured);
-  return repeat_noise(space);
-}
-
 }  // namespace sixdial::calibration

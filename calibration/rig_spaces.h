@@ -27,9 +27,4 @@ namespace sixdial::calibration {
 [[nodiscard]] ObservationSpace dial_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 
-/// repeat_noise of trials, those too that no space would take: of dial readings, or of
-/// positions. Empty without repeats.
-[[nodiscard]] std::optional<RepeatNoise> repeat_noise(
-    std::span<const simulation::Trial> trials, bool dials);
-
 }  // namespace sixdial::calibration

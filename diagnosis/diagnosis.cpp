@@ -128,7 +128,8 @@ class Diagnoser {
     names_ = smooth ? fit_jointly(readings_, extended.model, extended.effects) : extended;
     Remainder& left = result_.unexplained;
     left.rms_mm = std::sqrt(
-        names_.weight.dot(names_.residual_mm.cwiseAbs2()) / std::max(1.0, names_.weight.sum()));
+        names_.weight.dot(residual_at_rest_mm(readings_, names_).cwiseAbs2()) /
+        std::max(1.0, names_.weight.sum()));
     left.depends_on = found().depends_on();
     Scatter scatter = scatter_of(readings_, extended, result_.noise);
     left.scatter = (!smooth && scatter.of_all) || !scatter.dials.empty();

@@ -139,6 +139,10 @@ Eigen::MatrixXd effect_columns(
   return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
+Eigen::VectorXd residual_at_rest_mm(const Readings& readings, const JointFit& fit) {
+  return fit.residual_mm.cwiseProduct(readings.relative_noise()).cwiseQuotient(fit.noise);
+}
+
 Projector::Projector(const JointFit& fit) : root_(fit.root()) {
   const Eigen::Index n = fit.residual_mm.size();
   const Eigen::Index m = fit.random.cols();

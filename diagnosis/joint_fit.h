@@ -45,6 +45,11 @@ struct JointFit {
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
     const Eigen::MatrixXd& random = {});
 
+/// Residuals in the noise of their dials [mm]: those of a sample of which something is not
+/// known are larger by that, which is no scatter.
+[[nodiscard]] Eigen::VectorXd residual_at_rest_mm(
+    const Readings& readings, const JointFit& fit);
+
 /// Removes from a column what the fitted parameters can imitate: what is left is what could be
 /// noticed.
 class Projector {

@@ -113,10 +113,11 @@ Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& n
   std::vector<double> freedom(dials, 0.0);
   std::vector<double> relative(dials, 1.0);
   const double share = 1 - fit.fitted / std::max(1.0 + fit.fitted, fit.weight.sum());
+  const Eigen::VectorXd e = residual_at_rest_mm(readings, fit);
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
     const int dial = readings.rows()[static_cast<std::size_t>(row)].dial;
     const auto d = static_cast<std::size_t>(readings.has_dials() ? dial : 0);
-    squares[d] += fit.weight[row] * fit.residual_mm[row] * fit.residual_mm[row];
+    squares[d] += fit.weight[row] * e[row] * e[row];
     freedom[d] += share * fit.weight[row];
     relative[d] = readings.relative_noise()[row];
   }

@@ -14,9 +14,10 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dials));
   Eigen::VectorXd freedom = squares;
   Eigen::VectorXd before = Eigen::VectorXd::Ones(squares.size());
+  const Eigen::VectorXd e = residual_at_rest_mm(readings, fit);
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
     const Eigen::Index dial = readings.rows()[static_cast<std::size_t>(row)].dial;
-    squares[dial] += fit.weight[row] * std::pow(fit.residual_mm[row], 2);
+    squares[dial] += fit.weight[row] * e[row] * e[row];
     freedom[dial] += fit.weight[row];
     before[dial] = readings.relative_noise()[row];
   }
