@@ -53,11 +53,10 @@ class Bus {
   BusStatus status_;
 };
 
-/// No scan starts sooner after the last than this on the wall: an accelerated clock would
-/// otherwise have the workers spin.
+/// Least time between the starts of two scans on the wall clock; without it, threads would spin
+/// under an accelerated device clock.
 inline constexpr std::chrono::milliseconds kLeastScanPeriod{4};
-/// 50 scans a second where the device is that fast, so that a rig has 40 in any case [device
-/// time].
+/// At most 50 scans a second [device time], so that a rig reaches 40 in any case.
 inline constexpr std::chrono::milliseconds kScanPeriod{20};
 /// While a bus is down its fault is repeated this often, so that nobody waits for it.
 inline constexpr std::chrono::milliseconds kDownPeriod{100};

@@ -1,6 +1,6 @@
-// Notices when the time of day is changed under a running collection. Ages and deadlines stand
-// on the monotonic clock and do not mind; stored times are what the clock said, so that
-// somebody must be told from when on they are others.
+// Notices when somebody changes the computer's time of day during a collection. Ages and
+// deadlines use the monotonic clock and are not affected. Stored times are what the clock said,
+// so the operator must be told from when on they differ.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,7 @@ struct ClockStep {
 /// May be used from any thread.
 class ClockWatch {
  public:
-  /// Smaller ones are no step: a time service slews by them.
+  /// Smaller changes are no step: a time service makes them to keep the clock right.
   static constexpr std::chrono::milliseconds kLeastStep{1000};
 
   explicit ClockWatch(const Clock& clock);

@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "geometry/same_pose.h"
+#include "geometry/tool.h"
+#include "session/reason.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -181,7 +183,7 @@ std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint&
   double away_rad = settings_.approach_rad;
   for (int halving = 0; halving <= kHalvings; ++halving, away_rad /= 2) {
     const Eigen::VectorXd q = point.q - away_rad * sides;
-    if (geometry::forward(rig_.robot.nominal, q, assembly)) return q;
+    if (geometry::Tool(rig_).position(rig_.robot.nominal, q, assembly)) return q;
   }
   return std::nullopt;
 }
@@ -316,7 +318,7 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
       ready = false;
       if (late && reading.quality == Quality::kGood) {
         reading.quality = Quality::kUncertain;
-        reading.reason = "unsettled";
+        reading.reason = session::reason::kUnsettled;
         reading.detail = fmt::format("moves by more than {:.3f} mm", spread_mm);
         remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
       }
@@ -353,7 +355,7 @@ Collector::Outcome Collector::store(
     sample.channels.push_back(
         {reading.value_mm, reading.quality, reading.reason, reading.time_utc});
     if (reading.quality != Quality::kGood && !is_fault(reading) &&
-        reading.reason != "unsettled") {
+        reading.reason != session::reason::kUnsettled) {
       remarks_.push_back(
           fmt::format("dial {}: {}, {}", rig_.dials[i].id, reading.reason, reading.detail));
     }

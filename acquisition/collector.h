@@ -117,8 +117,8 @@ struct CollectorResult {
   std::size_t left_out = 0;  // not wanted any more
 };
 
-/// What the store callback throws if the sample can be stored once something is put right, such
-/// as a full disk: the run pauses with these words, and resume() tries the same sample again.
+/// Thrown by the store callback if the sample can be stored once something is put right, such
+/// as a full disk. The run pauses with this message, and resume() tries the same sample again.
 class StoreLater : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -127,8 +127,8 @@ class StoreLater : public std::runtime_error {
 class Collector {
  public:
   struct Callbacks {
-    /// Must have stored the sample for good when it returns; what it throws but StoreLater ends
-    /// the run and comes out of run().
+    /// Stores the sample; it must be on the disk when this returns. Any exception but
+    /// StoreLater ends the run and is thrown by run().
     std::function<void(const CollectedSample&)> store;
     std::function<void(const CollectorProgress&)> progress;  // may be empty
     std::function<bool(const session::PlanPoint&)>
@@ -150,8 +150,8 @@ class Collector {
   void pause();   // after the point in hand
   void resume();  // goes on; with the same point if it was the reason for the pause
   void skip();    // the point in hand; while paused, the next one
-  /// The point in hand starts again; between points, and while paused between points, the last
-  /// stored one is measured again, as a new row.
+  /// Measures again: the point in hand from its start; between points, or while paused there,
+  /// the one stored last, as a new row.
   void retake();
   void retake(std::size_t plan_index);  // that point, as the next one
   void accept();  // while paused for a dial fault: store the point as it is
@@ -178,7 +178,7 @@ class Collector {
   std::optional<Outcome> change_branch(
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   [[nodiscard]] session::Branch branch_now(const std::stop_token& here);
-  /// Nothing: store what was measured, with the faults among the remarks.
+  /// Empty: store what was measured, its faults among the remarks.
   std::optional<Outcome> judge_faults(
       std::size_t index, const Measured& measured, const std::stop_token& stop);
   OrOutcome<Measured> settle(
@@ -186,7 +186,7 @@ class Collector {
   Outcome store(
       std::size_t index, const RobotState& state, std::vector<Reading> readings,
       const std::stop_token& stop);
-  /// Nothing: it is stored.
+  /// Empty: the sample is stored.
   std::optional<Outcome> keep(const CollectedSample& collected, const std::stop_token& stop);
   Outcome robot_trouble(
       std::size_t index, const RobotFault& fault, const std::stop_token& stop);

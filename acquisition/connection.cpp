@@ -12,6 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "session/nearest.h"
+
 namespace sixdial::acquisition {
 namespace {
 
@@ -25,24 +27,9 @@ template <typename... Args>
   throw Refused{fmt::format(format, std::forward<Args>(args)...)};
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
   return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
-    return edit_distance(word, a) < edit_distance(word, b);
+    return session::edit_distance(word, a) < session::edit_distance(word, b);
   });
 }
 

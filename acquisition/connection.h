@@ -6,8 +6,7 @@
 //   modbus-tcp://host:port?unit=1&index=0&base=0&count=6&scale=0.001&word_order=high
 //                         &function=4&format=int32&status=100&counter=106
 //   modbus-rtu:/dev/ttyUSB1?baud=19200&parity=N&unit=1&...
-//   manual                                                        (the robot, moved by a
-//   person)
+//   manual          (a person moves the robot)
 //
 // Everywhere: timeout_ms (device time, 20..300) and, on Modbus, quiet_ms (how long the slowest
 // device may be late).

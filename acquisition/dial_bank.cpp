@@ -10,6 +10,7 @@
 #include "acquisition/connection.h"
 #include "acquisition/modbus_bus.h"
 #include "acquisition/serial_bus.h"
+#include "session/reason.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -140,7 +141,7 @@ class Groups {
 Reading without_end_stop(Reading reading) {
   if (reading.value_mm && std::abs(*reading.value_mm) < kNoContact_mm) {
     reading.value_mm.reset();
-    if (reading.reason.empty()) reading.reason = "no contact";
+    if (reading.reason.empty()) reading.reason = session::reason::kNoContact;
   }
   return reading;
 }

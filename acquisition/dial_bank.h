@@ -35,7 +35,7 @@ class DialBank final : public DialSource {
   [[nodiscard]] std::vector<Reading> read_since(
       DeviceTime not_before, const std::stop_token& stop) override;
   [[nodiscard]] std::vector<Reading> latest() const override;
-  /// Everything anew: read_since(now).
+  /// Readings of all dials that were asked for from now on: read_since(now).
   [[nodiscard]] std::vector<Reading> scan(const std::stop_token& stop);
   [[nodiscard]] std::vector<BusStatus> buses() const;
 

@@ -24,17 +24,19 @@ constexpr const char* kRobot = R"(
 model = "five_bar"
 working_mode = "++"        # elbow side of leg 1 and leg 2: "+" turns the proximal link counter-clockwise from the line base joint -> end-effector
 assembly = 1               # beta: +1 takes the intersection to the left of the vector O3 -> O4
-l11_mm = 60.0
-l12_mm = 60.0
-l21_mm = 60.0
-l22_mm = 60.0
-d_mm = 90.0
-x0_mm = 0.0
-y0_mm = 0.0
-alpha_deg = 0.0
-theta1_offset_deg = 0.0
-theta2_offset_deg = 0.0
 )";
+
+/// The robot's parameters by their keys, a line each.
+std::string parameter_lines(const geometry::Robot& robot) {
+  std::string text;
+  for (std::size_t i = 0; i < robot.model->parameters.size(); ++i) {
+    const geometry::ParameterInfo& info = robot.model->parameters[i];
+    text += fmt::format(
+        "{} = {:.1f}\n", info.rig_key,
+        robot.nominal[static_cast<Eigen::Index>(i)] * info.shown_per_unit);
+  }
+  return text;
+}
 
 constexpr const char* kCuboidAndDials = R"(
 [cuboid]
@@ -103,12 +105,12 @@ std::string example_rig(const DialProtocol& protocol) {
   text += commented(protocol.advice);
   text += "# Lengths in mm, angles in degrees. Try it: sixdial rig scan --rig THIS_FILE\n";
   text += fmt::format("name = \"five-bar rig, {}\"\n", protocol.name);
-  text += kRobot;
+  const geometry::Rig rig = geometry::default_rig();
+  text += kRobot + parameter_lines(rig.robot);
   text += by_hand ? "connection = \"manual\"   # a person moves it and confirms\n"
                   : "connection = \"modbus-tcp://192.0.2.20:502?unit=1\"   # its controller: "
                     "doc/devices.md\n";
   text += kCuboidAndDials;
-  const geometry::Rig rig = geometry::default_rig();
   for (std::size_t i = 0; i < rig.dials.size(); ++i) {
     const geometry::DialGeometry& dial = rig.dials[i].geometry;
     text += fmt::format(

@@ -4,6 +4,12 @@
 //
 //   static const DialProtocol mine{.name = "mine", .frame_end = "\r", .request = ask, ...};
 //   add_dial_protocol(mine);  // connection = "serial:/dev/...?dialect=mine" works from now on
+//
+// Example:
+//   const DialProtocol& mahr = *find_dial_protocol("mahr");
+//   mahr.request(0);  // -> "?\r"
+//   mahr.parse("+012.345 mm\r", 0)->value;  // -> 12.345
+//   mahr.parse("+012.3", 0).error();  // -> FaultKind::kBadFrame
 #pragma once
 
 #include <chrono>
@@ -40,7 +46,7 @@ struct DialProtocol {
   LineSettings line;
   std::string_view frame_end;
   int channels = 0;  // of a multiplexer; 0: one dial a cable
-  /// Unanswered until then [device time]: silent.
+  /// How long to wait for an answer [device time].
   std::chrono::milliseconds timeout{300};
   /// Asks the dial who it is; empty where the dialect has no such question.
   std::string_view identity_request;

@@ -2,32 +2,34 @@
 
 #include <fmt/format.h>
 
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 
 std::string_view reason(FaultKind kind) {
   switch (kind) {
     case FaultKind::kTimeout:
-      return "timeout";
+      return session::reason::kTimeout;
     case FaultKind::kDisconnected:
-      return "disconnected";
+      return session::reason::kDisconnected;
     case FaultKind::kBadFrame:
-      return "parse";
+      return session::reason::kBadFrame;
     case FaultKind::kWrongChannel:
-      return "channel";
+      return session::reason::kWrongChannel;
     case FaultKind::kRange:
-      return "range";
+      return session::reason::kRange;
     case FaultKind::kUnit:
-      return "unit";
+      return session::reason::kUnit;
     case FaultKind::kDevice:
-      return "device";
+      return session::reason::kDevice;
     case FaultKind::kNoDial:
-      return "no dial";
+      return session::reason::kNoDial;
     case FaultKind::kBusy:
-      return "busy";
+      return session::reason::kBusy;
     case FaultKind::kWrongDial:
-      return "identity";
+      return session::reason::kWrongDial;
     case FaultKind::kStale:
-      return "stale";
+      return session::reason::kStale;
   }
   return "unknown";
 }

@@ -25,7 +25,7 @@ struct Fault {
   std::string detail;  // the evidence, for people: "'+012.3' has no end of line"
 };
 
-/// As stored in session::ChannelValue::reason: "timeout", "disconnected", "parse", ...
+/// As stored in session::ChannelValue::reason (session/reason.h): "timeout", "parse", ...
 [[nodiscard]] std::string_view reason(FaultKind kind);
 /// What to do about it.
 [[nodiscard]] std::string_view advice(FaultKind kind);

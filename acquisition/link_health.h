@@ -27,7 +27,7 @@ class LinkHealth {
   void lost(DeviceTime now);
 
   [[nodiscard]] LinkState state() const { return state_; }
-  /// Not before this is it worth trying again; in the past while ok.
+  /// Earliest time to try again; in the past while the link is ok.
   [[nodiscard]] DeviceTime next_try() const { return next_try_; }
 
  private:

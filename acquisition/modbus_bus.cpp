@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 namespace {
 
@@ -177,7 +179,7 @@ void ModbusBus::publish_values(const Box& box, const Words& words, DeviceTime re
     if (status == kStatusNoContact) {
       Reading reading = good_reading(0.0, requested, now);
       reading.value_mm.reset();
-      reading.reason = "no contact";
+      reading.reason = session::reason::kNoContact;
       publish(std::move(reading));
       continue;
     }
@@ -193,7 +195,7 @@ void ModbusBus::publish_values(const Box& box, const Words& words, DeviceTime re
       Reading reading = good_reading(*value, requested, now);
       if (status == kStatusLowBattery) {
         reading.quality = session::Quality::kUncertain;
-        reading.reason = "low battery";
+        reading.reason = session::reason::kLowBattery;
       }
       publish(std::move(reading));
     }

@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/tool.h"
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 namespace {
 
 using session::Quality;
 
-void lower(Reading& reading, Quality quality, std::string why, std::string detail) {
+void lower(Reading& reading, Quality quality, std::string_view why, std::string detail) {
   reading.quality = quality;
-  reading.reason = std::move(why);
+  reading.reason = why;
   reading.detail = std::move(detail);
 }
 
@@ -28,11 +31,12 @@ std::vector<ExpectedDial> Plausibility::expected_at(
     const Eigen::VectorXd& q, std::optional<geometry::Assembly> assembly) const {
   std::vector<ExpectedDial> expected(rig_.dials.size());
   if (!reference_angle_rad_) return expected;
-  const auto pose =
-      geometry::forward(rig_.robot.nominal, q, assembly.value_or(rig_.robot.assembly));
+  const auto pose = geometry::planar_pose(
+      *rig_.robot.model, rig_.robot.nominal, q, assembly.value_or(rig_.robot.assembly),
+      geometry::cuboid_link(rig_));
   if (!pose) return expected;
   const geometry::CuboidPose cuboid{
-      pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, *pose, 0.0)};
+      pose->p_WE, geometry::cuboid_angle(rig_, *reference_angle_rad_, pose->link_rad, 0.0)};
   const double half_mm = rig_.cuboid.side_mm / 2;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const geometry::DialGeometry& dial = rig_.dials[i].geometry;
@@ -67,11 +71,11 @@ void Plausibility::judge(
     }
     if (expected[i].off_face) {
       lower(
-          reading, Quality::kUncertain, "implausible",
+          reading, Quality::kUncertain, session::reason::kImplausible,
           "the tip should miss the cuboid here, but it touches something");
     } else if (there && std::abs(*reading.value_mm - *there) > limit_mm_) {
       lower(
-          reading, Quality::kUncertain, "implausible",
+          reading, Quality::kUncertain, session::reason::kImplausible,
           fmt::format(
               "{:.3f} mm where the nominal robot gives {:.1f}", *reading.value_mm, *there));
       far_off.push_back(i);
@@ -101,7 +105,7 @@ void Plausibility::judge_frozen(
         std::abs(*expected[i].displacement_mm - *expected_before[i].displacement_mm);
     if (change_mm > kFrozenChange_mm && *reading.value_mm == *before[i].value_mm) {
       lower(
-          reading, Quality::kBad, "frozen",
+          reading, Quality::kBad, session::reason::kFrozen,
           fmt::format(
               "{:.3f} mm as at the point before, although {:.1f} mm of change are expected",
               *reading.value_mm, change_mm));

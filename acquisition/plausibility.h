@@ -25,8 +25,8 @@ class Plausibility {
   /// `limit_mm`: how far a true reading may be from the nominal robot's.
   Plausibility(const geometry::Rig& rig, double limit_mm);
 
-  /// By nominal parameters, clamp angle 0; `assembly` empty: the rig's. Without expectations
-  /// where the pose cannot be computed.
+  /// What each dial should read by the nominal parameters with clamp angle 0; `assembly` empty:
+  /// the rig's. Empty expectations where the pose cannot be computed.
   [[nodiscard]] std::vector<ExpectedDial> expected_at(
       const Eigen::VectorXd& q,
       std::optional<geometry::Assembly> assembly = std::nullopt) const;

@@ -39,8 +39,8 @@ class ReadingBoard {
   /// Gives the reading its sequence number.
   void publish(std::size_t dial, Reading reading);
   [[nodiscard]] std::vector<Reading> newest() const;
-  /// Waits until each dial has an answer (or a fault) that was asked for at or after
-  /// `not_before`. False: some have none by the wall deadline, or stopped.
+  /// Waits until each dial has answered (or failed to) a request made at or after `not_before`.
+  /// False if some had not by the deadline on the wall clock, or if stopped.
   [[nodiscard]] bool wait_for_all(
       DeviceTime not_before, std::chrono::steady_clock::time_point deadline,
       const std::stop_token& stop) const;

@@ -11,6 +11,7 @@
 #include "acquisition/dial_bank.h"
 #include "acquisition/plausibility.h"
 #include "acquisition/serial_port.h"
+#include "session/reason.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -104,7 +105,8 @@ std::vector<FoundDial> box_dials(
   std::vector<Reading> readings;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     readings = (*bank)->scan(stop);
-    if (std::ranges::any_of(readings, [](const Reading& r) { return r.reason != "timeout"; })) {
+    if (std::ranges::any_of(
+            readings, [](const Reading& r) { return r.reason != session::reason::kTimeout; })) {
       break;
     }
   }
@@ -177,10 +179,12 @@ std::string advice_for(const std::string& why) {
   for (const FaultKind kind : kKinds) {
     if (reason(kind) == why) return std::string(advice(kind));
   }
-  if (why == "implausible") return "compare the rig file with how the dials are mounted";
-  if (why == "low battery") return "change the dial's battery";
-  if (why == "frozen") return "press the dial's hold key; move the spindle by hand and look";
-  if (why == "no contact")
+  if (why == session::reason::kImplausible)
+    return "compare the rig file with how the dials are mounted";
+  if (why == session::reason::kLowBattery) return "change the dial's battery";
+  if (why == session::reason::kFrozen)
+    return "press the dial's hold key; move the spindle by hand and look";
+  if (why == session::reason::kNoContact)
     return "the spindle rests at its end stop: does it reach the cuboid?";
   return "look at the dial and its cable";
 }
@@ -209,6 +213,22 @@ std::vector<PortName> serial_ports(const std::filesystem::path& by_id) {
   return ports;
 }
 
+namespace {
+
+std::string fix_of(PortTrouble trouble) {
+  switch (trouble) {
+    case PortTrouble::kInUse:
+      return "end what uses it (a collection that is running shows its dials live)";
+    case PortTrouble::kNoRights:
+      return "add yourself to the group dialout and log in again";
+    case PortTrouble::kOther:
+      break;
+  }
+  return "plug the adapter in again, or correct the name";
+}
+
+}  // namespace
+
 ScannedPlace scan_serial(const std::string& device, Clock& clock, const std::stop_token& stop) {
   ScannedPlace place{.name = device, .dials = {}, .trouble = {}, .fix = {}};
   bool anything = false;
@@ -217,11 +237,7 @@ ScannedPlace scan_serial(const std::string& device, Clock& clock, const std::sto
     auto port = SerialPort::open(device, protocol->line);
     if (!port) {
       place.trouble = port.error().detail;
-      place.fix = place.trouble.find("in use") != std::string::npos
-                      ? "end what uses it (a collection that is running shows its dials live)"
-                  : place.trouble.find("ermission") != std::string::npos
-                      ? "add yourself to the group dialout and log in again"
-                      : "plug the adapter in again, or correct the name";
+      place.fix = fix_of(port.error().trouble);
       return place;
     }
     bool understood = false;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "session/reason.h"
+
 namespace sixdial::acquisition {
 namespace {
 
@@ -67,7 +69,7 @@ void SerialBus::connect(const std::stop_token& stop) {
     return;
   }
   port_ = std::move(*opened);
-  identified_ = protocol_.identity_request.empty();
+  identity_checked_ = protocol_.identity_request.empty();
   asks_battery_ = !protocol_.battery_request.empty();
   battery_low_ = false;
   battery_next_ = clock_.monotonic() + kBatteryPeriod;
@@ -81,7 +83,7 @@ void SerialBus::connect(const std::stop_token& stop) {
 }
 
 void SerialBus::scan(const std::stop_token& stop) {
-  if (!identified_ && !identify(stop)) return;
+  if (!identity_checked_ && !check_identity(stop)) return;
   if (asks_battery_ && clock_.monotonic() >= battery_next_) ask_battery(stop);
   if (!port_) return;
   for (const SerialDial& dial : dials_) {
@@ -94,7 +96,7 @@ void SerialBus::scan(const std::stop_token& stop) {
       Reading reading = good_reading(answer->value_mm, answer->requested, answer->time_utc);
       if (battery_low_) {
         reading.quality = session::Quality::kUncertain;
-        reading.reason = "low battery";
+        reading.reason = session::reason::kLowBattery;
       }
       board_.publish(dial.limits.dial, std::move(reading));
       continue;
@@ -117,7 +119,7 @@ void SerialBus::scan(const std::stop_token& stop) {
 
 // Who answers: remembered the first time, compared after each reconnection. A dial that does
 // not know the question is taken as it is.
-bool SerialBus::identify(const std::stop_token& stop) {
+bool SerialBus::check_identity(const std::stop_token& stop) {
   const SerialDial& dial = dials_.front();
   const DeviceTime requested = clock_.monotonic();
   const auto fail = [&](const Fault& fault) {
@@ -136,13 +138,13 @@ bool SerialBus::identify(const std::stop_token& stop) {
     if (!frame) {
       if (frame.error().kind == FaultKind::kDisconnected) return fail(frame.error());
       if (!identity_.empty()) return fail(frame.error());
-      identified_ = true;
+      identity_checked_ = true;
       return fail(frame.error());
     }
     const std::string_view line = without_stray_line_feed(*frame);
     if (protocol_.parse(line, dial.channel)) continue;  // a value: the key was pressed
     if (line.starts_with("ERR")) {
-      identified_ = true;
+      identity_checked_ = true;
       return true;
     }
     if (identity_.empty()) identity_ = std::string(line);
@@ -152,7 +154,7 @@ bool SerialBus::identify(const std::stop_token& stop) {
                                      "{} answers on {}, before it was {}", printable(line),
                                      device_, printable(identity_))});
     }
-    identified_ = true;
+    identity_checked_ = true;
     return true;
   }
 }

@@ -33,7 +33,7 @@ class SerialBus final : public Bus {
   };
   void connect(const std::stop_token& stop);
   void scan(const std::stop_token& stop);
-  [[nodiscard]] bool identify(const std::stop_token& stop);
+  [[nodiscard]] bool check_identity(const std::stop_token& stop);
   void ask_battery(const std::stop_token& stop);
   tl::expected<Answer, Fault> ask(const SerialDial& dial, const std::stop_token& stop);
   tl::expected<double, Fault> listen(const SerialDial& dial, const std::stop_token& stop);
@@ -51,7 +51,7 @@ class SerialBus final : public Bus {
   std::optional<SerialPort> port_;
   Fault down_{FaultKind::kDisconnected, "not opened yet"};
   std::string identity_;  // as first answered; empty: never answered
-  bool identified_ = false;
+  bool identity_checked_ = false;
   bool opened_before_ = false;
   bool asks_battery_ = false;  // the dial knows the question
   bool battery_low_ = false;

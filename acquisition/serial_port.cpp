@@ -97,35 +97,41 @@ SerialPort::SerialPort(SerialPort&&) noexcept = default;
 SerialPort& SerialPort::operator=(SerialPort&&) noexcept = default;
 SerialPort::~SerialPort() = default;
 
-tl::expected<SerialPort, Fault> SerialPort::open(
+tl::expected<SerialPort, PortFault> SerialPort::open(
     const std::string& device, const LineSettings& line) {
   if (!descriptors_left()) {
-    return tl::unexpected(disconnected("this process has too many files open"));
+    return tl::unexpected(PortFault{disconnected("this process has too many files open")});
   }
   std::error_code error;
   const std::string resolved = std::filesystem::canonical(device, error).string();
   if (error) {
-    return tl::unexpected(disconnected(fmt::format("{}: {}", device, error.message())));
+    return tl::unexpected(PortFault{
+        disconnected(fmt::format("{}: {}", device, error.message())),
+        error == std::errc::permission_denied ? PortTrouble::kNoRights : PortTrouble::kOther});
   }
   sp_port* raw = nullptr;
   if (sp_get_port_by_name(resolved.c_str(), &raw) != SP_OK) {
-    return tl::unexpected(disconnected(fmt::format("{} is no serial port", resolved)));
+    return tl::unexpected(
+        PortFault{disconnected(fmt::format("{} is no serial port", resolved))});
   }
   std::unique_ptr<sp_port, Close> port(raw);
   if (sp_open(raw, SP_MODE_READ_WRITE) != SP_OK) {
-    return tl::unexpected(
-        disconnected(fmt::format("{} cannot be opened: {}", resolved, last_error())));
+    const bool no_rights = sp_last_error_code() == EACCES;
+    return tl::unexpected(PortFault{
+        disconnected(fmt::format("{} cannot be opened: {}", resolved, last_error())),
+        no_rights ? PortTrouble::kNoRights : PortTrouble::kOther});
   }
   int handle = -1;
   if (sp_get_port_handle(raw, &handle) != SP_OK) {
-    return tl::unexpected(disconnected(fmt::format("{} has no descriptor", resolved)));
+    return tl::unexpected(
+        PortFault{disconnected(fmt::format("{} has no descriptor", resolved))});
   }
   if (const auto locked = lock_device(handle, resolved); !locked) {
-    return tl::unexpected(locked.error());
+    return tl::unexpected(PortFault{locked.error(), PortTrouble::kInUse});
   }
   if (!configure(raw, line)) {
-    return tl::unexpected(
-        disconnected(fmt::format("{} refuses its line settings: {}", resolved, last_error())));
+    return tl::unexpected(PortFault{
+        disconnected(fmt::format("{} refuses its line settings: {}", resolved, last_error()))});
   }
   sp_flush(raw, SP_BUF_BOTH);
   return SerialPort(std::move(port), handle, resolved);

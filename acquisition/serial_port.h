@@ -20,10 +20,20 @@ struct sp_port;
 
 namespace sixdial::acquisition {
 
+/// Why a port cannot be opened, as far as a person can do something about it.
+enum class PortTrouble {
+  kInUse,     // another program has it
+  kNoRights,  // this user may not open it
+  kOther,     // no such port, or it refuses its settings
+};
+struct PortFault : Fault {
+  PortTrouble trouble = PortTrouble::kOther;
+};
+
 /// One thread at a time. Times are on the wall.
 class SerialPort {
  public:
-  [[nodiscard]] static tl::expected<SerialPort, Fault> open(
+  [[nodiscard]] static tl::expected<SerialPort, PortFault> open(
       const std::string& device, const LineSettings& line);
   SerialPort(SerialPort&&) noexcept;
   SerialPort& operator=(SerialPort&&) noexcept;

@@ -98,7 +98,7 @@ void levenberg_marquardt(benchmark::State& state) {
 BENCHMARK(levenberg_marquardt)->Unit(benchmark::kMicrosecond);
 
 void whole_method(benchmark::State& state, Profile profile, int threads) {
-  Settings settings = settings_for(profile);
+  PipelineSettings settings = settings_for(profile);
   settings.threads = threads;
   for (auto _ : state) {
     auto result = run_dqpso_anfis(data().g1, data().g2, settings);

@@ -33,6 +33,7 @@ using geometry::WorkingMode;
 constexpr double kNoise_mm = 0.003;
 constexpr std::uint64_t kRepeats = 200;
 const geometry::Rig kRig = geometry::default_rig();
+const geometry::Tool kTool(kRig);
 const Eigen::Vector2d kLow(17, 31);
 const Eigen::Vector2d kHigh(39, 65);
 const Eigen::Matrix2d kR = kNoise_mm * kNoise_mm * Eigen::Matrix2d::Identity();
@@ -41,8 +42,8 @@ const Eigen::Matrix2d kR = kNoise_mm * kNoise_mm * Eigen::Matrix2d::Identity();
 std::vector<DesignCandidate> candidates(int nx, int ny, std::span<const WorkingMode> modes) {
   std::vector<DesignCandidate> result;
   for (const WorkspacePose& pose :
-       calibration::workspace_grid(kRig.robot.nominal, kLow, kHigh, nx, ny, modes)) {
-    if (session::measurable(kRig, pose.target_mm, pose.mode, 4.0, pose.q_rad)) {
+       calibration::workspace_grid(kTool, kRig.robot.nominal, kLow, kHigh, nx, ny, modes)) {
+    if (session::measurable(kRig, pose.target_mm, pose.mode, 4.0, pose.q)) {
       result.push_back({pose, kR});
     }
   }
@@ -51,7 +52,7 @@ std::vector<DesignCandidate> candidates(int nx, int ny, std::span<const WorkingM
 
 void add(ParameterMatrix& M, const DesignCandidate& candidate) {
   const auto d = geometry::forward_derivative(
-      kRig.robot.nominal, candidate.pose.q_rad, candidate.pose.assembly);
+      kRig.robot.nominal, candidate.pose.q, candidate.pose.assembly);
   if (d) M += d->J_v.transpose() * candidate.covariance_mm2.inverse() * d->J_v;
 }
 
@@ -62,7 +63,7 @@ double condition(const std::vector<DesignCandidate>& set) {
   observations.p_WE.resize(2, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const WorkspacePose& pose = set[static_cast<std::size_t>(i)].pose;
-    observations.q_rad.col(i) = pose.q_rad;
+    observations.q_rad.col(i) = pose.q;
     observations.p_WE.col(i) = pose.target_mm;
     observations.assembly.push_back(pose.assembly);
     observations.covariance_mm2.push_back(kR);
@@ -78,21 +79,21 @@ double error_made(
   double sum = 0.0;
   for (std::uint64_t seed = 1; seed <= kRepeats; ++seed) {
     calibration::RandomSequence random(seed, 55);
-    calibration::OnlineEstimator online(kRig.robot.nominal);
+    calibration::OnlineEstimator online(kTool, kRig.robot.nominal);
     for (std::size_t i = 0; i < set.size(); ++i) {
       const WorkspacePose& pose = set[i].pose;
       simulation::Trial trial;
       trial.point = static_cast<int>(i);
-      trial.q = pose.q_rad;
+      trial.q = pose.q;
       trial.assembly = pose.assembly;
       trial.position_covariance = kR;
-      trial.position_mm = geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE +
+      trial.position_mm = geometry::forward(robot, pose.q, pose.assembly)->p_WE +
                           kNoise_mm * Eigen::Vector2d(random.normal(), random.normal());
       online.add(trial);
     }
     for (const WorkspacePose& pose : where) {
-      sum += (geometry::forward(online.v(), pose.q_rad, pose.assembly)->p_WE -
-              geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE)
+      sum += (geometry::forward(online.v(), pose.q, pose.assembly)->p_WE -
+              geometry::forward(robot, pose.q, pose.assembly)->p_WE)
                  .norm();
     }
   }
@@ -102,9 +103,10 @@ double error_made(
 void row(
     const std::string& name, const std::vector<DesignCandidate>& set,
     const std::vector<WorkspacePose>& where) {
-  ParameterMatrix M = calibration::OnlineEstimator(kRig.robot.nominal).information();
+  ParameterMatrix M = calibration::OnlineEstimator(kTool, kRig.robot.nominal).information();
   for (const DesignCandidate& each : set) add(M, each);
-  const auto u = calibration::workspace_uncertainty(kRig.robot.nominal, M.inverse(), where);
+  const auto u =
+      calibration::workspace_uncertainty(kTool, kRig.robot.nominal, M.inverse(), where);
   std::printf(
       "| %s | %zu | %.2f | %.2f | %.2f | %.0f |\n", name.c_str(), set.size(), 1000 * u.mean_mm,
       1000 * u.max_mm, 1000 * error_made(set, where), condition(set));
@@ -115,8 +117,9 @@ std::vector<DesignCandidate> chosen(
     calibration::Criterion criterion, int most_each, double limit_mm) {
   std::vector<DesignCandidate> set;
   for (const auto& step : calibration::greedy_design(
-           kRig.robot.nominal, calibration::OnlineEstimator(kRig.robot.nominal).information(),
-           from, where, 200, criterion, most_each)) {
+           kTool, kRig.robot.nominal,
+           calibration::OnlineEstimator(kTool, kRig.robot.nominal).information(), from, where,
+           200, criterion, most_each)) {
     set.push_back(from[step.candidate]);
     if (step.uncertainty.mean_mm <= limit_mm) break;
   }
@@ -126,12 +129,13 @@ std::vector<DesignCandidate> chosen(
 void study(
     const char* title, std::span<const WorkingMode> used,
     std::span<const WorkingMode> measured) {
-  const auto where = calibration::workspace_grid(kRig.robot.nominal, kLow, kHigh, 7, 7, used);
+  const auto where =
+      calibration::workspace_grid(kTool, kRig.robot.nominal, kLow, kHigh, 7, 7, used);
   const auto grid = candidates(10, 10, used);
-  ParameterMatrix M = calibration::OnlineEstimator(kRig.robot.nominal).information();
+  ParameterMatrix M = calibration::OnlineEstimator(kTool, kRig.robot.nominal).information();
   for (const DesignCandidate& each : grid) add(M, each);
   const double limit_mm =
-      calibration::workspace_uncertainty(kRig.robot.nominal, M.inverse(), where).mean_mm;
+      calibration::workspace_uncertainty(kTool, kRig.robot.nominal, M.inverse(), where).mean_mm;
   std::printf(
       "\n%s\n\n| poses | points | predicted mean, um | predicted max, um | made, um | "
       "condition "
@@ -199,8 +203,8 @@ Made made_by(const studies::LiveEstimate& estimate, const mock_devices::World& w
   for (std::size_t i = 0; i < where.size(); ++i) {
     const auto& pose = where[i];
     const double error =
-        (geometry::forward(estimate.filter().v(), pose.q_rad, pose.assembly)->p_WE -
-         geometry::forward(world.robot.parameters, pose.q_rad, pose.assembly)->p_WE)
+        (geometry::forward(estimate.filter().v(), pose.q, pose.assembly)->p_WE -
+         geometry::forward(world.robot.parameters, pose.q, pose.assembly)->p_WE)
             .norm();
     made.mean_mm += error / static_cast<double>(where.size());
     if (i == estimate.uncertainty().worst) made.at_worst_mm = error;

@@ -75,8 +75,8 @@ Data read(const std::string& path) {
   return data;
 }
 
-Settings settings_of(Profile profile, const Options& options) {
-  Settings settings = settings_for(profile);
+PipelineSettings settings_of(Profile profile, const Options& options) {
+  PipelineSettings settings = settings_for(profile);
   settings.threads = options.threads;
   settings.anfis.epochs = options.epochs;
   return settings;

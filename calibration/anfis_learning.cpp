@@ -19,8 +19,7 @@ AnfisReport learn_anfis(
       return report;
     }
   }
-  const HoldoutSplit split =
-      holdout_split(static_cast<int>(inputs.rows()), settings.holdout_fraction, settings.seed);
+  const HoldoutSplit split = holdout_split(inputs, settings.holdout_fraction, settings.seed);
   AnfisTraining training = train_anfis(
       inputs(split.train, Eigen::all), targets(split.train), inputs(split.check, Eigen::all),
       targets(split.check), anfis, stop);

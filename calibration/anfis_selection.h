@@ -38,11 +38,12 @@ struct AnfisSelection {
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets, MembershipKind kind,
     const AnfisSelectionSettings& settings = {});
 
-/// Leave-one-out errors of ridge least squares, target - prediction without it: samples x
-/// ridges. `effective`: the trace of the hat matrix for each ridge.
+/// Leave-one-out errors of ridge least squares, target - prediction without its pose: samples x
+/// ridges. `poses`: rows of each pose (pose_groups.h), which are left out together.
+/// `effective`: the trace of the hat matrix for each ridge.
 [[nodiscard]] Eigen::MatrixXd leave_one_out_errors(
     const Eigen::MatrixXd& A, const Eigen::VectorXd& targets, const std::vector<double>& ridges,
-    std::vector<double>& effective);
+    const std::vector<std::vector<int>>& poses, std::vector<double>& effective);
 
 /// The network times `gain`, bounds included.
 [[nodiscard]] AnfisModel scaled(AnfisModel model, double gain);

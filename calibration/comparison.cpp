@@ -45,7 +45,7 @@ tl::expected<TrainedResidual, Trouble> learn(
             " are needed (measure more, or leave the method out)"});
   }
   if (settings.output_names.empty() && g1.channels() == g1.position_axes) {
-    for (const ChannelInfo& each : g1.channel_info) settings.output_names.push_back(each.name);
+    for (const SpaceChannel& each : g1.channel_info) settings.output_names.push_back(each.name);
   }
   try {
     return train_residual(

@@ -25,8 +25,8 @@ struct MethodChoice {
   const ResidualModel* residual = nullptr;  // null: none
 };
 
-/// The word that is neither an identifier's nor a residual model's name, and those that could
-/// stand in its place.
+/// The part of a method's id that is neither an identifier nor a residual model, and the names
+/// that could stand there.
 struct UnknownMethod {
   std::string word;
   std::vector<std::string_view> known;
@@ -84,8 +84,8 @@ struct Comparison {
     const std::function<void(const ComparisonProgress&)>& progress = {},
     const std::stop_token& stop = {});
 
-/// The parameters of `wanted` out of x, which is one of `space`, by name. Throws
-/// std::invalid_argument for a name that `space` does not have.
+/// Picks from x, a parameter vector of `space`, the parameters that `wanted` has, by name.
+/// Throws std::invalid_argument for a name that `space` does not have.
 [[nodiscard]] Eigen::VectorXd parameters_in(
     const ObservationSpace& wanted, const ObservationSpace& space, const Eigen::VectorXd& x);
 

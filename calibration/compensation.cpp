@@ -1,69 +1,94 @@
 #include "calibration/compensation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <cmath>
 
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::Matrix2d;
-using Eigen::Vector2d;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using geometry::JointInfo;
+using geometry::JointKind;
+using geometry::Position;
 
 // Half a step of the correction's slope by differences: of a smooth learned function.
 constexpr double kSlopeStep_rad = 1e-5;
+constexpr double kSlopeStep_mm = 1e-3;
 constexpr int kHalvings = 30;
 
 tl::unexpected<CompensationTrouble> trouble(
-    CompensationTrouble::Kind kind, const Vector2d& target, std::string_view why) {
-  return tl::unexpected(CompensationTrouble{
-      kind, fmt::format("({:.3f}, {:.3f}) mm: {}", target.x(), target.y(), why)});
+    CompensationTrouble::Kind kind, const Position& target, std::string_view why) {
+  return tl::unexpected(
+      CompensationTrouble{kind, fmt::format("({:.3f}) mm: {}", fmt::join(target, ", "), why)});
 }
 
-Matrix2d slope(const Correction& correction, const Vector2d& q) {
-  Matrix2d result = Matrix2d::Zero();
+/// "working mode ++"; nothing of a robot with one mode.
+std::string mode_in_words(const geometry::RobotModel& robot, geometry::WorkingMode mode) {
+  if (robot.modes.size() < 2) return "";
+  for (const geometry::BranchInfo& each : robot.modes) {
+    if (each.number == mode.number) return " in working mode " + each.name;
+  }
+  return "";
+}
+
+MatrixXd slope(
+    const Correction& correction, const geometry::RobotModel& robot, int axes,
+    const VectorXd& q) {
+  MatrixXd result = MatrixXd::Zero(axes, q.size());
   if (!correction) return result;
-  for (int joint = 0; joint < 2; ++joint) {
-    const Vector2d step = kSlopeStep_rad * Vector2d::Unit(joint);
-    result.col(joint) = (correction(q + step) - correction(q - step)) / (2 * kSlopeStep_rad);
+  for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
+    const JointInfo& info = robot.joints[static_cast<std::size_t>(joint)];
+    const double size = info.kind == JointKind::kRevolute ? kSlopeStep_rad : kSlopeStep_mm;
+    const VectorXd step = size * VectorXd::Unit(q.size(), joint);
+    result.col(joint) = (correction(q + step) - correction(q - step)) / (2 * size);
   }
   return result;
 }
 
-}  // namespace
-
-tl::expected<Vector2d, geometry::KinematicTrouble> modelled_position(
-    const CompensationModel& model, const Vector2d& q_rad, geometry::Assembly assembly) {
-  return geometry::forward(model.v, q_rad, assembly)
-      .map([&](const geometry::ForwardPose& pose) -> Vector2d {
-        return model.correction ? Vector2d(pose.p_WE + model.correction(q_rad)) : pose.p_WE;
-      });
+/// The joint step that moves the tool by `move`; of a robot with more joints than coordinates
+/// the shortest one.
+VectorXd step_for(const MatrixXd& J, const VectorXd& move) {
+  if (J.rows() == J.cols()) return J.fullPivLu().solve(move);
+  return J.completeOrthogonalDecomposition().solve(move);
 }
 
-tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const Vector2d& target_mm, geometry::WorkingMode mode,
-    std::optional<Vector2d> near, const CompensationSettings& settings) {
-  using Kind = CompensationTrouble::Kind;
-  const auto nominal = geometry::inverse(model.nominal, target_mm, mode, near);
-  if (!nominal) {
-    return trouble(
-        Kind::kNominalUnreachable, target_mm,
-        fmt::format(
-            "by the nominal parameters in working mode {}, {}", geometry::to_string(mode),
-            describe(nominal.error())));
+/// The joint that is furthest from where the nominal robot would be sent, in words; empty: none
+/// is too far.
+std::string too_far(
+    const geometry::RobotModel& robot, const Compensation& found,
+    const CompensationSettings& settings) {
+  double most = 1.0;  // in times of what is allowed
+  std::string words;
+  for (Eigen::Index i = 0; i < found.q.size(); ++i) {
+    const JointInfo& joint = robot.joints[static_cast<std::size_t>(i)];
+    const bool turns = joint.kind == JointKind::kRevolute;
+    const double change = std::abs(found.q[i] - found.nominal_q[i]);
+    const double times = change / (turns ? settings.most_change_rad : settings.most_change_mm);
+    if (!(times > most)) continue;
+    most = times;
+    words = fmt::format("{:.3f} {}", change, joint.unit());
   }
-  const auto start = geometry::inverse(model.v, target_mm, mode, *nominal);
-  if (!start) {
-    return trouble(
-        Kind::kUnreachable, target_mm,
-        fmt::format("by the identified parameters, {}", describe(start.error())));
-  }
-  const auto assembly = geometry::assembly_at(model.v, *start, target_mm);
-  if (!assembly) return trouble(Kind::kUnreachable, target_mm, describe(assembly.error()));
+  return words;
+}
 
-  Compensation result{*start, *nominal, 0.0, 0};
-  auto position = modelled_position(model, result.q_rad, *assembly);
+/// How far the joint that moved most has moved, in its unit.
+std::string most_moved(const geometry::RobotModel& robot, const Compensation& found) {
+  Eigen::Index most = 0;
+  const double change = (found.q - found.nominal_q).cwiseAbs().maxCoeff(&most);
+  return fmt::format("{:.3f} {}", change, robot.joints[static_cast<std::size_t>(most)].unit());
+}
+
+/// Damped Newton from `result` on until the tool is at the target.
+tl::expected<Compensation, CompensationTrouble> closed(
+    const CompensationModel& model, const Position& target_mm, geometry::Assembly assembly,
+    Compensation result, const CompensationSettings& settings) {
+  using Kind = CompensationTrouble::Kind;
+  auto position = modelled_position(model, result.q, assembly);
   if (!position) return trouble(Kind::kUnreachable, target_mm, describe(position.error()));
   result.closure_mm = (*position - target_mm).norm();
   while (!(result.closure_mm <= settings.closure_mm)) {
@@ -72,19 +97,20 @@ tl::expected<Compensation, CompensationTrouble> compensate(
           Kind::kNotConverged, target_mm,
           fmt::format("{} steps leave {:.1e} mm", settings.max_iterations, result.closure_mm));
     }
-    const auto here = geometry::forward_derivative(model.v, result.q_rad, *assembly);
+    const auto here = model.tool.derivative(model.v, result.q, assembly);
     if (!here) return trouble(Kind::kUnreachable, target_mm, describe(here.error()));
-    const Matrix2d J = here->J_q + slope(model.correction, result.q_rad);
-    const Vector2d step = J.fullPivLu().solve(target_mm - *position);
+    const MatrixXd J =
+        here->J_q + slope(model.correction, model.tool.robot(), model.tool.axes(), result.q);
+    const VectorXd step = step_for(J, target_mm - *position);
     bool better = false;
     double share = 1.0;
     for (int halving = 0; halving <= kHalvings && !better; ++halving, share /= 2) {
-      const Vector2d q = result.q_rad + share * step;
-      const auto there = modelled_position(model, q, *assembly);
+      const VectorXd q = result.q + share * step;
+      const auto there = modelled_position(model, q, assembly);
       const double closure_mm = there ? (*there - target_mm).norm() : result.closure_mm;
       if (!(closure_mm < result.closure_mm)) continue;
       better = true;
-      result.q_rad = q;
+      result.q = q;
       result.closure_mm = closure_mm;
       position = there;
     }
@@ -94,14 +120,51 @@ tl::expected<Compensation, CompensationTrouble> compensate(
           fmt::format("no step improves on {:.1e} mm", result.closure_mm));
     }
   }
-  const auto found = geometry::working_mode_of(model.v, result.q_rad, *assembly);
-  const double change_rad = (result.q_rad - result.nominal_q_rad).cwiseAbs().maxCoeff();
-  if (!found || *found != mode || change_rad > settings.most_change_rad) {
+  return result;
+}
+
+}  // namespace
+
+tl::expected<Position, geometry::KinematicTrouble> modelled_position(
+    const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
+  return model.tool.position(model.v, q, assembly).map([&](const Position& p_WE) {
+    return model.correction ? Position(p_WE + model.correction(q)) : p_WE;
+  });
+}
+
+tl::expected<Compensation, CompensationTrouble> compensate(
+    const CompensationModel& model, const Position& target_mm, geometry::WorkingMode mode,
+    const std::optional<VectorXd>& near, const CompensationSettings& settings) {
+  using Kind = CompensationTrouble::Kind;
+  const geometry::Tool& tool = model.tool;
+  const auto nominal = tool.inverse(model.nominal, target_mm, mode, near);
+  if (!nominal) {
+    return trouble(
+        Kind::kNominalUnreachable, target_mm,
+        fmt::format(
+            "by the nominal parameters{}, {}", mode_in_words(tool.robot(), mode),
+            describe(nominal.error())));
+  }
+  const auto start = tool.inverse(model.v, target_mm, mode, *nominal);
+  if (!start) {
+    return trouble(
+        Kind::kUnreachable, target_mm,
+        fmt::format("by the identified parameters, {}", describe(start.error())));
+  }
+  const auto assembly = tool.assembly_at(model.v, *start, target_mm);
+  if (!assembly) return trouble(Kind::kUnreachable, target_mm, describe(assembly.error()));
+  auto result = closed(model, target_mm, *assembly, {*start, *nominal, 0.0, 0}, settings);
+  if (!result) return result;
+  const auto found = tool.mode_of(model.v, result->q, *assembly);
+  const bool in_mode = found && *found == mode;
+  const std::string far = too_far(tool.robot(), *result, settings);
+  if (!in_mode || !far.empty()) {
     return trouble(
         Kind::kOffBranch, target_mm,
         fmt::format(
-            "the solution is {:.3f} rad from the nominal angles{}", change_rad,
-            found && *found == mode ? "" : ", in another working mode"));
+            "the solution is {} from the nominal joint values{}",
+            far.empty() ? most_moved(tool.robot(), *result) : far,
+            in_mode ? "" : ", in another working mode"));
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// The joint angles to command so that the tool really arrives: the inverse problem
+// The joint values to command so that the tool really arrives: the inverse problem
 // f(v, q) + c(q) = target with the identified parameters v and the learned residual c, Fig. 7.
 //
 //   nominal inverse -> branch -> identified inverse -> damped Newton with J_q + dc/dq -> q
@@ -14,16 +14,17 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/tool.h"
 
 namespace sixdial::calibration {
 
-/// Learned residual [mm] at encoder angles [rad], 2x1; empty: none.
-using Correction = std::function<Eigen::Vector2d(const Eigen::Vector2d& q_rad)>;
+/// Learned residual of the position [mm] at joint values; empty: none.
+using Correction = std::function<Eigen::VectorXd(const Eigen::VectorXd& q)>;
 
 struct CompensationModel {
-  geometry::ParameterVector nominal;  // what the controller believes: gives the branch
-  geometry::ParameterVector v;        // identified
+  geometry::Tool tool;
+  Eigen::VectorXd nominal;  // what the controller believes: gives the branch
+  Eigen::VectorXd v;        // identified
   Correction correction{};
 };
 
@@ -32,15 +33,16 @@ inline constexpr double kClosure_mm = 1e-9;
 struct CompensationSettings {
   double closure_mm = kClosure_mm;
   int max_iterations = 50;
-  /// Further than this from the nominal angles nothing is commanded: a robot is millimetres
-  /// off, not a tenth of its workspace.
+  /// Further than this from the nominal joint values nothing is commanded: a robot is
+  /// millimetres off, not a tenth of its workspace.
   double most_change_rad = 0.2;
+  double most_change_mm = 20.0;  // of a joint that slides
 };
 
 struct Compensation {
-  Eigen::Vector2d q_rad;          // to command, on the turn of the nominal angles
-  Eigen::Vector2d nominal_q_rad;  // what would be commanded without calibration
-  double closure_mm = 0.0;        // |f(v, q) + c(q) - target| left
+  Eigen::VectorXd q;          // to command, on the turn of the nominal angles
+  Eigen::VectorXd nominal_q;  // what would be commanded without calibration
+  double closure_mm = 0.0;    // |f(v, q) + c(q) - target| left
   int iterations = 0;
 };
 
@@ -48,7 +50,7 @@ struct CompensationTrouble {
   enum class Kind {
     kNominalUnreachable,  // the nominal robot cannot take the target in this working mode
     kUnreachable,         // the identified robot cannot
-    kOffBranch,           // the solution is too far from the nominal angles or in another mode
+    kOffBranch,  // the solution is too far from the nominal joint values or in another mode
     kNotConverged,
   } kind;
   std::string message;  // what, where
@@ -56,12 +58,12 @@ struct CompensationTrouble {
 
 /// `near`: the turn of the nominal angles; default: in (-pi, pi].
 [[nodiscard]] tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const Eigen::Vector2d& target_mm,
-    geometry::WorkingMode mode, std::optional<Eigen::Vector2d> near = std::nullopt,
+    const CompensationModel& model, const geometry::Position& target_mm,
+    geometry::WorkingMode mode, const std::optional<Eigen::VectorXd>& near = std::nullopt,
     const CompensationSettings& settings = {});
 
 /// f(v, q) + c(q) [mm]: where the model says the tool is.
-[[nodiscard]] tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> modelled_position(
-    const CompensationModel& model, const Eigen::Vector2d& q_rad, geometry::Assembly assembly);
+[[nodiscard]] tl::expected<geometry::Position, geometry::KinematicTrouble> modelled_position(
+    const CompensationModel& model, const Eigen::VectorXd& q, geometry::Assembly assembly);
 
 }  // namespace sixdial::calibration

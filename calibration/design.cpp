@@ -7,15 +7,13 @@
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::Matrix2d;
-using geometry::ParameterJacobian;
-using geometry::ParameterMatrix;
-using geometry::ParameterVector;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 struct Known {
   std::size_t candidate;
-  ParameterJacobian J;
-  Matrix2d R;
+  MatrixXd J;
+  MatrixXd R;
   int taken = 0;
 };
 
@@ -33,36 +31,37 @@ std::optional<Criterion> criterion_from(std::string_view text) {
 }
 
 std::vector<DesignStep> greedy_design(
-    const ParameterVector& v, const ParameterMatrix& information,
+    const geometry::Tool& tool, const VectorXd& v, const MatrixXd& information,
     std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
     int count, Criterion criterion, int most_each) {
   std::vector<Known> known;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const WorkspacePose& pose = candidates[i].pose;
-    const auto d = geometry::forward_derivative(v, pose.q_rad, pose.assembly);
+    const auto d = tool.derivative(v, pose.q, pose.assembly);
     if (d) known.push_back({i, d->J_v, candidates[i].covariance_mm2});
   }
   // Mean of J_w' J_w: the mean position variance is trace(mean P).
-  ParameterMatrix mean = ParameterMatrix::Zero();
+  const MatrixXd one = MatrixXd::Identity(v.size(), v.size());
+  MatrixXd mean = MatrixXd::Zero(v.size(), v.size());
   int poses = 0;
   for (const WorkspacePose& pose : workspace) {
-    const auto d = geometry::forward_derivative(v, pose.q_rad, pose.assembly);
+    const auto d = tool.derivative(v, pose.q, pose.assembly);
     if (!d) continue;
     mean += d->J_v.transpose() * d->J_v;
     ++poses;
   }
   if (poses > 0) mean /= poses;
 
-  ParameterMatrix M = information;
+  MatrixXd M = information;
   std::vector<DesignStep> steps;
   while (static_cast<int>(steps.size()) < count) {
-    const ParameterMatrix P = M.ldlt().solve(ParameterMatrix::Identity());
-    const ParameterMatrix PmeanP = P * mean * P;
+    const MatrixXd P = M.ldlt().solve(one);
+    const MatrixXd PmeanP = P * mean * P;
     Known* best = nullptr;
     double best_gain = 0.0;
     for (Known& each : known) {
       if (each.taken >= most_each) continue;
-      const Matrix2d S = each.J * P * each.J.transpose() + each.R;
+      const MatrixXd S = each.J * P * each.J.transpose() + each.R;
       // Matrix determinant lemma, and Woodbury's identity inside the trace.
       const double gain = criterion == Criterion::kD
                               ? std::log(S.determinant() / each.R.determinant())
@@ -76,8 +75,7 @@ std::vector<DesignStep> greedy_design(
     ++best->taken;
     M += best->J.transpose() * best->R.inverse() * best->J;
     steps.push_back(
-        {best->candidate,
-         workspace_uncertainty(v, M.ldlt().solve(ParameterMatrix::Identity()), workspace)});
+        {best->candidate, workspace_uncertainty(tool, v, M.ldlt().solve(one), workspace)});
   }
   return steps;
 }

@@ -22,7 +22,7 @@ enum class Criterion { kD, kI };
 
 struct DesignCandidate {
   WorkspacePose pose;
-  Eigen::Matrix2d covariance_mm2;  // of a position measured there
+  Eigen::MatrixXd covariance_mm2;  // of a position measured there
 };
 
 struct DesignStep {
@@ -31,10 +31,10 @@ struct DesignStep {
 };
 
 /// Up to `count` candidates, best first, each at most `most_each` times. `information`: inverse
-/// covariance of the parameters so far, 10x10 positive definite (a prior at least). Candidates
+/// covariance of the parameters so far, positive definite (a prior at least). Candidates
 /// and poses that v cannot reach are passed over.
 [[nodiscard]] std::vector<DesignStep> greedy_design(
-    const geometry::ParameterVector& v, const geometry::ParameterMatrix& information,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& information,
     std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
     int count, Criterion criterion, int most_each = 1);
 

@@ -17,8 +17,8 @@ struct SwarmSize {
 
 using SearchProgress = std::function<void(const QpsoProgress&)>;
 
-/// QPSO-1: log10 of diag(Q) and diag(R), one dimension for each parameter and channel (12 for
-/// the five-bar's positions), equation (29).
+/// QPSO-1 searches log10 of diag(Q) and diag(R): one dimension for each parameter and for each
+/// channel (12 for the five-bar's positions), equation (29).
 struct NoiseSearchSettings {
   SwarmSize swarm{50, 100};
   Linearisation linearisation = Linearisation::kEstimate;
@@ -71,7 +71,7 @@ struct ParameterSearch {
   int held = 0;  // directions left at nominal because the data do not determine them
 };
 
-/// `estimate`: where the first particle starts (QPSO-1's).
+/// `estimate`: the parameters that QPSO-1 ended with; the first particle starts there.
 [[nodiscard]] ParameterSearch search_parameters(
     const ObservationSpace& space, const Eigen::VectorXd& estimate,
     const ParameterSearchSettings& settings = {}, const SearchProgress& progress = {},

@@ -57,16 +57,17 @@ struct FilterRun {
     const ObservationSpace& space, const Eigen::VectorXd& start,
     const FilterSettings& settings);
 
-/// The answer of one pass alone, for searches that run it thousands of times: rows one after
-/// the other, which is equal to (20)-(22) up to rounding. Errors x - nominal after the last
-/// sample; NaN where a pose could not be reached. `unit_covariance`: of the errors for readings
-/// of mean sigma 1, to first order.
+/// Only the result of one pass, for searches that run it thousands of times. Takes the rows of
+/// a sample one after the other, which equals (20)-(22) up to rounding. Returns the errors x -
+/// nominal after the last sample; NaN where a pose could not be reached. `unit_covariance`:
+/// their covariance for readings of mean sigma 1, to first order.
 [[nodiscard]] Eigen::VectorXd filter_errors(
     const ObservationSpace& space, const FilterSettings& settings,
     Eigen::MatrixXd* unit_covariance = nullptr);
 
 inline constexpr double kFirstVariance = 1e-4;  // Q and R as the paper starts with them
-/// `values`, or n times `otherwise` where there are none; 0 for fixed parameters.
+/// A diagonal of n numbers: `values`, or `otherwise` everywhere if that is empty; 0 for fixed
+/// parameters.
 [[nodiscard]] Eigen::VectorXd diagonal_of(
     const Eigen::VectorXd& values, Eigen::Index n, double otherwise,
     const std::vector<char>& fixed = {});

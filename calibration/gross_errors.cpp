@@ -4,9 +4,11 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 
-#include "calibration/five_bar/spaces.h"
+#include "calibration/position_judge.h"
+#include "calibration/rig_spaces.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -25,10 +27,10 @@ constexpr int kJudgedNeighbourhoods = 200;
 constexpr double kTimesAccuracy = 5.0;   // of what the maker allows: less is no gross error
 constexpr double kMostAccidents = 0.15;  // of all readings
 constexpr double kLeastShare = 0.4;      // of a dial's misfit that counts as its noise
+constexpr int kHidden = 3;  // bad positions that could hide each other and are not seen yet
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
-constexpr double kSigmaOfMedianLength = 1.1774100225154747;  // of a pair's length
-constexpr double kLeastSigma_mm = 3e-4;                      // rounding of a 0.001 mm display
+constexpr double kLeastSigma_mm = 3e-4;                // rounding of a 0.001 mm display
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -120,15 +122,15 @@ std::string too_few(int readings, int parameters, std::string_view what) {
 
 /// Errors of one dial at x, pose by pose.
 struct DialErrors {
-  std::vector<Eigen::Vector2d> q_rad;
+  std::vector<VectorXd> q;
   std::vector<double> error_mm;
   double local_sigma_mm = 0.0;  // of an error against its neighbours' median
 
   /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
   [[nodiscard]] double against_neighbours(std::size_t i) const {
     std::vector<std::pair<double, double>> others;
-    for (std::size_t k = 0; k < q_rad.size(); ++k) {
-      if (k != i) others.emplace_back((q_rad[k] - q_rad[i]).squaredNorm(), error_mm[k]);
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      if (k != i) others.emplace_back((q[k] - q[i]).squaredNorm(), error_mm[k]);
     }
     if (others.size() < kNeighbours) return error_mm[i];
     std::ranges::partial_sort(others, others.begin() + kNeighbours);
@@ -151,7 +153,7 @@ std::vector<DialErrors> errors_by_dial(
           static_cast<std::size_t>(space.first_row[static_cast<std::size_t>(i)] + row);
       DialErrors& dial = dials[static_cast<std::size_t>(space.channel[at])];
       place_of_row.push_back(dial.error_mm.size());
-      dial.q_rad.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
+      dial.q.push_back(by_sample.at(space.sample[static_cast<std::size_t>(i)])->q);
       dial.error_mm.push_back(e[row]);
     }
   }
@@ -288,51 +290,96 @@ GrossErrorCheck check_dials(
   return result;
 }
 
-/// Lengths of the position errors at x.
-std::vector<double> lengths(const ObservationSpace& space, const VectorXd& x) {
-  std::vector<double> result;
-  VectorXd e(2);
-  for (int i = 0; i < space.samples(); ++i) {
-    result.push_back(space.evaluate(i, x, e, nullptr) ? e.norm() : 0.0);
-  }
-  return result;
+/// The sample of `trials` that stands out most, and by how much.
+struct Suspect {
+  int sample = 0;
+  PositionJudge::Verdict verdict;
+};
+
+std::optional<Suspect> most_suspect(
+    const ObservationSpace& space, const std::vector<PositionJudge::Verdict>& verdicts) {
+  const auto worst = std::ranges::min_element(verdicts, {}, &PositionJudge::Verdict::chance);
+  if (worst == verdicts.end()) return std::nullopt;
+  const auto at = static_cast<std::size_t>(worst - verdicts.begin());
+  return Suspect{space.sample[at], *worst};
 }
 
-void list_positions(
-    const ObservationSpace& space, const std::vector<double>& sizes, GrossErrorCheck& result) {
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const double times = sizes[i] / result.sigma_mm;
-    if (times > result.limit_times_sigma) {
-      result.found.push_back({space.sample[i], -1, sizes[i], times});
-    }
+LeastSquaresFit plain_fit(
+    const ObservationSpace& space, const IdentifySettings& settings, const VectorXd& start) {
+  return solve_least_squares(
+      space.problem(Weighting::kByCovariance), start, core_settings(space, settings));
+}
+
+void without(std::vector<Trial>& trials, const std::vector<int>& samples) {
+  std::erase_if(trials, [&](const Trial& trial) {
+    return std::ranges::find(samples, trial.sample) != samples.end();
+  });
+}
+
+void list(
+    const ObservationSpace& space, const std::vector<PositionJudge::Verdict>& verdicts,
+    double chance, GrossErrorCheck& result) {
+  for (std::size_t i = 0; i < verdicts.size(); ++i) {
+    if (verdicts[i].chance >= chance) continue;
+    result.found.push_back({space.sample[i], -1, verdicts[i].size_mm, verdicts[i].times_sigma});
   }
 }
 
+/// Sequential removal (Rosner 1983): the worst goes out and the rest is fitted again, on beyond
+/// the first that could be chance, as bad ones can hide each other. All up to the last that
+/// cannot be chance are bad; in the end each is judged once more by the good ones.
 GrossErrorCheck check_positions(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
   GrossErrorCheck result;
-  const ObservationSpace space =
-      position_space(position_observations(trials), rig.robot.nominal, settings.noise_mm);
-  result.readings = space.samples();
-  const int freedom = space.rows() - space.parameters();
-  if (freedom < kLeastFreedom) {
-    result.not_possible = too_few(space.samples(), space.parameters(), "positions");
+  const ObservationSpace all = position_space(trials, rig, settings.noise_mm);
+  result.readings = all.samples();
+  const double chance = kFalseAlarms / std::max(all.samples(), 1);
+  const int most = static_cast<int>(kMostAccidents * all.samples()) + kHidden;
+  std::vector<Trial> good(trials.begin(), trials.end());
+  std::vector<int> out;  // samples, in order of removal
+  std::size_t bad = 0;
+  VectorXd start = all.nominal;
+  while (static_cast<int>(out.size()) <= most && out.size() < bad + kHidden) {
+    const ObservationSpace space = position_space(good, rig, settings.noise_mm);
+    if (space.rows() - space.parameters() <= space.position_axes) break;
+    const LeastSquaresFit fit = plain_fit(space, settings, start);
+    if (fit.status == FitStatus::kBadStart) break;
+    start = fit.x;
+    const PositionJudge judge(space, fit);
+    const auto suspect = most_suspect(space, judge.each_by_the_others());
+    if (!suspect) break;
+    out.push_back(suspect->sample);
+    without(good, {suspect->sample});
+    if (suspect->verdict.chance < chance) bad = out.size();
+  }
+  good.assign(trials.begin(), trials.end());
+  out.resize(bad);
+  without(good, out);
+  const ObservationSpace space = position_space(good, rig, settings.noise_mm);
+  if (space.rows() - space.parameters() <= space.position_axes) {
+    result.not_possible = too_few(all.samples(), all.parameters(), "positions");
     return result;
   }
-  const LeastSquaresFit fit = robust_fit(space, settings, space.nominal, 2);
+  const LeastSquaresFit fit = plain_fit(space, settings, all.nominal);
   if (fit.status == FitStatus::kBadStart) {
     result.not_possible = "the nominal robot cannot reach all poses";
     return result;
   }
+  const auto judge = std::make_shared<const PositionJudge>(space, fit);
   result.x = fit.x;
-  const std::vector<double> sizes = lengths(space, fit.x);
-  result.sigma_mm = std::max(
-      std::sqrt(static_cast<double>(space.rows()) / freedom) * median(sizes) /
-          kSigmaOfMedianLength,
-      kLeastSigma_mm);
-  result.limit_times_sigma = limit_of(2 * space.samples(), freedom);
-  list_positions(space, sizes, result);
-  judge_number(space.samples(), result);
+  result.sigma_mm = judge->sigma_mm();
+  result.limit_times_sigma = judge->limit(chance);
+  result.positions = judge;
+  std::vector<Trial> suspects(trials.begin(), trials.end());
+  std::erase_if(suspects, [&](const Trial& trial) {
+    return std::ranges::find(out, trial.sample) == out.end();
+  });
+  if (!suspects.empty()) {
+    const ObservationSpace of = position_space(suspects, rig, settings.noise_mm);
+    list(of, judge->others(of), chance, result);
+  }
+  judge_number(all.samples(), result);
+  sort(result.found);
   return result;
 }
 
@@ -351,10 +398,12 @@ GrossErrorCheck judge_readings(
   result.systematic = 0;
   if (fitted.x.size() == 0) return result;
   if (!has_readings(trials)) {
-    const ObservationSpace space =
-        position_space(position_observations(trials), rig.robot.nominal);
+    if (!fitted.positions) return result;
+    const ObservationSpace space = position_space(trials, rig);
     result.readings = space.samples();
-    list_positions(space, lengths(space, fitted.x.head(space.parameters())), result);
+    list(
+        space, fitted.positions->others(space), kFalseAlarms / std::max(space.samples(), 1),
+        result);
     judge_number(space.samples(), result);
     return result;
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "simulation/trial.h"
 
 namespace sixdial::calibration {
+
+class PositionJudge;
 
 struct GrossError {
   int sample = 0;            // row of the session
@@ -33,12 +36,14 @@ struct GrossErrorCheck {
   int systematic = 0;
   /// Empty, or why the check could not judge: "6 readings for 10 parameters ...".
   std::string not_possible;
-  Eigen::VectorXd x;  // of the robust fit, parameters of the space; empty if not possible
+  Eigen::VectorXd x;  // of the last fit, parameters of the space; empty if not possible
+  std::shared_ptr<const PositionJudge> positions;  // null: dial readings were judged
 };
 
-/// Looks in the dial readings where there are any, else in the positions. Each round takes the
-/// worst reading of each sample out and fits again, so that one bad reading does not accuse its
-/// neighbours. `settings`: fixed parameters and noise; its loss is ignored.
+/// Looks in the dial readings where there are any, else in the positions (PositionJudge). Each
+/// round takes the worst reading of each sample, or the worst position, out and fits again, so
+/// that one bad reading does not accuse its neighbours. `settings`: fixed parameters and noise;
+/// its loss is ignored.
 [[nodiscard]] GrossErrorCheck find_gross_errors(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig,
     const IdentifySettings& settings = {});

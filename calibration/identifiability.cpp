@@ -1,7 +1,6 @@
 #include "calibration/identifiability.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
@@ -23,30 +22,22 @@ std::string list_of(const std::vector<std::string_view>& names) {
   return text;
 }
 
-/// Coaxial motors: the whole robot turned in its frame is the frame turned.
-constexpr std::string_view kCommonTurn =
-    " (the frame's rotation against a common shift of both motors, exact where d = 0)";
-
-struct Part {
-  std::string_view name;
-  double size;
-};
-constexpr std::array kCommonTurnParts{
-    Part{"alpha", 1.0}, Part{"dtheta1", -1.0}, Part{"dtheta2", -1.0}};
-
-/// alpha against dtheta1 and dtheta2 by equal angles, and nothing else to speak of.
-bool is_common_turn(const Eigen::VectorXd& direction, std::span<const std::string_view> names) {
-  Eigen::VectorXd turn = Eigen::VectorXd::Zero(direction.size());
-  for (const auto& [name, part] : kCommonTurnParts) {
-    const auto at = std::ranges::find(names, name);
+/// The parts of a direction that has words, and nothing else to speak of.
+bool is_along(
+    const Eigen::VectorXd& direction, const geometry::NamedDirection& named,
+    std::span<const std::string_view> names) {
+  Eigen::VectorXd whole = Eigen::VectorXd::Zero(direction.size());
+  for (const auto& [name, part] : named.parts) {
+    const auto at = std::ranges::find(names, std::string_view(name));
     if (at == names.end()) return false;
-    turn[at - names.begin()] = part;
+    whole[at - names.begin()] = part;
   }
-  return std::abs(direction.dot(turn.normalized())) > kSameDirection;
+  return std::abs(direction.dot(whole.normalized())) > kSameDirection;
 }
 
 std::string words_for(
-    const Eigen::VectorXd& direction, std::span<const std::string_view> names) {
+    const Eigen::VectorXd& direction, std::span<const std::string_view> names,
+    std::span<const geometry::NamedDirection> known) {
   Eigen::Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   // Signs so that the parameter named first rises.
@@ -66,13 +57,17 @@ std::string words_for(
   text += rises.size() > 1 ? " rise while " : " rises while ";
   text += list_of(falls);
   text += falls.size() > 1 ? " fall" : " falls";
-  return is_common_turn(direction, names) ? text + std::string(kCommonTurn) : text;
+  for (const geometry::NamedDirection& each : known) {
+    if (is_along(direction, each, names)) return text + " (" + each.words + ")";
+  }
+  return text;
 }
 
 }  // namespace
 
 Identifiability identifiability(
-    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples) {
+    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples,
+    std::span<const geometry::NamedDirection> known) {
   Identifiability result;
   result.singular_values = fit.singular_values;
   result.condition = fit.condition();
@@ -86,7 +81,8 @@ Identifiability identifiability(
   }
   for (Eigen::Index k = n - fit.held; k < n; ++k) {
     const Eigen::VectorXd direction = fit.directions.col(k);
-    result.held.push_back({direction, fit.singular_values[k], words_for(direction, names)});
+    result.held.push_back(
+        {direction, fit.singular_values[k], words_for(direction, names, known)});
   }
   const Eigen::MatrixXd C = fit.unit_covariance();
   for (int i = 0; i < C.rows(); ++i) {

@@ -10,10 +10,13 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::calibration {
 
 inline constexpr double kHighCorrelation = 0.9;
+/// Condition number from which on nothing is left of the least singular value but rounding.
+inline constexpr double kOpenCondition = 1e10;
 
 struct Correlation {
   int first = 0;  // parameter indices
@@ -24,7 +27,7 @@ struct Correlation {
 struct HeldDirection {
   Eigen::VectorXd direction;  // unit vector in scaled parameters
   double singular_value = 0.0;
-  std::string words;  // "alpha rises while dtheta1 and dtheta2 fall"
+  std::string words;  // "length rises while offset1 and offset2 fall"
 };
 
 struct Identifiability {
@@ -35,9 +38,11 @@ struct Identifiability {
   std::vector<Correlation> correlations;  // above kHighCorrelation, strongest first
 };
 
-/// `names`: of all parameters of the fit. `samples`: how many were fitted.
+/// `names`: of all parameters of the fit. `samples`: how many were fitted. `known`: directions
+/// that the robot's kind has words for.
 [[nodiscard]] Identifiability identifiability(
-    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples);
+    const LeastSquaresFit& fit, std::span<const std::string_view> names, int samples,
+    std::span<const geometry::NamedDirection> known = {});
 
 struct ParameterEstimate {
   std::string name;

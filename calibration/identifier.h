@@ -1,5 +1,12 @@
 // A way to find the parameters: one file in identifiers/ and one row in the table for each.
 // Every identifier works in every observation space.
+//
+// Example:
+//   const Identified found = identify(*find_identifier("lm"), space);
+//   for (int i = 0; i < space.parameters(); ++i) {
+//     show(space.parameter_info[static_cast<std::size_t>(i)].name, found.x[i]);
+//   }
+//   found.status;  // -> FitStatus::kConverged
 #pragma once
 
 #include <cstdint>

@@ -68,6 +68,18 @@ std::vector<std::string_view> ObservationSpace::parameter_names() const {
   return names;
 }
 
+std::vector<MatrixXd> ObservationSpace::weights(Weighting weighting) const {
+  if (weighting == Weighting::kByCovariance) return whitening(*this);
+  std::vector<MatrixXd> result;
+  if (weighting == Weighting::kAlike) return result;
+  const VectorXd weight = mean_sigma() * sigma_mm.cwiseInverse();
+  for (int i = 0; i < samples(); ++i) {
+    const int first = first_row[static_cast<std::size_t>(i)];
+    result.emplace_back(weight.segment(first, rows(i)).asDiagonal());
+  }
+  return result;
+}
+
 LeastSquaresProblem ObservationSpace::problem(Weighting weighting) const {
   if (kernels && kernels->problem.evaluate && weighting == Weighting::kAlike) {
     return kernels->problem;

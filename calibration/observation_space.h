@@ -1,10 +1,11 @@
 // One calibration problem as every method sees it: samples with rows of measured values that a
 // parameter vector x predicts. Parameters, joints and channels are named lists of any length;
 // which robot and which instrument they belong to is known only to who made the space
-// (five_bar_space.h makes the five-bar's).
+// (rig_spaces.h).
 //
-//   ObservationSpace space = position_space(observations, nominal);
-//   Identified found = identify(*find_identifier("lm"), space);
+// Example:
+//   const Identified found = identify(*find_identifier("lm"), space);
+//   space.rmse(found.x) < space.rmse(space.nominal);  // -> true
 #pragma once
 
 #include <Eigen/Core>
@@ -20,17 +21,17 @@
 #include <vector>
 
 #include "calibration/least_squares.h"
-#include "geometry/parameter.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::calibration {
 
 using geometry::ParameterInfo;
 
-struct JointInfo {
+struct SpaceJoint {
   std::string name;  // "q1", "shoulder"
   std::string unit;  // "rad", "mm"
 };
-struct ChannelInfo {
+struct SpaceChannel {
   std::string name;  // "x", or a dial's id
   std::string unit;  // "mm"
 };
@@ -69,8 +70,10 @@ struct ObservationSpace {
   std::string name;                           // "positions", "dials"
   std::vector<ParameterInfo> parameter_info;  // n
   Eigen::VectorXd nominal;                    // n
-  std::vector<JointInfo> joint_info;
-  std::vector<ChannelInfo> channel_info;
+  /// What the robot's kind has words for.
+  std::vector<geometry::NamedDirection> named_directions;
+  std::vector<SpaceJoint> joint_info;
+  std::vector<SpaceChannel> channel_info;
 
   // By sample.
   Eigen::MatrixXd joints;   // joints x samples: what the encoders say
@@ -85,6 +88,8 @@ struct ObservationSpace {
   std::vector<int> channel;
   Eigen::VectorXd measured_mm;
   Eigen::VectorXd sigma_mm;  // standard deviation of the reading
+  /// sigma_mm is a default, as neither rig file nor session say how good a reading is.
+  bool sigma_is_assumed = false;
 
   /// e = measured - predicted [mm] of one sample and, unless null, J = d(predicted)/dx (rows x
   /// n). Both come in with the right size. False if x cannot reach the pose.
@@ -127,6 +132,9 @@ struct ObservationSpace {
   /// Residuals predicted - measured of all rows. Weights are relative to the mean, so that
   /// weighted residuals stay in mm. The space must outlive the problem.
   [[nodiscard]] LeastSquaresProblem problem(Weighting weighting) const;
+  /// What problem(weighting) multiplies the residuals of each sample with, rows x rows; empty:
+  /// nothing.
+  [[nodiscard]] std::vector<Eigen::MatrixXd> weights(Weighting weighting) const;
   /// Root of the mean over samples of the squared error length, unweighted [mm]; +inf if a pose
   /// cannot be reached.
   [[nodiscard]] double rmse(const Eigen::VectorXd& x) const;

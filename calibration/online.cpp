@@ -10,16 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/five_bar/spaces.h"
+#include "calibration/identifiability.h"
 
 namespace sixdial::calibration {
 namespace {
 
-using Eigen::Matrix2d;
-using Eigen::Vector2d;
-using geometry::kParameterCount;
-using geometry::ParameterMatrix;
-using geometry::ParameterVector;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 constexpr int kPasses = 10;
 constexpr int kHalvings = 6;  // of a step that makes it worse
@@ -28,41 +25,51 @@ constexpr double kSettled = 1e-6;
 // Linearised anew at every sample up to here, then at every tenth.
 constexpr int kEverySample = 200;
 
-ParameterVector prior(const OnlineSettings& settings) {
-  ParameterVector sd;
-  sd.head<5>().setConstant(settings.length_sd_mm);
-  sd.segment<2>(geometry::kX0).setConstant(settings.frame_sd_mm);
-  sd.tail<3>().setConstant(settings.angle_sd_rad);
+// Of a parameter whose kind does not say: manufacture and mounting as they are.
+constexpr double kUsual_mm = 1.0;
+constexpr double kUsual_rad = 0.03;
+
+VectorXd prior(const geometry::RobotModel& robot, const OnlineSettings& settings) {
+  VectorXd sd(robot.parameter_count());
+  for (Eigen::Index i = 0; i < sd.size(); ++i) {
+    const geometry::ParameterInfo& info = robot.parameters[static_cast<std::size_t>(i)];
+    const double usual = info.unit == "rad" ? kUsual_rad : kUsual_mm;
+    sd[i] = settings.times_known * (info.known_to > 0.0 ? info.known_to : usual);
+  }
   return sd.cwiseAbs2();
 }
 
 }  // namespace
 
-OnlineEstimator::OnlineEstimator(const ParameterVector& nominal, const OnlineSettings& settings)
-    : nominal_(nominal),
-      v_(nominal),
-      prior_variance_(prior(settings)),
+OnlineEstimator::OnlineEstimator(
+    geometry::Tool tool, VectorXd nominal, const OnlineSettings& settings)
+    : tool_(std::move(tool)),
+      nominal_(std::move(nominal)),
+      v_(nominal_),
+      prior_variance_(prior(tool_.robot(), settings)),
       P_(prior_variance_.asDiagonal()),
       settings_(settings) {}
 
 std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial) {
   if (!trial.position_mm || !trial.position_mm->allFinite()) return std::nullopt;
-  auto here = geometry::forward_derivative(v_, trial.q, trial.assembly);
+  if (trial.position_mm->size() != tool_.axes()) return std::nullopt;
+  auto here = tool_.derivative(v_, trial.q, trial.assembly);
   if (!here) {  // led astray so far that it cannot even be there
     v_ = nominal_;
     P_ = prior_variance_.asDiagonal();
-    here = geometry::forward_derivative(v_, trial.q, trial.assembly);
+    here = tool_.derivative(v_, trial.q, trial.assembly);
   }
   if (!here) return std::nullopt;
   Taken taken{trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), false};
   if (!(taken.R.trace() > 0.0)) {
-    taken.R = settings_.noise_mm * settings_.noise_mm * Matrix2d::Identity();
+    taken.R = settings_.noise_mm * settings_.noise_mm *
+              MatrixXd::Identity(tool_.axes(), tool_.axes());
   }
   OnlineSample sample;
-  sample.innovation_mm = taken.p_WE - here->pose.p_WE;
-  const Matrix2d S = here->J_v * P_ * here->J_v.transpose() + factor_ * taken.R;
+  sample.innovation_mm = taken.p_WE - here->p_WE;
+  const MatrixXd S = here->J_v * P_ * here->J_v.transpose() + factor_ * taken.R;
   sample.times_usual =
-      std::sqrt(sample.innovation_mm.dot(S.ldlt().solve(sample.innovation_mm)) / 2);
+      std::sqrt(sample.innovation_mm.dot(S.ldlt().solve(sample.innovation_mm)) / tool_.axes());
   const Key key{trial.point, trial.repeat};
   const bool again = taken_.contains(key);
   taken.set_aside = samples() >= settings_.trust_after && sample.times_usual > settings_.gate;
@@ -88,28 +95,28 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
 /// Prior and samples at v: what a Gauss-Newton step needs. `cost` is infinite where a pose is
 /// out of reach.
 struct OnlineEstimator::Normal {
-  ParameterMatrix information;
-  ParameterVector pull;
+  MatrixXd information;
+  VectorXd pull;
   double cost = 0.0;
   double chi2 = 0.0;  // of the samples by their own covariances
   int used = 0;
 };
 
-OnlineEstimator::Normal OnlineEstimator::normal_at(const ParameterVector& v) const {
+OnlineEstimator::Normal OnlineEstimator::normal_at(const VectorXd& v) const {
   Normal normal;
-  const ParameterVector off = nominal_ - v;
+  const VectorXd off = nominal_ - v;
   normal.pull = off.cwiseQuotient(prior_variance_);
   normal.information = prior_variance_.cwiseInverse().asDiagonal();
   normal.cost = off.dot(normal.pull);
   for (const auto& [key, taken] : taken_) {
     if (taken.set_aside) continue;
-    const auto here = geometry::forward_derivative(v, taken.q_rad, taken.assembly);
+    const auto here = tool_.derivative(v, taken.q, taken.assembly);
     if (!here) {
       normal.cost = std::numeric_limits<double>::infinity();
       return normal;
     }
-    const Vector2d e = taken.p_WE - here->pose.p_WE;
-    const Matrix2d W = (factor_ * taken.R).inverse();
+    const VectorXd e = taken.p_WE - here->p_WE;
+    const MatrixXd W = (factor_ * taken.R).inverse();
     normal.information += here->J_v.transpose() * W * here->J_v;
     normal.pull += here->J_v.transpose() * W * e;
     const double part = e.dot(W * e);
@@ -123,7 +130,8 @@ OnlineEstimator::Normal OnlineEstimator::normal_at(const ParameterVector& v) con
 // The filter over all samples taken so far, every one linearised where the estimate now stands,
 // until that stays: the maximum a posteriori of prior and samples.
 void OnlineEstimator::linearise_anew() {
-  ParameterVector v = v_;
+  VectorXd v = v_;
+  const MatrixXd one = MatrixXd::Identity(parameters(), parameters());
   Normal here = normal_at(v);
   if (!std::isfinite(here.cost)) {
     v = nominal_;
@@ -131,9 +139,8 @@ void OnlineEstimator::linearise_anew() {
   }
   if (!std::isfinite(here.cost)) return;  // keep the filter's own estimate
   for (int pass = 0; pass < kPasses; ++pass) {
-    const ParameterVector whole = here.information.ldlt().solve(here.pull);
-    const ParameterVector sd =
-        here.information.ldlt().solve(ParameterMatrix::Identity()).diagonal().cwiseSqrt();
+    const VectorXd whole = here.information.ldlt().solve(here.pull);
+    const VectorXd sd = here.information.ldlt().solve(one).diagonal().cwiseSqrt();
     double part = 1.0;
     Normal there = normal_at(v + whole);
     for (int halving = 0; halving < kHalvings && !(there.cost <= here.cost); ++halving) {
@@ -145,15 +152,15 @@ void OnlineEstimator::linearise_anew() {
       v += part * whole;
       here = there;
     }
-    const int freedom = 2 * here.used - kParameterCount;
-    const double factor = freedom >= kParameterCount ? std::max(1.0, here.chi2 / freedom) : 1.0;
+    const int freedom = tool_.axes() * here.used - parameters();
+    const double factor = freedom >= parameters() ? std::max(1.0, here.chi2 / freedom) : 1.0;
     const bool noise_settled = std::abs(factor - factor_) < 1e-3 * factor_;
     factor_ = factor;
     here = normal_at(v);
     if (moved < kSettled && noise_settled) break;
   }
   v_ = v;
-  P_ = here.information.ldlt().solve(ParameterMatrix::Identity());
+  P_ = here.information.ldlt().solve(one);
 }
 
 // A gross error among the first samples pulls the whole estimate to itself, so its residual
@@ -162,19 +169,19 @@ void OnlineEstimator::set_aside_what_spoils() {
   constexpr std::size_t kTried = 10;
   constexpr double kFalls = 0.1;
   while (factor_ > settings_.suspicious_factor &&
-         2 * (samples() - 1) - kParameterCount >= kParameterCount) {
+         tool_.axes() * (samples() - 1) - parameters() >= parameters()) {
     std::vector<std::pair<double, Taken*>> suspects;
     for (auto& [key, taken] : taken_) {
       if (taken.set_aside) continue;
-      const auto here = geometry::forward(v_, taken.q_rad, taken.assembly);
-      const double off = here ? (taken.p_WE - here->p_WE).squaredNorm() / taken.R.trace()
+      const auto here = tool_.position(v_, taken.q, taken.assembly);
+      const double off = here ? (taken.p_WE - *here).squaredNorm() / taken.R.trace()
                               : std::numeric_limits<double>::infinity();
       suspects.emplace_back(off, &taken);
     }
     std::ranges::sort(suspects, std::greater{}, &std::pair<double, Taken*>::first);
     if (suspects.size() > kTried) suspects.resize(kTried);
-    const ParameterVector v = v_;
-    const ParameterMatrix P = P_;
+    const VectorXd v = v_;
+    const MatrixXd P = P_;
     const double factor = factor_;
     Taken* spoiler = nullptr;
     double least = kFalls * factor;
@@ -205,33 +212,37 @@ int OnlineEstimator::samples() const {
 
 int OnlineEstimator::set_aside() const { return static_cast<int>(taken_.size()) - samples(); }
 
-ParameterMatrix OnlineEstimator::information() const {
-  return P_.ldlt().solve(ParameterMatrix::Identity());
+MatrixXd OnlineEstimator::information() const {
+  return P_.ldlt().solve(MatrixXd::Identity(parameters(), parameters()));
 }
 
 double OnlineEstimator::condition() const {
-  Eigen::MatrixXd A(2 * static_cast<Eigen::Index>(taken_.size()), kParameterCount);
+  const Eigen::Index axes = tool_.axes();
+  MatrixXd A(axes * static_cast<Eigen::Index>(taken_.size()), parameters());
+  VectorXd scale(parameters());
+  for (int i = 0; i < parameters(); ++i) {
+    scale[i] = tool_.robot().parameters[static_cast<std::size_t>(i)].change;
+  }
   Eigen::Index row = 0;
   for (const auto& [key, taken] : taken_) {
     if (taken.set_aside) continue;
-    const auto here = geometry::forward_derivative(v_, taken.q_rad, taken.assembly);
+    const auto here = tool_.derivative(v_, taken.q, taken.assembly);
     if (!here) continue;
-    const Eigen::LLT<Matrix2d> root(taken.R);  // R = L L', weighted rows L^-1 J
-    A.middleRows<2>(row) = root.matrixL().solve(here->J_v) * parameter_scale().asDiagonal();
-    row += 2;
+    const Eigen::LLT<MatrixXd> root(taken.R);  // R = L L', weighted rows L^-1 J
+    A.middleRows(row, axes) = root.matrixL().solve(here->J_v) * scale.asDiagonal();
+    row += axes;
   }
-  constexpr double kOpen = 1e10;
-  if (row < kParameterCount) return std::numeric_limits<double>::infinity();
+  if (row < parameters()) return std::numeric_limits<double>::infinity();
   const Eigen::VectorXd values = A.topRows(row).jacobiSvd().singularValues();
-  const double least = values[kParameterCount - 1];
-  return least * kOpen > values[0] ? values[0] / least
-                                   : std::numeric_limits<double>::infinity();
+  const double least = values[parameters() - 1];
+  return least * kOpenCondition > values[0] ? values[0] / least
+                                            : std::numeric_limits<double>::infinity();
 }
 
 std::vector<int> OnlineEstimator::undetermined() const {
   constexpr double kPart = 0.5;
   std::vector<int> open;
-  for (int i = 0; i < kParameterCount; ++i) {
+  for (int i = 0; i < parameters(); ++i) {
     if (P_(i, i) > kPart * kPart * prior_variance_[i]) open.push_back(i);
   }
   return open;
@@ -240,7 +251,7 @@ std::vector<int> OnlineEstimator::undetermined() const {
 double OnlineEstimator::axis_variance_mm2() const {
   double sum = 0.0;
   for (const auto& [key, taken] : taken_) {
-    if (!taken.set_aside) sum += taken.R.trace() / 2;
+    if (!taken.set_aside) sum += taken.R.trace() / tool_.axes();
   }
   return samples() > 0 ? factor_ * sum / samples() : settings_.noise_mm * settings_.noise_mm;
 }

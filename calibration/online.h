@@ -21,10 +21,9 @@
 namespace sixdial::calibration {
 
 struct OnlineSettings {
-  /// What is known of each parameter before a sample: manufacture and mounting.
-  double length_sd_mm = 1.0;
-  double frame_sd_mm = 2.0;
-  double angle_sd_rad = 0.03;
+  /// What is known of each parameter before a sample, in times of what its kind says
+  /// (ParameterInfo::known_to).
+  double times_known = 1.0;
   /// Standard deviation of an axis where a trial carries no covariance.
   double noise_mm = 0.003;
   /// A sample further off than this many times what the filter expects is set aside, once it
@@ -37,34 +36,35 @@ struct OnlineSettings {
 };
 
 struct OnlineSample {
-  Eigen::Vector2d innovation_mm{0, 0};  // measured - predicted before it was taken in
-  double times_usual = 0.0;             // its length against the standard deviation expected
+  Eigen::VectorXd innovation_mm;  // measured - predicted before it was taken in
+  double times_usual = 0.0;       // its length against the standard deviation expected
   bool set_aside = false;
 };
 
 class OnlineEstimator {
  public:
-  explicit OnlineEstimator(
-      const geometry::ParameterVector& nominal, const OnlineSettings& settings = {});
+  OnlineEstimator(
+      geometry::Tool tool, Eigen::VectorXd nominal, const OnlineSettings& settings = {});
 
   /// Takes a sample in; one of the same set, point and repeat takes the place of the earlier.
   /// Empty: it has no position, or neither the estimate nor the nominal robot reaches its pose.
   std::optional<OnlineSample> add(const simulation::Trial& trial);
 
-  [[nodiscard]] const geometry::ParameterVector& v() const { return v_; }
+  [[nodiscard]] const geometry::Tool& tool() const { return tool_; }
+  [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }
   /// Covariance of v, with the noise that the residuals show.
-  [[nodiscard]] const geometry::ParameterMatrix& P() const { return P_; }
+  [[nodiscard]] const Eigen::MatrixXd& P() const { return P_; }
   [[nodiscard]] int samples() const;    // taken in
   [[nodiscard]] int set_aside() const;  // gross errors
   /// Residual variance over the dials' own, at least 1.
   [[nodiscard]] double variance_factor() const { return factor_; }
   [[nodiscard]] WorkspaceUncertainty predicted(std::span<const WorkspacePose> where) const {
-    return workspace_uncertainty(v_, P_, where);
+    return workspace_uncertainty(tool_, v_, P_, where);
   }
   /// Inverse of P: what plan next adds to.
-  [[nodiscard]] geometry::ParameterMatrix information() const;
-  /// Condition number of the Jacobian of the samples alone, in units of parameter_scale() and
-  /// weighted by their noise; infinite where they leave a direction open.
+  [[nodiscard]] Eigen::MatrixXd information() const;
+  /// Condition number of the Jacobian of the samples alone, in units of ParameterInfo::change
+  /// and weighted by their noise; infinite where they leave a direction open.
   [[nodiscard]] double condition() const;
   /// Parameters whose standard deviation is above half of what it was without samples.
   [[nodiscard]] std::vector<int> undetermined() const;
@@ -74,20 +74,24 @@ class OnlineEstimator {
 
  private:
   struct Taken {
-    Eigen::Vector2d q_rad, p_WE;
+    Eigen::VectorXd q;
+    geometry::Position p_WE;
     geometry::Assembly assembly;
-    Eigen::Matrix2d R;
+    Eigen::MatrixXd R;
     bool set_aside = false;
   };
   using Key = std::tuple<int, int>;  // point, repeat
 
   struct Normal;
-  [[nodiscard]] Normal normal_at(const geometry::ParameterVector& v) const;
+  [[nodiscard]] Normal normal_at(const Eigen::VectorXd& v) const;
   void linearise_anew();
   void set_aside_what_spoils();
 
-  geometry::ParameterVector nominal_, v_, prior_variance_;
-  geometry::ParameterMatrix P_;
+  [[nodiscard]] int parameters() const { return static_cast<int>(nominal_.size()); }
+
+  geometry::Tool tool_;
+  Eigen::VectorXd nominal_, v_, prior_variance_;
+  Eigen::MatrixXd P_;
   OnlineSettings settings_;
   std::map<Key, Taken> taken_;
   double factor_ = 1.0;

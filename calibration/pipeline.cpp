@@ -42,8 +42,8 @@ Trouble cancelled() { return {Trouble::Kind::kCancelled, "the calibration was ca
 /// One calibration in the order of its stages; each puts what it found into the result.
 class Run {
  public:
-  Run(const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
-      const ProgressCallback& progress, std::stop_token stop);
+  Run(const ObservationSpace& g1, const ObservationSpace& g2, const PipelineSettings& settings,
+      const PipelineProgressCallback& progress, std::stop_token stop);
 
   void filter();
   /// The searches and the networks: false if cancelled.
@@ -58,12 +58,13 @@ class Run {
   [[nodiscard]] Result take();
 
  private:
-  void tell(Stage stage, double fraction, const QpsoProgress& search, double rmse_mm) const {
+  void tell(
+      PipelineStage stage, double fraction, const QpsoProgress& search, double rmse_mm) const {
     if (progress_) {
       progress_({stage, fraction, search.iteration, search.iterations, rmse_mm});
     }
   }
-  [[nodiscard]] SearchProgress searching(Stage stage, double from, double to) const {
+  [[nodiscard]] SearchProgress searching(PipelineStage stage, double from, double to) const {
     return [this, stage, from, to](const QpsoProgress& search) {
       const double part = static_cast<double>(search.iteration) / search.iterations;
       tell(stage, from + (to - from) * part, search, search.best);
@@ -81,7 +82,7 @@ class Run {
 
   const ObservationSpace& g1_;
   const ObservationSpace& g2_;
-  const ProgressCallback& progress_;
+  const PipelineProgressCallback& progress_;
   std::stop_token stop_;
   double noise_mm_;  // of one measured axis
   Stopwatch whole_, watch_;
@@ -89,7 +90,7 @@ class Run {
 };
 
 /// Settings with every list at its full length.
-Settings completed(const ObservationSpace& space, Settings settings) {
+PipelineSettings completed(const ObservationSpace& space, PipelineSettings settings) {
   const int n = space.parameters();
   settings.fixed.resize(static_cast<std::size_t>(n), 0);
   settings.p0 = diagonal_of(settings.p0, n, 1.0);
@@ -100,8 +101,8 @@ Settings completed(const ObservationSpace& space, Settings settings) {
 }
 
 Run::Run(
-    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
-    const ProgressCallback& progress, std::stop_token stop)
+    const ObservationSpace& g1, const ObservationSpace& g2, const PipelineSettings& settings,
+    const PipelineProgressCallback& progress, std::stop_token stop)
     : g1_(g1),
       g2_(g2),
       progress_(progress),
@@ -114,8 +115,8 @@ Run::Run(
 }
 
 void Run::filter() {
-  tell(Stage::kFilter, 0.0, {}, 0.0);
-  const Settings& settings = result_.settings;
+  tell(PipelineStage::kFilter, 0.0, {}, 0.0);
+  const PipelineSettings& settings = result_.settings;
   FilterSettings filter;
   filter.linearisation = settings.linearisation;
   filter.p0 = diagonal_of(settings.p0, g1_.parameters(), 1.0, settings.fixed);
@@ -127,7 +128,7 @@ void Run::filter() {
 }
 
 bool Run::search_noise() {
-  const Settings& settings = result_.settings;
+  const PipelineSettings& settings = result_.settings;
   NoiseSearchSettings noise;
   noise.swarm = settings.qpso1;
   noise.linearisation = settings.linearisation;
@@ -136,7 +137,8 @@ bool Run::search_noise() {
   noise.seed = settings.seed;
   noise.threads = settings.threads;
   const NoiseSearch tuned = calibration::search_noise(
-      g1_, noise, searching(Stage::kNoiseSearch, kAfterFilter, kAfterNoiseSearch), stop_);
+      g1_, noise, searching(PipelineStage::kNoiseSearch, kAfterFilter, kAfterNoiseSearch),
+      stop_);
   if (tuned.search.cancelled) return false;
   add_stage("ekf_qpso1", tuned.run.v, tuned.rmse_mm);
   result_.noise = tuned.noise;
@@ -147,7 +149,7 @@ bool Run::search_noise() {
 }
 
 bool Run::search_parameters() {
-  const Settings& settings = result_.settings;
+  const PipelineSettings& settings = result_.settings;
   ParameterSearchSettings search;
   search.swarm = settings.qpso2;
   search.coordinates = settings.coordinates;
@@ -157,7 +159,8 @@ bool Run::search_parameters() {
   search.threads = settings.threads;
   const ParameterSearch found = calibration::search_parameters(
       g1_, result_.stage("ekf_qpso1").v, search,
-      searching(Stage::kParameterSearch, kAfterNoiseSearch, kAfterParameterSearch), stop_);
+      searching(PipelineStage::kParameterSearch, kAfterNoiseSearch, kAfterParameterSearch),
+      stop_);
   if (found.search.cancelled) return false;
   add_stage("ekf_dqpso", found.v, found.rmse_mm);
   result_.v = found.v;
@@ -171,7 +174,7 @@ bool Run::search_parameters() {
 
 void Run::fit_reference() {
   const double found_mm = result_.stage("ekf_dqpso").rmse_g1_mm;
-  tell(Stage::kReference, kAfterParameterSearch, {}, found_mm);
+  tell(PipelineStage::kReference, kAfterParameterSearch, {}, found_mm);
   const SpaceFit lm = fit_space(g1_, reference_settings());
   add_stage("lm", lm.v, lm.rmse_mm);
   result_.lm_status = lm.fit.status;
@@ -180,8 +183,8 @@ void Run::fit_reference() {
 }
 
 bool Run::learn_residual() {
-  const Settings& settings = result_.settings;
-  tell(Stage::kResidual, kAfterReference, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
+  const PipelineSettings& settings = result_.settings;
+  tell(PipelineStage::kResidual, kAfterReference, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
   const Eigen::MatrixXd inputs = g1_.joints.transpose();
   const Eigen::MatrixXd residual = position_errors(g1_, result_.v);
   const AnfisLearning learning{
@@ -199,7 +202,7 @@ bool Run::learn_residual() {
 }
 
 void Run::assess() {
-  tell(Stage::kReport, 1.0, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
+  tell(PipelineStage::kReport, 1.0, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
   const SpaceFit assessed = assess_space(g1_, result_.v, reference_settings());
   result_.covariance = assessed.covariance;
   result_.sigma_mm = assessed.sigma_mm;
@@ -207,7 +210,8 @@ void Run::assess() {
   const auto names = g1_.parameter_names();
   result_.parameters =
       parameter_estimates(assessed.fit, g1_.nominal, assessed.covariance, names);
-  result_.identifiability = identifiability(assessed.fit, names, g1_.samples());
+  result_.identifiability =
+      identifiability(assessed.fit, names, g1_.samples(), g1_.named_directions);
 }
 
 void Run::judge() {
@@ -289,26 +293,26 @@ std::optional<Profile> profile_from(std::string_view text) {
   return std::nullopt;
 }
 
-std::string_view to_string(Stage stage) {
+std::string_view to_string(PipelineStage stage) {
   switch (stage) {
-    case Stage::kFilter:
+    case PipelineStage::kFilter:
       return "ekf";
-    case Stage::kNoiseSearch:
+    case PipelineStage::kNoiseSearch:
       return "qpso1";
-    case Stage::kParameterSearch:
+    case PipelineStage::kParameterSearch:
       return "qpso2";
-    case Stage::kReference:
+    case PipelineStage::kReference:
       return "lm";
-    case Stage::kResidual:
+    case PipelineStage::kResidual:
       return "anfis";
-    case Stage::kReport:
+    case PipelineStage::kReport:
       return "report";
   }
   return "unknown";
 }
 
-Settings settings_for(Profile profile) {
-  Settings settings;
+PipelineSettings settings_for(Profile profile) {
+  PipelineSettings settings;
   settings.profile = profile;
   if (profile == Profile::kPaper) {
     settings.linearisation = Linearisation::kNominal;
@@ -358,8 +362,8 @@ const MethodErrors& Result::errors(std::string_view method) const {
 }
 
 tl::expected<Result, Trouble> run_dqpso_anfis(
-    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ObservationSpace& g1, const ObservationSpace& g2, const PipelineSettings& settings,
+    const PipelineProgressCallback& progress, std::stop_token stop) {
   if (auto trouble = trouble_with(g1)) return tl::unexpected(*std::move(trouble));
   Run run(g1, g2, settings, progress, std::move(stop));
   run.filter();

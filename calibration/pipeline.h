@@ -2,8 +2,8 @@
 // of the position, beside the least-squares minimum that the same objective has. G1 is fitted,
 // G2 only judged.
 //
-//   const auto result = run_dqpso_anfis(position_space(g1, nominal), position_space(g2,
-//   nominal)); if (result) use(result->v, result->networks);
+//   const auto result = run_dqpso_anfis(position_space(g1, rig), position_space(g2, rig));
+//   if (result) use(result->v, result->networks);
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ enum class Profile {
 [[nodiscard]] std::string_view to_string(Profile profile);
 [[nodiscard]] std::optional<Profile> profile_from(std::string_view text);
 
-struct Settings {
+struct PipelineSettings {
   Profile profile = Profile::kDefault;
   std::uint64_t seed = 1;
   int threads = 1;
@@ -46,19 +46,26 @@ struct Settings {
   /// no repeats to tell.
   double noise_mm = 0.003;
 };
-[[nodiscard]] Settings settings_for(Profile profile);
+[[nodiscard]] PipelineSettings settings_for(Profile profile);
 
-enum class Stage { kFilter, kNoiseSearch, kParameterSearch, kReference, kResidual, kReport };
-[[nodiscard]] std::string_view to_string(Stage stage);
+enum class PipelineStage {
+  kFilter,
+  kNoiseSearch,
+  kParameterSearch,
+  kReference,
+  kResidual,
+  kReport
+};
+[[nodiscard]] std::string_view to_string(PipelineStage stage);
 
-struct Progress {
-  Stage stage = Stage::kFilter;
+struct PipelineProgress {
+  PipelineStage stage = PipelineStage::kFilter;
   double fraction = 0.0;  // of the whole calibration, 0..1
   int iteration = 0;      // of a search
   int iterations = 0;
   double rmse_mm = 0.0;  // best so far, 0 before there is one
 };
-using ProgressCallback = std::function<void(const Progress&)>;
+using PipelineProgressCallback = std::function<void(const PipelineProgress&)>;
 
 struct ErrorStats {
   int count = 0;
@@ -92,7 +99,7 @@ struct StageResult {
 };
 
 struct Result {
-  Settings settings;  // as used: p0, first_noise and fixed have their full length
+  PipelineSettings settings;  // as used: p0, first_noise and fixed have their full length
   Eigen::VectorXd nominal;
   std::vector<StageResult> stages;
   FilterNoise noise;  // of QPSO-1
@@ -132,8 +139,9 @@ struct Trouble {
 
 /// Both spaces are of positions, with the same parameters.
 [[nodiscard]] tl::expected<Result, Trouble> run_dqpso_anfis(
-    const ObservationSpace& g1, const ObservationSpace& g2, const Settings& settings = {},
-    const ProgressCallback& progress = {}, std::stop_token stop = {});
+    const ObservationSpace& g1, const ObservationSpace& g2,
+    const PipelineSettings& settings = {}, const PipelineProgressCallback& progress = {},
+    std::stop_token stop = {});
 
 /// Why these samples cannot be calibrated with; empty: they can.
 [[nodiscard]] std::optional<Trouble> trouble_with(const ObservationSpace& g1);

@@ -54,7 +54,8 @@ struct QpsoResult {
     const SwarmObjective& objective, const Eigen::ArrayXXd& start, const QpsoSettings& settings,
     const std::function<void(const QpsoProgress&)>& progress = {}, std::stop_token stop = {});
 
-/// Iteration (0 = start) after which the best value stays within `fraction` of the last one.
+/// The first iteration (0 = start) from which on the best value stays within `fraction` of the
+/// final one.
 [[nodiscard]] int settled_after(std::span<const double> history, double fraction = 0.01);
 
 }  // namespace sixdial::calibration

@@ -1,7 +1,6 @@
-// The rows of a table of methods: those that the program brings, one for each file, and those
-// that are added while it runs (by a script, say). A row is an aggregate with `name`,
-// `description` and `made`, a pointer to a function object that takes the place of the plain
-// function of the program's own rows.
+// A table of methods: rows that the program brings, one for each file, and rows that are added
+// while it runs (by a script, say). A row is an aggregate with `name`, `description` and a
+// plain function. In an added row, `made` points to a function object that is called instead.
 #pragma once
 
 #include <deque>

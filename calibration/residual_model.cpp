@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "calibration/pose_groups.h"
 #include "calibration/random.h"
 #include "calibration/registry.h"
 
@@ -25,23 +26,23 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array kTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_paper,
-                            &gaussian_process,  &rbf};
+constexpr std::array kModelTable{&no_residual_model, &bpnn, &anfis_chosen, &anfis_paper,
+                                 &gaussian_process,  &rbf};
 constexpr std::uint32_t kHoldoutStream = 32;
 constexpr double kMargin = 0.1;  // of the residuals' range, allowed beyond it
-constexpr Eigen::Index kLeastSamples = 5;
+constexpr Eigen::Index kLeastForAModel = 5;
 constexpr double kMostOutputs = 1000;  // of a stored model
 constexpr double kMostInput = 1e6;     // index of a joint in a stored model
 
 using Models = Registry<ResidualModel, MadeResidualModel>;
 Models& models() {
-  static Models registry(kTable);
+  static Models registry(kModelTable);
   return registry;
 }
 
 void check(
     const MatrixXd& joints, const MatrixXd& residual_mm, const ResidualSettings& settings) {
-  if (joints.rows() != residual_mm.rows() || joints.rows() < kLeastSamples ||
+  if (joints.rows() != residual_mm.rows() || joints.rows() < kLeastForAModel ||
       !joints.allFinite() || !residual_mm.allFinite()) {
     throw std::invalid_argument(
         "train_residual: at least five samples with finite joint values and residuals are "
@@ -184,7 +185,9 @@ std::string output_prefix(Eigen::Index output) {
   return "output" + std::to_string(output + 1) + ".";
 }
 
-HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
+HoldoutSplit holdout_split(const MatrixXd& joints, double fraction, std::uint64_t seed) {
+  const std::vector<std::vector<int>> poses = rows_by_group(pose_groups(joints));
+  const auto n = static_cast<int>(poses.size());
   std::vector<int> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 0);
   RandomSequence random(seed, kHoldoutStream);
@@ -194,8 +197,12 @@ HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed) {
         order[static_cast<std::size_t>(random.below(i + 1))]);
   }
   const auto held = static_cast<std::ptrdiff_t>(std::lround(fraction * n));
-  HoldoutSplit split{
-      {order.begin() + held, order.end()}, {order.begin(), order.begin() + held}};
+  HoldoutSplit split;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const auto& rows = poses[static_cast<std::size_t>(order[k])];
+    auto& side = static_cast<std::ptrdiff_t>(k) < held ? split.check : split.train;
+    side.insert(side.end(), rows.begin(), rows.end());
+  }
   std::ranges::sort(split.train);
   std::ranges::sort(split.check);
   return split;

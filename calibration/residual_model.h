@@ -1,6 +1,13 @@
 // A way to learn what kinematics leaves over, from joint values: one file in residual_models/
 // and one row in the table for each. Any number of joints in, any number of channels out.
 // Whatever is learned is bounded outside the trained region.
+//
+// Example:
+//   const ResidualModel& gp = *find_residual_model("gp");
+//   const TrainedResidual learned = train_residual(gp, joints, residual_mm);
+//   const Eigen::VectorXd q = joints.row(0).transpose();
+//   learned.correction(q).size();  // -> residual_mm.cols()
+//   load_residual(gp, learned.saved).correction(q);  // -> learned.correction(q)
 #pragma once
 
 #include <Eigen/Core>
@@ -113,8 +120,10 @@ void save_outputs(Eigen::Index outputs, SavedResidual& saved);
 struct HoldoutSplit {
   std::vector<int> train, check;  // each rising
 };
-/// A seeded shuffle of 0 .. n-1, of which `fraction` is for checking.
-[[nodiscard]] HoldoutSplit holdout_split(int n, double fraction, std::uint64_t seed);
+/// A seeded shuffle of the poses, of which `fraction` is for checking: repeats of a pose stay
+/// together. joints: samples x joints.
+[[nodiscard]] HoldoutSplit holdout_split(
+    const Eigen::MatrixXd& joints, double fraction, std::uint64_t seed);
 
 /// Columns shifted and scaled to mean 0 and standard deviation 1.
 struct Standardiser {

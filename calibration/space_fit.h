@@ -23,8 +23,8 @@ struct SpaceFitSettings {
   double loss_scale_mm = 0.0;
   /// Standard deviation of one reading, to judge what can be determined.
   double noise_mm = 0.003;
-  /// A direction whose standard deviation would be larger than this is held at nominal [units
-  /// of ParameterInfo::change]: manufacture is better than that.
+  /// A direction in the parameters that the data leave more uncertain than this is held at
+  /// nominal [in units of ParameterInfo::change]: a robot is built more accurately than that.
   double hold_uncertainty_mm = 2.0;
 };
 

@@ -2,114 +2,31 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
-
-#include "calibration/five_bar/spaces.h"
 
 namespace sixdial::calibration {
 namespace {
 
 using simulation::Trial;
 
-constexpr int kEnoughRepeats = 10;  // degrees of freedom
-constexpr int kEnoughResiduals = 10;
-constexpr double kNormal_95 = 1.959963984540054;
-// Two axes at once: chi-square with two degrees of freedom, sqrt(-2 ln 0.05), over 1.96.
-constexpr double kCircleOverInterval = 2.447746830680816 / kNormal_95;
-
-std::string um(double mm) {
-  const auto tenths = static_cast<long>(std::lround(1e4 * mm));
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " \u00B5m";
-}
-
-std::string words_of(const NoiseEstimate& noise) {
-  std::string text;
-  switch (noise.source) {
-    case NoiseSource::kRepeats:
-      text = "noise from repeated readings of the same points: " + um(noise.sigma_mm) + " (" +
-             std::to_string(noise.degrees_of_freedom) + " degrees of freedom)";
-      break;
-    case NoiseSource::kResidual:
-      text = std::string("noise from what the fit leaves over, as there are ") +
-             (noise.repeats ? "too few" : "no") + " repeats: " + um(noise.sigma_mm) + " (" +
-             std::to_string(noise.degrees_of_freedom) +
-             " degrees of freedom); whatever the model misses counts as noise";
-      break;
-    case NoiseSource::kRigFile:
-      text = "noise from the rig file, as there are too few points to see it: " +
-             um(noise.sigma_mm);
-      break;
-  }
-  if (noise.lack_of_fit) {
-    const auto tenths = static_cast<long>(std::lround(10.0 * *noise.lack_of_fit));
-    text += "; the fit leaves " + std::to_string(tenths / 10) + "." +
-            std::to_string(tenths % 10) +
-            " times as much as repeats show: something is not in the model, and the "
-            "uncertainties are of the noise alone";
-  }
-  return text;
+/// Radius that holds all axes at once over the interval of one, 95 %.
+double circle_over_interval(int axes) {
+  return std::sqrt(boost::math::quantile(boost::math::chi_squared(axes), 0.95)) / kNormal_95;
 }
 
 }  // namespace
 
-std::string_view to_string(NoiseSource source) {
-  switch (source) {
-    case NoiseSource::kRepeats:
-      return "repeats";
-    case NoiseSource::kResidual:
-      return "residual";
-    case NoiseSource::kRigFile:
-      return "rig_file";
-  }
-  return "unknown";
-}
-
-NoiseEstimate noise_estimate(const ObservationSpace& space, const LeastSquaresFit& fit) {
-  NoiseEstimate noise;
-  noise.rig_file_mm = space.mean_sigma();
-  noise.repeats = repeat_noise(space);
-  const int freedom = fit.degrees_of_freedom() - space.unknowns_per_sample * space.samples();
-  if (freedom > 0) noise.residual = RepeatNoise{std::sqrt(fit.rss / freedom), freedom};
-  const auto usable = [](const std::optional<RepeatNoise>& from, int enough) {
-    return from && from->degrees_of_freedom >= enough && from->sigma_mm > 0.0;
-  };
-  const auto take = [&](NoiseSource source, const RepeatNoise& from) {
-    noise.source = source;
-    noise.sigma_mm = from.sigma_mm;
-    noise.degrees_of_freedom = from.degrees_of_freedom;
-  };
-  if (usable(noise.repeats, kEnoughRepeats)) {
-    take(NoiseSource::kRepeats, *noise.repeats);
-    if (usable(noise.residual, 1)) {
-      const double ratio = noise.residual->sigma_mm / noise.repeats->sigma_mm;
-      const boost::math::fisher_f distribution(
-          noise.residual->degrees_of_freedom, noise.repeats->degrees_of_freedom);
-      const double usual = boost::math::quantile(boost::math::complement(distribution, 0.05));
-      if (ratio * ratio > usual) noise.lack_of_fit = ratio;
-    }
-  } else if (usable(noise.residual, kEnoughResiduals)) {
-    take(NoiseSource::kResidual, *noise.residual);
-  } else {
-    noise.sigma_mm = noise.rig_file_mm;
-  }
-  noise.words = words_of(noise);
-  return noise;
-}
-
-double quantile_95(const NoiseEstimate& noise) {
-  return noise.degrees_of_freedom > 0 ? student_95(noise.degrees_of_freedom) : kNormal_95;
-}
-
 std::vector<ParameterEstimate> estimates_with_noise(
-    const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
-    Eigen::MatrixXd& covariance) {
-  covariance = noise.sigma_mm * noise.sigma_mm * fit.unit_covariance();
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
+    const NoiseEstimate& noise, const Structure& structure, Eigen::MatrixXd& covariance) {
+  covariance = fit_covariance(space, fit, weighting, noise.spread_mm, structure);
   auto result = parameter_estimates(fit, space.nominal, covariance, space.parameter_names());
   const double quantile = quantile_95(noise);
   for (ParameterEstimate& each : result) {
+    if (!noise.known && !each.fixed) each.sd = std::numeric_limits<double>::quiet_NaN();
     each.low_95 = each.value - quantile * each.sd;
     each.high_95 = each.value + quantile * each.sd;
   }
@@ -118,21 +35,27 @@ std::vector<ParameterEstimate> estimates_with_noise(
 
 std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  Workspace box{Eigen::Vector2d::Constant(kFar), Eigen::Vector2d::Constant(-kFar)};
+  Workspace box;
   for (const Trial& trial : trials) {
     const auto& at = trial.position_mm ? trial.position_mm : trial.target_mm;
     if (!at || !at->allFinite()) continue;
+    if (box.low_mm.size() == 0) {
+      box.low_mm.setConstant(at->size(), kFar);
+      box.high_mm.setConstant(at->size(), -kFar);
+    }
+    if (at->size() != box.low_mm.size()) continue;
     box.low_mm = box.low_mm.cwiseMin(*at);
     box.high_mm = box.high_mm.cwiseMax(*at);
   }
-  if (!(box.low_mm.array() < box.high_mm.array()).all()) return std::nullopt;
+  if (box.low_mm.size() == 0) return std::nullopt;
+  if (!(box.low_mm.head(2).array() < box.high_mm.head(2).array()).all()) return std::nullopt;
   return box;
 }
 
 PositionUncertainty position_uncertainty(
-    const geometry::ParameterVector& v, const Eigen::MatrixXd& covariance,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& covariance,
     const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
-    double quantile, int columns, int rows) {
+    double quantile, double structure_mm, int columns, int rows) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   PositionUncertainty map;
   map.columns = columns;
@@ -146,31 +69,33 @@ PositionUncertainty position_uncertainty(
   for (int i = 0; i < rows; ++i) {
     map.y_mm.push_back(at(workspace.low_mm.y(), workspace.high_mm.y(), i, rows));
   }
-  const geometry::ParameterMatrix C =
-      covariance.topLeftCorner<geometry::kParameterCount, geometry::kParameterCount>();
+  const Eigen::MatrixXd C = covariance.topLeftCorner(v.size(), v.size());
+  const double radius_of = circle_over_interval(tool.axes()) * quantile;
+  geometry::Position p = 0.5 * (workspace.low_mm + workspace.high_mm);
   map.held_effect_mm.assign(static_cast<std::size_t>(fit.held), 0.0);
   double sum = 0.0;
   int count = 0;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const Eigen::Vector2d p(
-          map.x_mm[static_cast<std::size_t>(column)], map.y_mm[static_cast<std::size_t>(row)]);
-      const auto q = geometry::inverse(v, p, mode);
-      const auto d = q.and_then([&](const Eigen::Vector2d& angles) {
-        return geometry::assembly_at(v, angles, p).and_then([&](geometry::Assembly assembly) {
-          return geometry::forward_derivative(v, angles, assembly);
+      p[0] = map.x_mm[static_cast<std::size_t>(column)];
+      p[1] = map.y_mm[static_cast<std::size_t>(row)];
+      const auto q = tool.inverse(v, p, mode);
+      const auto d = q.and_then([&](const Eigen::VectorXd& joints) {
+        return tool.assembly_at(v, joints, p).and_then([&](geometry::Assembly assembly) {
+          return tool.derivative(v, joints, assembly);
         });
       });
       if (!d) {
-        map.sd_mm.emplace_back(kNone, kNone);
+        map.sd_mm.emplace_back(Eigen::VectorXd::Constant(tool.axes(), kNone));
         map.radius_95_mm.push_back(kNone);
         continue;
       }
-      const Eigen::Matrix2d P = d->J_v * C * d->J_v.transpose();
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P);
-      const double longest = std::sqrt(std::max(axes.eigenvalues()[1], 0.0));
+      Eigen::MatrixXd P = d->J_v * C * d->J_v.transpose();
+      P.diagonal().array() += structure_mm * structure_mm;
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(P);
+      const double longest = std::sqrt(std::max(axes.eigenvalues()[tool.axes() - 1], 0.0));
       map.sd_mm.push_back(P.diagonal().cwiseMax(0.0).cwiseSqrt());
-      map.radius_95_mm.push_back(kCircleOverInterval * quantile * longest);
+      map.radius_95_mm.push_back(radius_of * longest);
       const double sd = map.sd_mm.back().norm();
       sum += sd * sd;
       ++count;
@@ -183,8 +108,7 @@ PositionUncertainty position_uncertainty(
         const Eigen::VectorXd direction =
             fit.scale.cwiseProduct(fit.directions.col(fit.directions.cols() - fit.held + k));
         double& effect = map.held_effect_mm[static_cast<std::size_t>(k)];
-        effect =
-            std::max(effect, (d->J_v * direction.head<geometry::kParameterCount>()).norm());
+        effect = std::max(effect, (d->J_v * direction.head(v.size())).norm());
       }
     }
   }

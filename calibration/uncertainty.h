@@ -10,74 +10,54 @@
 #include <string_view>
 #include <vector>
 
+#include "calibration/fit_covariance.h"
 #include "calibration/identifiability.h"
 #include "calibration/identifier.h"
-#include "geometry/rig.h"
+#include "calibration/noise.h"
+#include "geometry/tool.h"
 #include "simulation/trial.h"
 
 namespace sixdial::calibration {
 
-enum class NoiseSource { kRepeats, kResidual, kRigFile };
-/// "repeats", "residual", "rig_file".
-[[nodiscard]] std::string_view to_string(NoiseSource source);
-
-/// Standard deviation of one reading (one axis of a position, or one dial).
-struct NoiseEstimate {
-  NoiseSource source = NoiseSource::kRigFile;
-  double sigma_mm = 0.0;
-  int degrees_of_freedom = 0;  // 0: taken as known (rig file)
-  // The three as far as the session has them.
-  std::optional<RepeatNoise> repeats;
-  std::optional<RepeatNoise> residual;
-  double rig_file_mm = 0.0;
-  /// Residual over repeats, where that is more than repeats of this number allow (95 %): the
-  /// model misses something and the uncertainties are of the noise alone.
-  std::optional<double> lack_of_fit;
-  std::string words;  // which, why, and the warning
-};
-
-/// Repeats if there are enough, else the residual of the fit, else the space's own sigma (from
-/// the rig file).
-[[nodiscard]] NoiseEstimate noise_estimate(
-    const ObservationSpace& space, const LeastSquaresFit& fit);
-
-/// 95 % quantile for an estimate's degrees of freedom; 1.96 where the noise is taken as known.
-[[nodiscard]] double quantile_95(const NoiseEstimate& noise);
-
-/// All parameters with the intervals that this noise gives. Each parameter's covariance comes
-/// back in `covariance`, n x n.
+/// All parameters with their 95 % intervals: the noise, and the structure that neighbouring
+/// poses share in the residuals (none: the default). Standard deviation and interval are NaN
+/// where too few readings are left to know them (NoiseEstimate::known). `fit` minimised
+/// space.problem(weighting). Each parameter's covariance comes back in `covariance`, n x n.
 [[nodiscard]] std::vector<ParameterEstimate> estimates_with_noise(
-    const ObservationSpace& space, const LeastSquaresFit& fit, const NoiseEstimate& noise,
-    Eigen::MatrixXd& covariance);
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
+    const NoiseEstimate& noise, const Structure& structure, Eigen::MatrixXd& covariance);
 
 struct Workspace {
-  Eigen::Vector2d low_mm, high_mm;  // in W
+  geometry::Position low_mm, high_mm;  // in W
 };
-/// The rectangle around measured positions (targets where there are none).
+/// The rectangle (in space: the box) around measured positions (targets where there are none).
 [[nodiscard]] std::optional<Workspace> workspace_of(std::span<const simulation::Trial> trials);
 
-/// Uncertainty of f(v) on a grid over the workspace, row by row from low y. NaN where the robot
-/// cannot go.
+/// Uncertainty of f(v) on a grid over the workspace, row by row from low y; in space halfway up
+/// its height. NaN where the robot cannot go.
 struct PositionUncertainty {
   int columns = 0, rows = 0;
   std::vector<double> x_mm, y_mm;            // of columns, of rows
-  std::vector<Eigen::Vector2d> sd_mm;        // of x and of y
-  std::vector<double> radius_95_mm;          // of a circle that holds it
+  std::vector<Eigen::VectorXd> sd_mm;        // of each coordinate
+  std::vector<double> radius_95_mm;          // of a circle or sphere that holds it
   double mean_sd_mm = 0.0, max_sd_mm = 0.0;  // of the distance, root of the trace
   double max_radius_95_mm = 0.0;
-  Eigen::Vector2d worst_mm{0, 0};
-  /// How far the position moves at most, for each held direction, if the robot is one unit (1
-  /// mm, 1/60 rad) from nominal along it [mm]. Small: holding it costs nothing here.
+  geometry::Position worst_mm;
+  /// For each held direction: how far the tool's position moves at most [mm] if the true robot
+  /// is one unit (1 mm, 1/60 rad) away from nominal along it. Small: holding the direction does
+  /// no harm here.
   std::vector<double> held_effect_mm;
   [[nodiscard]] double sd(int column, int row) const {
     return sd_mm[static_cast<std::size_t>(row * columns + column)].norm();
   }
 };
 
-/// `covariance`: of the parameters, of which the first ten count. `quantile`: quantile_95.
+/// `v`: the robot's parameters; `covariance`: of all that were fitted, the robot's first.
+/// `quantile`: quantile_95. `structure_mm`: what the model misses at one place, in each axis
+/// (Structure::sd_mm). The tool has an inverse.
 [[nodiscard]] PositionUncertainty position_uncertainty(
-    const geometry::ParameterVector& v, const Eigen::MatrixXd& covariance,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& covariance,
     const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
-    double quantile, int columns = 13, int rows = 19);
+    double quantile, double structure_mm = 0.0, int columns = 13, int rows = 19);
 
 }  // namespace sixdial::calibration

@@ -1,6 +1,7 @@
-// A few threads that share out the tasks of one short job after another: one iteration of a
-// swarm is some ten microseconds. Whoever is free takes the next task, the caller included, so
-// a thread that the system has set aside holds nobody up unless it is in the middle of a task.
+// A few threads that share the tasks of one short job after another; a job, such as one
+// iteration of a swarm, takes some ten microseconds. Whoever is free takes the next task, also
+// the caller. So a thread that the system has suspended delays the others only if it is in the
+// middle of a task.
 #pragma once
 
 #include <atomic>

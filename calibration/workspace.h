@@ -6,23 +6,23 @@
 #include <span>
 #include <vector>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/tool.h"
 
 namespace sixdial::calibration {
 
 /// A pose to be used or measured.
 struct WorkspacePose {
-  Eigen::Vector2d target_mm{0, 0};
-  Eigen::Vector2d q_rad{0, 0};
+  geometry::Position target_mm;
+  Eigen::VectorXd q;
   geometry::Assembly assembly = geometry::Assembly::kLeft;
   geometry::WorkingMode mode{};
 };
 
-/// nx x ny targets of a rectangle (corners low and high [mm], W) in each mode; those that the
-/// parameters cannot reach are left out.
+/// nx x ny targets of a rectangle (corners low and high [mm], W; halfway between them in z) in
+/// each mode; those that the parameters cannot reach are left out.
 [[nodiscard]] std::vector<WorkspacePose> workspace_grid(
-    const geometry::ParameterVector& v, const Eigen::Vector2d& low_mm,
-    const Eigen::Vector2d& high_mm, int nx, int ny,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const geometry::Position& low_mm,
+    const geometry::Position& high_mm, int nx, int ny,
     std::span<const geometry::WorkingMode> modes);
 
 /// Standard deviation of the modelled position, root of the trace of J P J' [mm], over poses.
@@ -34,12 +34,12 @@ struct WorkspaceUncertainty {
   std::size_t poses = 0;  // that v reaches
 };
 [[nodiscard]] WorkspaceUncertainty workspace_uncertainty(
-    const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& P,
     std::span<const WorkspacePose> poses);
 
 /// The same at one pose; NaN where v cannot reach it.
 [[nodiscard]] double position_sd_mm(
-    const geometry::ParameterVector& v, const geometry::ParameterMatrix& P,
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& P,
     const WorkspacePose& pose);
 
 }  // namespace sixdial::calibration

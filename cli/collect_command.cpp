@@ -9,8 +9,10 @@
 
 #include "cli/cli.h"
 #include "cli/collect_screen.h"
+#include "cli/shared_options.h"
 #include "report/documents/estimate_json.h"
 #include "report/words/estimate_words.h"
+#include "service/collection.h"
 #include "session/csv.h"
 
 namespace sixdial::cli {
@@ -74,8 +76,7 @@ const char* method_for(char key) {
 }
 
 bool has_ended(const Json& status) {
-  const std::string state = status["state"];
-  return state == "done" || state == "stopped" || state == "failed" || state == "idle";
+  return !service::is_active(service::collect_state_of(status));
 }
 
 /// The map is only drawn on a terminal.
@@ -160,7 +161,8 @@ service::ExitCode conclude(Cli& cli, const Json& status) {
     cli.console.note("ended: " + status["ended_because"].get<std::string>());
   }
   if (status["error"].is_object()) throw service::RemoteError(status["error"]);
-  if (status["state"] == "stopped") return service::ExitCode::kCancelled;
+  if (service::collect_state_of(status) == service::CollectState::kStopped)
+    return service::ExitCode::kCancelled;
   return status["failed"].get<std::int64_t>() > 0 ? service::ExitCode::kDataQuality
                                                   : service::ExitCode::kOk;
 }
@@ -231,7 +233,7 @@ void add_collect_command(CLI::App& app, Cli& cli) {
   CLI::App* command = app.add_subcommand("collect", summary_of("collect.start"));
   const auto options = std::make_shared<CollectOptions>();
   command->add_option("PLAN", options->plan_file, "plan file; default: the session's plan")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command->add_option("--session", options->session, "name of the session")->required();
   command->add_option(
       "--rig", options->rig_file,

@@ -75,7 +75,7 @@ std::string pose_line(const Json& live) {
   return text;
 }
 
-/// "theta1 1.500000, theta2 3.000000 rad": the unit where it changes, and at the end.
+/// "shoulder 1.500000, elbow 3.000000 rad": the unit where it changes, and at the end.
 std::string joints_text(const Json& joints) {
   std::string text;
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -159,7 +159,7 @@ std::vector<std::string> screen_topics(const Console& console) {
   return topics;
 }
 
-std::string Block::drawn() {
+std::string ScreenBlock::drawn() {
   if (!console_.terminal || !on_screen_.empty() || lines_.empty()) return "";
   // A line that the terminal would wrap could not be taken away again.
   const std::size_t width = terminal_width();
@@ -172,7 +172,7 @@ std::string Block::drawn() {
   return bytes;
 }
 
-std::string Block::erased() {
+std::string ScreenBlock::erased() {
   if (on_screen_.empty()) return "";
   std::size_t rows = 0;
   for (const std::size_t letters : on_screen_) rows += rows_of(letters, terminal_width() + 1);

@@ -26,11 +26,11 @@ inline constexpr const char* kKeyHelp =
 [[nodiscard]] std::vector<std::string> screen_topics(const Console& console);
 
 /// Lines above the progress line that are rewritten in place on a terminal.
-class Block {
+class ScreenBlock {
  public:
-  explicit Block(const Console& console) : console_(console) {}
+  explicit ScreenBlock(const Console& console) : console_(console) {}
   void set(std::vector<std::string> lines) { lines_ = std::move(lines); }
-  /// What is to be sent so that the terminal shows the lines; empty if it does.
+  /// What to send so that the terminal shows the lines; empty if it shows them already.
   [[nodiscard]] std::string drawn();
   /// What takes them away again while the cursor stands in the line below them.
   [[nodiscard]] std::string erased();
@@ -67,7 +67,7 @@ class Screen {
   [[nodiscard]] std::string erased();
 
   const Console& console_;
-  Block block_;
+  ScreenBlock block_;
   ProgressLine line_;
   Json live_, state_;
   std::optional<studies::EstimateSummary> estimate_;

@@ -144,7 +144,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   if (options.by == "extended") return extend_bundle(cli, options, session);
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
   const calibration::CompensationModel model =
-      studies::compensation_model(calibration_of(cli, options, session), by);
+      studies::compensation_model(calibration_of(cli, options, session), session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);
@@ -157,7 +157,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   print_target(
       cli, report::to_json(studies::compensated_target(
-               model, by, {options.target_mm[0], options.target_mm[1]}, mode)));
+               model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode)));
   return service::ExitCode::kOk;
 }
 
@@ -231,7 +231,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
           ->delimiter(',')
           ->expected(2);
   CLI::Option* plan = command->add_option("--plan", options->plan_file, "a plan file instead")
-                          ->check(CLI::ExistingFile)
+                          ->check(existing_file())
                           ->excludes(target);
   command->add_option("-o,--output", options->output, "the plan to write; default: stdout")
       ->needs(plan);
@@ -260,7 +260,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       ->add_option(
           "--diagnosis-file", options->diagnosis_file,
           "of a bundle and extended: result file of `diagnose -o` instead of diagnosing now")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command
       ->add_option(
           "--approach", options->approach,
@@ -303,7 +303,7 @@ void add_validate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
   command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
-      ->check(CLI::ExistingFile);
+      ->check(existing_file());
   command->add_option("--name", options->name, "of the new session");
   add_stored_result(*command, options->result);
   add_result_file(*command, options->output);

@@ -68,7 +68,7 @@ void Console::error(const Json& error_object) const {
   const Json data = error_object.value("data", Json::object());
   const Json at = data.value("at", Json::object());
   for (const auto& [key, value] : at.items()) {
-    if (key == "findings") continue;
+    if (key == "findings" || key == "missing") continue;
     text += fmt::format(
         "  {}: {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
   }

@@ -25,7 +25,7 @@ struct Console {
 
   /// --json: {"schema": name, "schema_version": 1, ...document} on one line.
   void print_json(std::string_view schema, const Json& document) const;
-  /// To stderr, the whole text in one write: nobody who looks sees the half of it.
+  /// Writes the whole text to stderr in one write, so that nobody sees half of it.
   void send(std::string_view text) const;
   /// The text (ended by a newline) in the human form, the document with --json.
   void print(std::string_view schema, const Json& document, const std::string& text) const;

@@ -11,10 +11,11 @@
 #include <system_error>
 
 #include "acquisition/rig_scan.h"
-#include "calibration/five_bar/spaces.h"
+#include "calibration/rig_spaces.h"
 #include "calibration/space_fit.h"
 #include "db/store.h"
 #include "geometry/rig.h"
+#include "geometry/tool.h"
 #include "service/socket/client.h"
 
 namespace sixdial::cli {
@@ -196,37 +197,26 @@ Check check_disk(const std::filesystem::path& database) {
 
 Check check_known_answer() {
   const geometry::Rig rig = geometry::default_rig();
-  const geometry::ParameterVector truth = geometry::table_2_robot();
-  calibration::PositionObservations seen;
+  const geometry::Tool tool(rig);
+  const Eigen::VectorXd truth = geometry::table_2_robot();
+  std::vector<simulation::Trial> seen;
   const int side = 5;
-  std::vector<Eigen::Vector2d> q;
-  std::vector<Eigen::Vector2d> p;
   for (int i = 0; i < side * side; ++i) {
     const Eigen::Vector2d target_mm(16.0 + 6.0 * (i % side), 30.0 + 9.0 * (i / side));
-    const auto joints = geometry::inverse(rig.robot.nominal, target_mm, rig.robot.working_mode);
-    if (!joints) continue;
-    const auto pose = geometry::forward(truth, *joints, rig.robot.assembly);
-    if (!pose) continue;
-    q.push_back(*joints);
-    p.push_back(pose->p_WE);
+    const auto q = tool.inverse(rig.robot.nominal, target_mm, rig.robot.working_mode);
+    if (!q) continue;
+    const auto p_WE = tool.position(truth, *q, rig.robot.assembly);
+    if (!p_WE) continue;
+    simulation::Trial trial;
+    trial.sample = trial.point = static_cast<int>(seen.size());
+    trial.q = *q;
+    trial.assembly = rig.robot.assembly;
+    trial.position_mm = *p_WE;
+    seen.push_back(std::move(trial));
   }
-  const auto count = static_cast<Eigen::Index>(q.size());
-  seen.q_rad.resize(2, count);
-  seen.p_WE.resize(2, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    seen.q_rad.col(i) = q[static_cast<std::size_t>(i)];
-    seen.p_WE.col(i) = p[static_cast<std::size_t>(i)];
-  }
-  seen.assembly.assign(q.size(), rig.robot.assembly);
-  seen.covariance_mm2.assign(q.size(), Eigen::Matrix2d::Zero());
-  seen.target_mm.resize(q.size());
-  for (int i = 0; i < static_cast<int>(q.size()); ++i) {
-    seen.sample.push_back(i);
-    seen.point.push_back(i);
-    seen.repeat.push_back(0);
-  }
+  const auto count = std::ssize(seen);
   const auto from = std::chrono::steady_clock::now();
-  const auto space = calibration::position_space(seen, rig.robot.nominal);
+  const auto space = calibration::position_space(seen, rig);
   const auto fit = calibration::fit_space(space);
   const double took_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();

@@ -42,9 +42,9 @@ void run_with_progress(const Console& console, const std::string& what, const Lo
     work(
         [&](const studies::Progress& progress) { line.show(progress); },
         interruption.get_token());
-  } catch (const studies::Error& error) {
+  } catch (const studies::StudyError& error) {
     end_watch();
-    if (error.code() == studies::ErrorCode::kCancelled && interrupted) give_up();
+    if (error.code() == studies::StudyErrorCode::kCancelled && interrupted) give_up();
     throw;
   }
   end_watch();

@@ -10,8 +10,6 @@
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
-#include "report/documents/comparison_json.h"
-#include "report/documents/diagnosis_json.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/report_pdf.h"
@@ -19,6 +17,7 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
+#include "studies/compare.h"
 #include "studies/diagnose.h"
 
 namespace sixdial::cli {
@@ -65,22 +64,22 @@ service::ExitCode report_bundle(
       options.result_file.empty()
           ? calibrate_here(cli, session, options)
           : report::calibration_from_json(read_document(options.result_file));
-  Json comparison;
+  std::optional<studies::ComparisonResult> comparison;
   if (options.compare) {
     studies::CompareRequest request;
     request.seed = options.seed;
     comparison = run_here(
         cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
-          return report::to_json(studies::compare(session, request, progress, std::move(stop)));
+          return studies::compare(session, request, progress, std::move(stop));
         });
   }
-  Json diagnosis;
+  std::optional<studies::DiagnosisResult> diagnosis;
   if (options.diagnose) {
     ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = report::to_json(studies::diagnose(
-        session, request, [&](const studies::Progress& progress) { line.show(progress); }));
+    diagnosis = studies::diagnose(
+        session, request, [&](const studies::Progress& progress) { line.show(progress); });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
@@ -90,7 +89,9 @@ service::ExitCode report_bundle(
     more = report::against_sections({result, session}, {other_result, other});
   }
   const auto files = report::write_report(
-      result, session, service::operator_of(::getuid()), folder, comparison, diagnosis,
+      result, session, service::operator_of(::getuid()), folder,
+      {.comparison = comparison ? &*comparison : nullptr,
+       .diagnosis = diagnosis ? &*diagnosis : nullptr},
       std::move(more));
   print_files(cli, options, {{"path", folder}, {"files", files}});
   return service::ExitCode::kOk;

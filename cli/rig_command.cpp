@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/cli.h"
+#include "cli/shared_options.h"
 #include "report/rig_picture.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
@@ -17,7 +18,7 @@ void add_rig_commands(CLI::App& app, Cli& cli) {
       "draw", "Draws robot, cuboid, dials and frames of a rig file as SVG.");
   const auto rig_file = std::make_shared<std::string>();
   const auto output = std::make_shared<std::string>();
-  draw->add_option("RIG", *rig_file, "rig.toml")->required()->check(CLI::ExistingFile);
+  draw->add_option("RIG", *rig_file, "rig.toml")->required()->check(existing_file());
   draw->add_option("-o,--output", *output, "the SVG file; default: stdout");
   draw->callback([&cli, rig_file, output] {
     cli.action = [&cli, rig_file, output] {

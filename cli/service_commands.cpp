@@ -28,7 +28,7 @@ void add_service_commands(CLI::App& app, Cli& cli) {
   protocol->callback([&cli] {
     cli.action = [&cli] {
       Json methods = Json::array();
-      for (const service::Method* method : service::all_methods()) {
+      for (const service::RpcMethod* method : service::all_methods()) {
         methods.push_back(
             {{"name", method->name},
              {"summary", method->summary},

@@ -1,11 +1,23 @@
 #include "cli/shared_options.h"
 
+#include <filesystem>
+
 #include "studies/compensate.h"
 
 namespace sixdial::cli {
 
 void add_subject(CLI::App& command, std::string& subject) {
   command.add_option("SESSION|BUNDLE", subject, "name, or folder with session.csv")->required();
+}
+
+CLI::Validator existing_file() {
+  return {
+      [](const std::string& name) {
+        return std::filesystem::exists(name) && !std::filesystem::is_directory(name)
+                   ? std::string()
+                   : "there is no such file: " + name;
+      },
+      "FILE"};
 }
 
 void add_result_file(CLI::App& command, std::string& file) {

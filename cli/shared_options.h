@@ -18,6 +18,9 @@ void add_skip_bad_rows(CLI::App& command, bool& skip_bad_rows);
 void add_stored_result(CLI::App& command, std::int64_t& result);  // --result
 void add_point_count(CLI::App& command, int& points);             // --points of a plan
 
+/// A file that is there.
+[[nodiscard]] CLI::Validator existing_file();
+
 /// "++", "+-", "-+" or "--".
 [[nodiscard]] CLI::IsMember working_mode_words();
 /// "before", "kinematics", "full" or "extended".

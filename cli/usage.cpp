@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "service/methods/method.h"
 #include "session/nearest.h"
 
 namespace sixdial::cli {
@@ -114,6 +116,17 @@ std::string with(std::string text, std::string_view what, const std::string& ins
   return text;
 }
 
+/// Whether the plan that `collect` was given is no file.
+bool lacks_its_plan(const CLI::App& command) {
+  const CLI::Option* plan = command.get_option_no_throw("PLAN");
+  return plan != nullptr && !plan->results().empty() &&
+         !std::filesystem::exists(plan->results().front());
+}
+
+std::string advice_to_plan(const std::string& then) {
+  return "sixdial plan random --rig rig.toml --count 100 -o plan.csv" + then;
+}
+
 }  // namespace
 
 Json usage_error(const CLI::App& app, const CLI::ParseError& error) {
@@ -139,15 +152,13 @@ Json usage_error(const CLI::App& app, const CLI::ParseError& error) {
     what = about_word(app, *command, name, word);
   } else if (!verbs.empty()) {
     what = fmt::format("'{}' needs a command", name);
-  } else {
-    what = with(std::move(what), "File does not exist", "there is no such file");
   }
   std::string hint;
   for (const Example& example : kExamples) {
     if (example.command == path) hint = fmt::format("For example: {}\n  ", example.words);
   }
-  if (path == "collect" && what.starts_with("PLAN")) {
-    hint = "Make a plan first: sixdial plan random --rig rig.toml --count 100 -o plan.csv\n  ";
+  if (path == "collect" && lacks_its_plan(*command)) {
+    hint = fmt::format("Make a plan first: {}\n  ", advice_to_plan(""));
   }
   if (!verbs.empty()) hint += fmt::format("Commands: {}\n  ", fmt::join(verbs, ", "));
   hint += fmt::format("{} --help tells more", name);
@@ -171,28 +182,24 @@ Json in_commands(Json error_object) {
       data["at"]["session"].is_string()) {
     session = data["at"]["session"].get<std::string>();
   }
-  const std::array<std::pair<std::string_view, std::string>, 9> commands{{
-      {"calibrate.start", fmt::format("sixdial calibrate {}", session)},
-      {"diagnose.start", fmt::format("sixdial diagnose {}", session)},
-      {"collect.start", fmt::format("sixdial collect PLAN --session {}", session)},
-      {"collect.stop", "sixdial collection stop"},
-      {"collect.retake", "sixdial collection retake"},
-      {"plan_csv, made by plan.grid or plan.random",
-       fmt::format(
-           "sixdial plan random --rig rig.toml --count 100 -o plan.csv; then: sixdial collect "
-           "plan.csv --session {}",
-           session)},
-      {"The list methods show what there is.",
-       "sixdial session list and sixdial job list show what there is."},
-      {"plan.grid", "sixdial plan grid"},
-      {"plan.random", "sixdial plan random"},
-  }};
   auto hint = data["hint"].get<std::string>();
-  for (const auto& [method, command] : commands) {
-    hint = with(std::move(hint), method, command);
+  const service::ErrorKind* kind = service::find_error_kind(error_object.value("code", 0));
+  if (kind != nullptr && hint == kind->hint && !kind->command_hint.empty()) {
+    hint = kind->command_hint;
   }
-  const auto message = error_object.value("message", std::string());
-  if (message.starts_with("there is no session")) {
+  for (const service::RpcMethod* method : service::all_methods()) {
+    if (method->command.empty()) continue;
+    hint = with(
+        std::move(hint), method->name,
+        with(std::string(method->command), "{session}", session));
+  }
+  const std::string missing = data.contains("at") && data["at"].is_object()
+                                  ? data["at"].value("missing", std::string())
+                                  : std::string();
+  if (missing == "plan") {
+    hint =
+        "Give one: " + advice_to_plan("; then: sixdial collect plan.csv --session " + session);
+  } else if (missing == "session") {
     hint += "; sixdial session list shows them all, sixdial session create makes one";
   }
   data["hint"] = hint;

@@ -98,8 +98,11 @@ Store Store::open_read_only(const std::string& path) {
   return store;
 }
 
-void Store::not_found(const std::string& what, const std::string& hint) const {
-  throw StoreError(StoreTrouble::kNotFound, path_, what, hint);
+void Store::not_found(
+    std::string_view missing, const std::string& what, const std::string& hint) const {
+  StoreError error(StoreTrouble::kNotFound, path_, what, hint);
+  error.missing = missing;
+  throw error;
 }
 
 int Store::schema_version() {

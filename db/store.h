@@ -2,6 +2,12 @@
 // SQLite file. Raw rows are never changed; a sample is on the disk when append_sample returns.
 // One Store writes a file at a time (others are refused), any number read it. Every function
 // may be called from any thread and throws StoreError.
+//
+// Example:
+//   Store store = Store::open(folder / "sixdial.db");
+//   const SessionId id = store.create_session("monday", rig_text);
+//   store.append_sample(id, session.samples[0]);  // on the disk when it returns
+//   store.load_session(id).samples.size();  // -> 1U
 #pragma once
 
 #include <cstdint>
@@ -131,7 +137,9 @@ class Store {
   std::optional<SampleId> live_sample(SessionId id, const session::Sample& sample);
   void refuse_bad_json(const std::string& what, const std::string& json);
   void insert_withdrawal(SampleId id, const std::string& reason, const Operator& who);
-  [[noreturn]] void not_found(const std::string& what, const std::string& hint = "") const;
+  /// `missing`: the kind of row, "session".
+  [[noreturn]] void not_found(
+      std::string_view missing, const std::string& what, const std::string& hint = "") const;
 
   std::string path_;
   std::unique_ptr<WriterLock> lock_;  // outlives the connection; empty: read-only or in memory

@@ -42,7 +42,8 @@ class StoreError : public std::runtime_error {
   std::string path;
   std::string problem;
   std::string hint;
-  int sqlite_code;  // extended result code; 0: not from SQLite
+  int sqlite_code;        // extended result code; 0: not from SQLite
+  std::string missing{};  // of kNotFound: "session", "job", "result", "sample"
 };
 
 }  // namespace sixdial::db

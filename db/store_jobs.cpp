@@ -114,7 +114,7 @@ void Store::update_job(JobId id, const JobUpdate& update) {
   writing([&] {
     Statement query(*database_, "SELECT state FROM jobs WHERE id = ?");
     query.bind(id.value);
-    if (!query.step()) not_found(fmt::format("there is no job number {}", id.value));
+    if (!query.step()) not_found("job", fmt::format("there is no job number {}", id.value));
     const auto before = job_state_from(query.text(0)).value_or(JobState::kFailed);
     query.reset();
     if (is_final(before)) {
@@ -141,7 +141,7 @@ JobRecord Store::load_job(JobId id) {
   return reading([&] {
     Statement query(*database_, fmt::format("SELECT {} FROM jobs WHERE id = ?", kJobColumns));
     query.bind(id.value);
-    if (!query.step()) not_found(fmt::format("there is no job number {}", id.value));
+    if (!query.step()) not_found("job", fmt::format("there is no job number {}", id.value));
     return job_of(query);
   });
 }
@@ -196,7 +196,8 @@ ResultRecord Store::load_result(ResultId id) {
     Statement query(
         *database_, fmt::format("SELECT {} FROM results WHERE id = ?", kResultColumns));
     query.bind(id.value);
-    if (!query.step()) not_found(fmt::format("there is no result number {}", id.value));
+    if (!query.step())
+      not_found("result", fmt::format("there is no result number {}", id.value));
     return result_of(query);
   });
 }

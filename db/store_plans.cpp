@@ -17,7 +17,7 @@ session::PlanPoint point_of(const Statement& row) {
   point.set = row.text(1);
   point.point = row.integer(2);
   point.repeat = row.integer(3);
-  point.target_mm = point_from(row, 4).value_or(session::Point());
+  point.target_mm = point_from(row, 4).value_or(session::Position());
   return point;
 }
 
@@ -68,7 +68,7 @@ PlanId Store::save_plan(SessionId id, const session::Plan& plan) {
         "VALUES (?, ?, ?, ?, ?, ?, ?)");
     int position = 0;
     for (const session::PlanPoint& point : plan.points) {
-      const std::optional<session::Point> target = point.target_mm;
+      const std::optional<session::Position> target = point.target_mm;
       if (!point.target_mm.allFinite() || !point.q.allFinite()) {
         throw StoreError(
             StoreTrouble::kRefused, path_, "a point of the plan is not finite",

@@ -17,7 +17,7 @@ std::optional<std::string> text_of(const std::optional<session::TimePoint>& time
 
 }  // namespace
 
-std::optional<double> coordinate(const std::optional<session::Point>& point, int axis) {
+std::optional<double> coordinate(const std::optional<session::Position>& point, int axis) {
   return point && axis < point->size() ? std::optional((*point)[axis]) : std::nullopt;
 }
 
@@ -111,6 +111,7 @@ SampleId Store::retake_sample(SessionId id, const session::Sample& sample) {
     const auto replaced = live_sample(id, sample);
     if (!replaced) {
       not_found(
+          "sample",
           fmt::format(
               "set {}, point {}, repeat {} is not measured yet", sample.set, sample.point,
               sample.repeat),
@@ -134,7 +135,7 @@ void Store::withdraw_sample(SampleId id, const std::string& reason, const Operat
     live.bind(id.value);
     if (!live.step()) {
       not_found(
-          fmt::format("there is no sample number {} that counts", id.value),
+          "sample", fmt::format("there is no sample number {} that counts", id.value),
           "it was retaken or undone already");
     }
     insert_withdrawal(id, reason, who);

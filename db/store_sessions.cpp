@@ -108,12 +108,12 @@ void check_name(const std::string& path, const std::string& name) {
 
 }  // namespace
 
-std::optional<session::Point> point_from(const Statement& row, int x_column) {
+std::optional<session::Position> point_from(const Statement& row, int x_column) {
   constexpr int kMost = 3;
   int size = 0;
   while (size < kMost && !row.is_null(x_column + size)) ++size;
   if (size == 0) return std::nullopt;
-  session::Point point(size);
+  session::Position point(size);
   for (int axis = 0; axis < size; ++axis) point[axis] = row.real(x_column + axis);
   return point;
 }
@@ -197,7 +197,8 @@ const Store::KnownRig& Store::known_rig(SessionId id) {
       *database_,
       "SELECT r.text FROM sessions AS s JOIN rigs AS r ON r.id = s.rig_id WHERE s.id = ?");
   query.bind(id.value);
-  if (!query.step()) not_found(fmt::format("there is no session number {}", id.value));
+  if (!query.step())
+    not_found("session", fmt::format("there is no session number {}", id.value));
   KnownRig known{session::parse_rig(query.text(0), "rig.toml"), {}};
   known.layout = session::layout_of(known.rig);
   return rigs_.emplace(id.value, std::move(known)).first->second;
@@ -268,7 +269,8 @@ SessionInfo Store::info_of(SessionId id) {
       " (SELECT max(id) FROM plans WHERE session_id = s.id)) "
       "FROM sessions AS s JOIN rigs AS r ON r.id = s.rig_id WHERE s.id = ?");
   query.bind(id.value);
-  if (!query.step()) not_found(fmt::format("there is no session number {}", id.value));
+  if (!query.step())
+    not_found("session", fmt::format("there is no session number {}", id.value));
   SessionInfo info;
   info.id = id;
   info.name = query.text(0);
@@ -328,6 +330,7 @@ SessionId Store::find_session(const std::string& name_or_id) {
     while (all.step()) names.push_back(all.text(0));
     const std::string nearest = session::nearest_word(name_or_id, names);
     not_found(
+        "session",
         fmt::format("there is no session {}", session::shown(session::as_utf8(name_or_id))),
         nearest.empty() ? "there are no sessions yet"
                         : fmt::format("the nearest name is '{}'", nearest));

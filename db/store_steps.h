@@ -55,10 +55,10 @@ auto Store::reading(Step step) {
 
 /// One coordinate of a point; empty: there is no point, or it has fewer.
 [[nodiscard]] std::optional<double> coordinate(
-    const std::optional<session::Point>& point, int axis);
-/// A point from a row's columns x, y and z that stand at `x_column` and after it, as far as
-/// they are filled; empty: x is not.
-[[nodiscard]] std::optional<session::Point> point_from(const Statement& row, int x_column);
+    const std::optional<session::Position>& point, int axis);
+/// A position from a row's columns x, y and z, which stand at `x_column` and after it. Columns
+/// at the end may be null; empty if x is null.
+[[nodiscard]] std::optional<session::Position> point_from(const Statement& row, int x_column);
 
 /// The clock as ISO 8601 UTC with milliseconds.
 [[nodiscard]] std::string now_utc();

@@ -76,7 +76,7 @@ struct NewJob {
   Operator who{};
 };
 
-/// What is set is changed. A final state stays.
+/// Changes the members that are set. A job that has ended keeps its state.
 struct JobUpdate {
   std::optional<JobState> state{};
   std::optional<std::string> progress{};  // JSON

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calibration/pose_groups.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/thresholds.h"
 
@@ -43,7 +44,7 @@ class Diagnoser {
       : settings_(settings),
         progress_(progress),
         stop_(stop),
-        held_out_(sides_of(trials.size(), std::move(held_out))),
+        held_out_(sides_of(trials, std::move(held_out))),
         measured_(model, std::move(trials)),
         readings_(measured_),
         fewest_(model.parameter_count() + kFewestToSpare) {
@@ -73,13 +74,20 @@ class Diagnoser {
   }
 
  private:
-  /// Which samples are G2. A session without any gets every third.
-  std::vector<bool> sides_of(std::size_t trials, std::vector<bool> held_out) {
+  /// Which samples are G2. A session without any gets every third pose, with all its repeats: a
+  /// repeat of a fitted pose is not held out.
+  std::vector<bool> sides_of(
+      const std::vector<simulation::Trial>& trials, std::vector<bool> held_out) {
     result_.seed = settings_.seed;
-    held_out.resize(trials, false);
+    held_out.resize(trials.size(), false);
     if (std::none_of(held_out.begin(), held_out.end(), [](bool out) { return out; })) {
       result_.held_out_by_program = true;
-      for (std::size_t t = 2; t < trials; t += 3) held_out[t] = true;
+      Eigen::MatrixXd joints(std::ssize(trials), trials.empty() ? 0 : trials[0].q.size());
+      for (std::size_t t = 0; t < trials.size(); ++t) {
+        joints.row(static_cast<Eigen::Index>(t)) = trials[t].q.transpose();
+      }
+      const std::vector<int> pose = calibration::pose_groups(joints);
+      for (std::size_t t = 0; t < trials.size(); ++t) held_out[t] = pose[t] % 3 == 2;
     }
     for (const bool out : held_out) ++(out ? result_.g2_samples : result_.g1_samples);
     return held_out;
@@ -92,7 +100,7 @@ class Diagnoser {
   }
 
   void name_causes() {
-    result_.identified = identify(readings_, settings_.search);
+    result_.named = diagnosis::name_causes(readings_, settings_.search);
     const auto& swap = found().swap;
     result_.readings =
         swap ? measured_.with_swapped_dials(swap->place.dial, swap->place.other_dial)
@@ -105,7 +113,7 @@ class Diagnoser {
     enough_g1_ = sides_->fitted.count() >= fewest_;
     if (enough_g1_ && (!found().findings.empty() || found().swap)) {
       Readings on_g1 = sides_->fitted;
-      alone_ = identify(on_g1, settings_.search);
+      alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
     result_.noise = noise_of(readings_, found().extended);
   }
@@ -260,7 +268,7 @@ class Diagnoser {
     return cause;
   }
 
-  [[nodiscard]] const Identification& found() const { return result_.identified; }
+  [[nodiscard]] const NamedCauses& found() const { return result_.named; }
 
   Diagnosis result_;
   const DiagnosisSettings& settings_;
@@ -272,8 +280,8 @@ class Diagnoser {
   Eigen::Index fewest_;
   std::optional<FittedAndJudged> sides_;  // of readings_
   bool enough_g1_ = false;
-  std::optional<Identification> alone_;  // what G1 alone shows
-  JointFit names_;                       // robot and named causes, without anything smooth
+  std::optional<NamedCauses> alone_;  // what G1 alone shows
+  JointFit names_;                    // robot and named causes, without anything smooth
 };
 
 }  // namespace

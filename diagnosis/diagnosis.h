@@ -3,6 +3,13 @@
 //
 //   all points -> causes -> robot and causes refitted on G1 alone -> judged on G2
 //   G1 alone   -> causes again: what both show is confirmed, the rest suspected
+//
+// Example:
+//   const simulation::ForwardModel model(rig);
+//   const std::vector<bool> judged = in_g2;  // by trial
+//   const DiagnosisSettings settings{.null_draws = 0, .with_gain = false};  // quick
+//   const Diagnosis found = diagnose(model, trials, judged, settings);
+//   for (const Cause& cause : found.causes) show(cause.finding.hypothesis.name());
 #pragma once
 
 #include <cstdint>
@@ -14,14 +21,14 @@
 
 #include "diagnosis/estimates.h"
 #include "diagnosis/gain.h"
-#include "diagnosis/identify.h"
 #include "diagnosis/limits.h"
+#include "diagnosis/naming.h"
 #include "diagnosis/scatter.h"
 
 namespace sixdial::diagnosis {
 
 struct DiagnosisSettings {
-  Settings search;
+  NamingSettings search{};
   /// Draws of the simulated null behind the false alarm probability, and of the poses behind
   /// the intervals of the gain.
   int null_draws = 200;
@@ -42,7 +49,7 @@ struct Cause {
   double gain_mm = 0.0;  // mean position error on G2 without it less with it
 };
 
-/// What is left, and on what it depends, before and after the causes.
+/// What the fit leaves over and on which covariates it depends, before and after the causes.
 struct Dependence {
   std::vector<std::string> covariates;  // as UnknownCandidate's
   std::string enters;
@@ -66,10 +73,11 @@ struct ParameterChange {
 };
 
 struct Diagnosis {
-  /// What was explained: exchanged dials set right, the tool placed by the extended fit. Empty
-  /// where the diagnosis was stopped before. Needs the model that diagnose() was given.
+  /// The readings as the diagnosis used them: exchanged dials set right, directions of travel
+  /// by the extended fit. Empty where the diagnosis was cancelled before. The model given to
+  /// diagnose() must outlive it.
   std::optional<Readings> readings;
-  Identification identified;
+  NamedCauses named;
   std::vector<Cause> causes;  // the exchanged dials first, then by evidence
   Noise noise;
   Remainder unexplained;

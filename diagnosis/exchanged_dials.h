@@ -9,9 +9,10 @@
 
 namespace sixdial::diagnosis {
 
-/// Tried only where much of the session is gross or far off, by exchanging the readings: it has
-/// no size that a fit could find. The pair whose exchange explains the session best, if it does
-/// so beyond doubt; then `readings` and `baseline` come out with the exchange undone.
+/// Looks for two exchanged dials, but only where much of the session is gross or far off. An
+/// exchange has no size that a fit could find, so each pair is tried by exchanging its
+/// readings. Returns the pair that explains the session best, if it does so beyond doubt;
+/// `readings` and `baseline` are then changed to the session with the exchange undone.
 [[nodiscard]] std::optional<Hypothesis> find_exchanged_dials(
     Readings& readings, const std::vector<Hypothesis>& hypotheses, JointFit& baseline);
 

@@ -5,16 +5,16 @@
 
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 
-/// Log odds against what cannot be.
+/// Log odds against a rival that is impossible.
 inline constexpr double kNever = 1e6;
 
-/// A named effect, and what its parameters, its search and its being one of so many cost it in
-/// log evidence.
+/// A named effect, and its cost in log evidence: for its parameters, for the values that were
+/// searched, and for having been picked out of a whole catalogue.
 struct Chosen {
   Candidate candidate;
   double cost = 0.0;
@@ -30,28 +30,31 @@ struct Explanation {
 class Search {
  public:
   /// `readings` and `settings` must outlive it.
-  Search(const Readings& readings, const Settings& settings, std::vector<Hypothesis> hypotheses)
+  Search(
+      const Readings& readings, const NamingSettings& settings,
+      std::vector<Hypothesis> hypotheses)
       : readings_(readings), settings_(settings), hypotheses_(std::move(hypotheses)) {}
 
   /// Candidates that are not in the explanation yet, best first.
   [[nodiscard]] std::vector<Candidate> scored(const Explanation& with) const;
-  /// The same with gross readings counted like all others: a step shortly before the end looks
-  /// like a few gross readings. Empty if there are next to none.
+  /// The same, but gross readings count like all others: a step shortly before the end of a
+  /// session looks like a few gross readings. Empty if there are hardly any.
   [[nodiscard]] std::vector<Candidate> scored_with_gross(const Explanation& with) const;
 
   /// Without effect i; without smooth function i.
   [[nodiscard]] Explanation without(const Explanation& all, std::size_t i) const;
   [[nodiscard]] Explanation without_unknown(const Explanation& all, std::size_t i) const;
-  /// One for each candidate of the short list: what there is and this one, best first.
-  /// `afresh`: every reading counts at first, also those that were gross.
+  /// The explanation with one more effect, for each candidate of the short list; best first.
+  /// With `afresh`, every reading counts when the fit starts, also those that looked gross
+  /// before.
   [[nodiscard]] std::vector<Explanation> with_one_more(
       const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
       bool afresh = false) const;
   /// The same names with what smooth functions add, if that is more than nothing.
   [[nodiscard]] Explanation with_unknown(const Explanation& names) const;
 
-  /// After a new name has come in: an earlier one may have a better rival now, or may no longer
-  /// be worth its cost.
+  /// Looks at the earlier effects again after a new one was added: one of them may have a
+  /// better rival now, or may not be worth its cost any more.
   void reconsider(Explanation& now) const;
 
  private:
@@ -61,7 +64,7 @@ class Search {
       bool afresh = false) const;
 
   const Readings& readings_;
-  const Settings& settings_;
+  const NamingSettings& settings_;
   std::vector<Hypothesis> hypotheses_;
 };
 

@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "diagnosis/tool_shift.h"
 
 namespace sixdial::diagnosis {
@@ -26,14 +26,14 @@ struct GainRow {
   GainModel model = GainModel::kNominal;
   bool network = false;               // with a network on joint angles on top
   std::optional<Hypothesis> without;  // of kWithout: the cause left out
-  /// Position error [mm]: the shift of the tool that explains a sample's residuals best.
+  /// Position error [mm] of a sample: the shift of the tool that explains its residuals best.
   double mean_mm = 0.0, std_mm = 0.0, max_mm = 0.0;
   double rms_mm = 0.0;                 // of the readings
   std::vector<double> rms_by_dial_mm;  // in the order of rig.dials (or x, y); NaN: none
   /// Mean position error less that of "calibrated", with a 95 % interval over the poses.
   double difference_mm = 0.0, low_mm = 0.0, high_mm = 0.0;
-  /// Of the mean square above the noise, what the calibrated model leaves and this removes;
-  /// NaN where there is next to nothing.
+  /// Share of the calibrated model's mean squared error, less the noise, that this model
+  /// removes; NaN where there is hardly anything to remove.
   double removed_share = 0.0;
 };
 
@@ -53,7 +53,7 @@ struct GainSettings {
   bool table = true;  // false: the odds of the causes alone, no rows
 };
 
-/// The same readings twice: those counted that were fitted, and those counted that judge.
+/// The same readings twice: once G1 is fitted, once G2 is judged.
 struct FittedAndJudged {
   Readings fitted;  // G1
   Readings judged;  // G2
@@ -63,7 +63,8 @@ struct FittedAndJudged {
 struct GainQuestion {
   const Readings& all;        // as they were explained: exchanged dials set right
   FittedAndJudged explained;  // the same, by side
-  /// As they were measured, where dials were exchanged: what the models without causes face.
+  /// Where dials were exchanged: the readings as they were measured, by which the models
+  /// without causes are judged.
   std::optional<FittedAndJudged> as_measured;
   const JointFit& baseline;
   const JointFit& extended;  // names the causes, and says where to start

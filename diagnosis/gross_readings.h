@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 
 namespace sixdial::diagnosis {
 

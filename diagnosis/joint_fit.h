@@ -38,8 +38,8 @@ struct JointFit {
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
 };
 
-/// Fits from a start. Parameters that the data cannot tell keep their start (minimum norm).
-/// `near`: a fit of a similar model, whose scale of errors to start with.
+/// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
+/// the fit of a similar model, whose noise is a good first guess.
 [[nodiscard]] JointFit fit_jointly(
     const Readings& readings, const simulation::ModelVector& start,
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
@@ -50,7 +50,8 @@ struct JointFit {
 [[nodiscard]] Eigen::VectorXd residual_at_rest_mm(
     const Readings& readings, const JointFit& fit);
 
-/// What else may change without being noticed: columns are projected off everything fitted.
+/// Removes from a column what the fitted parameters can imitate: what is left is what could be
+/// noticed.
 class Projector {
  public:
   explicit Projector(const JointFit& fit);

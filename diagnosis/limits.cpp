@@ -94,7 +94,7 @@ class LimitStudy {
  public:
   LimitStudy(
       const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-      const Settings& settings)
+      const NamingSettings& settings)
       : readings_(readings), fit_(fit), projector_(fit), settings_(settings) {
     draw_noise();
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
@@ -313,7 +313,7 @@ class LimitStudy {
   const Readings& readings_;
   const JointFit& fit_;
   Projector projector_;
-  const Settings& settings_;
+  const NamingSettings& settings_;
   std::vector<Seen> all_;
   Eigen::MatrixXd noise_;  // count x draws
   Eigen::RowVectorXd noise_squares_;
@@ -324,7 +324,7 @@ class LimitStudy {
 
 std::vector<Limit> limits_of(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-    const Settings& settings) {
+    const NamingSettings& settings) {
   return LimitStudy(readings, fit, hypotheses, settings).limits();
 }
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 
 namespace sixdial::diagnosis {
 
@@ -31,6 +31,6 @@ struct Limit {
 /// Of every testable hypothesis beside what is already explained by `fit`.
 [[nodiscard]] std::vector<Limit> limits_of(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
-    const Settings& settings);
+    const NamingSettings& settings);
 
 }  // namespace sixdial::diagnosis

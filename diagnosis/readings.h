@@ -23,13 +23,13 @@ struct Row {
 
 class Readings {
  public:
-  /// Trials in time order; the model must outlive this. Dials are used if any trial has one;
-  /// else positions. Only numbers of trials that `counts` says count are taken (all if it is
-  /// empty); the others still are a sample's past.
+  /// `trials` are in time order; the model must outlive this object. Dial readings are used if
+  /// any trial has one, else positions. `counts` says which trials are fitted (empty: all); the
+  /// others are still needed as the past of those after them.
   Readings(
       const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
       std::vector<bool> counts = {});
-  /// The same session, other trials counted.
+  /// The same session, with other trials fitted.
   [[nodiscard]] Readings counting(std::vector<bool> counts) const;
 
   /// The same session as if one dial had never touched.
@@ -39,7 +39,7 @@ class Readings {
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
 
   [[nodiscard]] bool has_dials() const { return has_dials_; }
-  /// Of the instrument, or of a position: Row::dial is below it.
+  /// Number of channels: dials, or the axes of a position. Row::dial is below it.
   [[nodiscard]] std::size_t channel_count() const { return channels_; }
   [[nodiscard]] Eigen::Index count() const { return measured_mm_.size(); }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "calibration/noise.h"
 #include "diagnosis/gross_readings.h"
 #include "diagnosis/thresholds.h"
 #include "geometry/same_pose.h"
@@ -84,7 +85,7 @@ class Repeats {
 
 Noise noise_of(const Readings& readings, const JointFit& fit, std::optional<std::size_t> only) {
   const Repeats repeats(readings, fit, only);
-  if (repeats.freedom() >= kEnoughRepeats && repeats.sigma_mm() > 0) {
+  if (repeats.freedom() >= calibration::kEnoughRepeats && repeats.sigma_mm() > 0) {
     return {NoiseSource::kRepeats, repeats.sigma_mm(), repeats.freedom()};
   }
   return {

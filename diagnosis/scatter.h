@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "calibration/uncertainty.h"
 #include "diagnosis/joint_fit.h"
 
 namespace sixdial::diagnosis {
 
-enum class NoiseSource { kRepeats, kRigFile };
+using calibration::NoiseSource;
 
 struct Noise {
   NoiseSource source = NoiseSource::kRigFile;
@@ -17,8 +18,8 @@ struct Noise {
   int degrees_of_freedom = 0;  // 0: taken as known
 };
 
-/// From repeats without their gross readings where there are enough, else from the rig file; of
-/// all dials, or of one.
+/// Noise from repeated points, gross readings left out, if there are enough; else from the rig
+/// file. Of all dials together, or of one.
 [[nodiscard]] Noise noise_of(
     const Readings& readings, const JointFit& fit, std::optional<std::size_t> only = {});
 
@@ -33,7 +34,7 @@ struct Scatter {
   bool of_all = false;           // of the dials that do not stand out, together
   std::vector<NoisyDial> dials;  // that stand out
 };
-/// What is left against the noise.
+/// Compares what the fit leaves with the noise.
 [[nodiscard]] Scatter scatter_of(
     const Readings& readings, const JointFit& fit, const Noise& noise);
 

@@ -1,7 +1,6 @@
-// Which effect explains what the fit leaves? Every candidate's columns are projected off the
-// fitted parameters' Jacobian and tried against the residual (score), the best are fitted
-// jointly and compared by evidence. notes: nested evidence, n/2 ln SSE with a gross-error
-// component.
+// Which effect explains what a fit leaves over? The readings that each effect would cause are
+// first freed of what the fitted parameters can imitate, then compared with the residual: its
+// score. The best are fitted together with the robot and compared by their evidence.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +23,7 @@ struct Hypothesis {
   }
 };
 
-/// What a hypothesis would do here, projected off everything already fitted.
+/// What an effect would explain of the residual, beyond what the fitted parameters can imitate.
 struct Candidate {
   Hypothesis hypothesis;
   double searched = 0.0;   // best searched value, if the effect has one
@@ -56,17 +55,17 @@ struct NotTestable {
 [[nodiscard]] std::vector<Candidate> score_all(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses);
 
-/// Draws of noise through the same search: the share of them whose best candidate is at least
-/// as good as a whole catalogue's `p_value`. Never 0: one more draw could be.
+/// The same search on sessions of pure noise: the share of draws whose best candidate is at
+/// least as significant as `p_value`. Never 0, because one more draw might be.
 [[nodiscard]] double simulated_false_alarm(
     const Readings& readings, const JointFit& baseline,
     const std::vector<Hypothesis>& hypotheses, double p_value, int draws, std::uint64_t seed);
 
-/// An effect without size, at a searched value if it has one.
+/// The effect with size 0, at a searched value if it has one.
 [[nodiscard]] simulation::ActiveEffect at_rest(
     const Hypothesis& hypothesis, double searched = 0.0);
 
-/// Least significance of the best of a whole catalogue: 1 - prod(1 - p_i).
+/// Significance of the best of a whole catalogue of tries: 1 - prod(1 - p_i).
 [[nodiscard]] double family_p_value(const std::vector<Candidate>& candidates);
 
 }  // namespace sixdial::diagnosis

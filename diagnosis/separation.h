@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 
 namespace sixdial::diagnosis {
 
@@ -28,9 +28,9 @@ struct Separation {
   double log_odds_now = 0.0;        // expected of the session as it is
 };
 
-/// `fit` explains the session with cause number `cause` among its effects. `rival`: what it is
-/// tied with; empty: cause against nothing. Poses that cannot be taken are passed over. Each
-/// candidate is taken once.
+/// `fit` explains the session and has the cause as its effect number `cause`. `rival`: the
+/// effect it is tied with; empty: the cause against none. Poses that the robot or the dials
+/// cannot take are left out. Each candidate is taken once.
 [[nodiscard]] Separation separating_poses(
     const Readings& readings, const JointFit& fit, std::size_t cause,
     const std::optional<simulation::ActiveEffect>& rival, std::span<const PosePoint> candidates,

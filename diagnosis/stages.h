@@ -1,5 +1,5 @@
-// How a small error that nobody has named would show in every reading, by where it enters on
-// the way from joint values to readings.
+// How a small error of unknown cause would show in every reading, depending on the stage
+// between joint values and readings at which it enters.
 #pragma once
 
 #include <Eigen/Core>

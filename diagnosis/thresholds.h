@@ -1,7 +1,7 @@
 // The numbers that decide a verdict, in one place; those that the user may change are in
-// Settings (identify.h). They were chosen on simulated sessions of the blind challenge, whose
-// hidden effects leave 0.1 to 5 times the noise (mock_devices/hidden/all_causes.cpp), so that
-// the table of spec 4 is kept. Numbers of the arithmetic alone stand where they are used.
+// NamingSettings (naming.h). They were chosen on simulated sessions of the blind challenge,
+// whose hidden effects leave 0.1 to 5 times the noise (mock_devices/hidden/all_causes.cpp), so
+// that the table of spec 4 is kept. Numbers of the arithmetic alone stand where they are used.
 #pragma once
 
 #include <cstddef>
@@ -37,8 +37,7 @@ inline constexpr double kFarOff = 8.0;
 inline constexpr double kExchangeLogOdds = 50.0;
 
 // ---- Noise.
-/// Repeats tell the noise with at least so many degrees of freedom (a fifth of it, one sigma).
-inline constexpr int kEnoughRepeats = 10;
+// Repeats tell it from calibration::kEnoughRepeats degrees of freedom on.
 /// Scatter is more than the noise at this level of chance; against a rig file's figure, which
 /// is a maker's word and not a measurement, it must be larger by this factor as well.
 inline constexpr double kScatterLevel = 1e-3;
@@ -50,8 +49,8 @@ inline constexpr double kUnevenFactor = 1.3;
 inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of the parameters
 
 // ---- Names.
-/// Columns that less than this share survives of are absorbed by the fitted parameters: what is
-/// left is rounding.
+/// If less than this share of an effect's signal is left once the fitted parameters have taken
+/// over what they can, they absorb the effect: the rest is rounding.
 inline constexpr double kLeastSurviving = 1e-5;
 /// Sizes are believed by a Cauchy density of this width, in plausible sizes: a hundred times
 /// what rigs of this kind show costs six units of log evidence, and is named if nothing else

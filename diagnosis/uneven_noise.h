@@ -1,4 +1,5 @@
-// Dials that scatter more than the others: one noise for all would make causes of theirs.
+// Dials that scatter more than the others. With one noise for all dials, their scatter would be
+// taken for causes.
 #pragma once
 
 #include <vector>

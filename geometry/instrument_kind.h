@@ -6,6 +6,12 @@
 //
 // x are the instrument's own parameters (where it stands, how it is held), the same for a whole
 // session; unknowns belong to one sample alone (how a cuboid held in a free hand is turned).
+//
+// Example:
+//   const auto instrument = instrument_of(rig);  // what [instrument] of rig.toml names
+//   for (const ChannelInfo& channel : instrument->channels) show(channel.name, channel.unit);
+//   instrument->channel_count();  // -> 6
+//   instrument->find_channel("B");  // -> 1
 #pragma once
 
 #include <Eigen/Core>
@@ -75,9 +81,9 @@ struct InstrumentKind {
   /// The instrument of a rig. Says why the rig cannot have it.
   tl::expected<std::shared_ptr<const InstrumentModel>, std::string> (*of_rig)(const Rig& rig) =
       nullptr;
-  /// Readings and derivatives for the poses `X` of the robot's frames. `unknowns` may be empty:
-  /// the instrument's own guess then holds and they have no derivative. With `say_shown`,
-  /// Observation::shows is filled.
+  /// Computes the readings and their derivatives from the poses `X` of the robot's frames. If
+  /// `unknowns` is empty, the instrument guesses them itself, and there is no derivative by
+  /// them. Observation::shows is filled only with `say_shown`.
   void (*observe)(
       const InstrumentModel& instrument, std::span<const double> x,
       std::span<const double> unknowns, std::span<const Pose<double>> X, bool say_shown,
@@ -87,7 +93,7 @@ struct InstrumentKind {
 /// Every kind; rows added at run time come last.
 [[nodiscard]] std::span<const InstrumentKind* const> instrument_kinds();
 [[nodiscard]] const InstrumentKind* find_instrument_kind(std::string_view name);
-/// As add_robot_kind.
+/// Adds a row while the program runs, under the rules of add_robot_kind.
 const InstrumentKind& add_instrument_kind(InstrumentKind kind);
 
 /// The instrument that a rig names. Throws std::invalid_argument, with the rig's name, if there

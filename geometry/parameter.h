@@ -20,6 +20,11 @@ struct ParameterInfo {
   double change = 1.0;
   FileRange range = FileRange::kAny;
   bool optional = false;  // a rig file may leave it out: the robot's usual value holds
+  /// Standard deviation before any sample, by manufacture and mounting [unit]; 0: as is usual
+  /// for a number of its unit.
+  double known_to = 0.0;
+  std::string meaning{};  // "proximal link of leg 1"
+  std::string plainly{};  // the same for who stands at the rig: "motor link, leg 1"
 };
 
 }  // namespace sixdial::geometry

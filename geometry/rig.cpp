@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/tool.h"
 #include "geometry/units.h"
 
 namespace sixdial::geometry {
@@ -48,23 +49,36 @@ ParameterVector table_2_robot() {
   return v;
 }
 
+std::optional<int> cuboid_link(const Rig& rig) {
+  if (rig.cuboid.mount == Mount::kFree) return std::nullopt;
+  return rig.robot.model->find_frame(
+      rig.cuboid.mount == Mount::kDistal1 ? "distal1" : "distal2");
+}
+
 tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig) {
-  if (rig.cuboid.mount == Mount::kFree || rig.robot.model->kind != &five_bar) return 0.0;
+  const std::optional<int> link = cuboid_link(rig);
+  if (!link) return 0.0;
   const Robot& robot = rig.robot;
-  const auto q = inverse(robot.nominal, rig.cuboid.reference_pose_mm, robot.working_mode);
+  const Tool tool(robot.model, 2);
+  const auto q = tool.inverse(robot.nominal, rig.cuboid.reference_pose_mm, robot.working_mode);
   if (!q) return tl::unexpected(q.error());
-  const auto assembly = assembly_at(robot.nominal, *q, rig.cuboid.reference_pose_mm);
+  const auto assembly = tool.assembly_at(robot.nominal, *q, rig.cuboid.reference_pose_mm);
   if (!assembly) return tl::unexpected(assembly.error());
-  const auto pose = forward(robot.nominal, *q, *assembly);
-  if (!pose) return tl::unexpected(pose.error());
-  return pose->distal_angle(rig.cuboid.mount == Mount::kDistal1 ? 0 : 1);
+  return planar_pose(*robot.model, robot.nominal, *q, *assembly, link)
+      .map([](const PlanarPose& pose) { return pose.link_rad; });
+}
+
+double cuboid_angle(
+    const Rig& rig, double reference_angle_rad, double link_rad, double clamp_rad) {
+  if (rig.cuboid.mount == Mount::kFree) return clamp_rad;
+  return std::remainder(link_rad - reference_angle_rad, 2 * std::numbers::pi) + clamp_rad;
 }
 
 double cuboid_angle(
     const Rig& rig, double reference_angle_rad, const ForwardPose& pose, double clamp_rad) {
   if (rig.cuboid.mount == Mount::kFree) return clamp_rad;
-  const double link = pose.distal_angle(rig.cuboid.mount == Mount::kDistal1 ? 0 : 1);
-  return std::remainder(link - reference_angle_rad, 2 * std::numbers::pi) + clamp_rad;
+  const double link_rad = pose.distal_angle(rig.cuboid.mount == Mount::kDistal1 ? 0 : 1);
+  return cuboid_angle(rig, reference_angle_rad, link_rad, clamp_rad);
 }
 
 }  // namespace sixdial::geometry

@@ -71,13 +71,19 @@ struct Rig {
 /// Table 2's identified parameters [mm, rad].
 [[nodiscard]] ParameterVector table_2_robot();
 
-/// Angle in W [rad] of the cuboid's distal link at the reference pose by nominal parameters;
-/// 0 for a free mount or another robot than the five-bar, which has no such link. Fails if the
-/// reference pose cannot be reached.
+/// The robot's frame that the cuboid turns with; empty for a free mount or a robot without
+/// such a link.
+[[nodiscard]] std::optional<int> cuboid_link(const Rig& rig);
+
+/// Angle in W [rad] of the cuboid's link at the reference pose by nominal parameters; 0 where
+/// there is none. Fails if the reference pose cannot be reached.
 [[nodiscard]] tl::expected<double, KinematicTrouble> reference_link_angle(const Rig& rig);
 
 /// gamma [rad] at a pose: link angle now minus at the reference, plus the clamp angle;
 /// continuous around the reference (within +-pi). 0 + clamp for a free mount.
+[[nodiscard]] double cuboid_angle(
+    const Rig& rig, double reference_angle_rad, double link_rad, double clamp_rad);
+/// The same of a five-bar.
 [[nodiscard]] double cuboid_angle(
     const Rig& rig, double reference_angle_rad, const ForwardPose& pose, double clamp_rad);
 

@@ -41,6 +41,8 @@ std::string_view describe(KinematicTrouble trouble) {
       return "both elbows coincide there, so the tool is not determined";
     case KinematicTrouble::kBadParameters:
       return "a length is not positive or a number is not finite";
+    case KinematicTrouble::kNoInverse:
+      return "joint values cannot be computed for this kind of robot";
   }
   return "unknown kinematic trouble";
 }
@@ -57,6 +59,17 @@ std::optional<int> RobotModel::find_frame(std::string_view name) const {
 std::optional<int> RobotModel::find_parameter(std::string_view name) const {
   return index_of(
       parameters, name, [](const ParameterInfo& each) { return std::string_view(each.name); });
+}
+
+std::string_view RobotModel::mode_name(WorkingMode mode) const {
+  const auto found = std::ranges::find(modes, mode.number, &BranchInfo::number);
+  return found == modes.end() ? std::string_view{} : std::string_view(found->name);
+}
+
+std::optional<WorkingMode> RobotModel::find_mode(std::string_view name) const {
+  const auto found = std::ranges::find(modes, name, &BranchInfo::name);
+  if (found == modes.end()) return std::nullopt;
+  return WorkingMode(found->number);
 }
 
 Reached RobotModel::forward(

@@ -5,11 +5,14 @@
 //
 //   q, v, assembly --forward--> frames: [0] the tool E, then the kind's own (links, elbows)
 //
-//   const RobotModel& robot = *find_robot_kind("five_bar")->example();
-//   Frames at(robot);
-//   if (robot.forward(robot.nominal, q, Assembly::kLeft, at.X)) use(at.X[0].p);
-//
 // Frame W (the table), mm and rad. A revolute joint's value is in rad, a prismatic one's in mm.
+//
+// Example:
+//   const auto robot = find_robot_kind("five_bar")->example();
+//   const Eigen::Vector2d q(2.2, 0.9);  // theta1, theta2 [rad]
+//   Frames at(*robot);
+//   if (robot->forward(robot->nominal, q, Assembly::kLeft, at.X)) show(at.X[0].p);  // p_WE
+//   robot->parameters[0].name;  // -> "l11"
 #pragma once
 
 #include <Eigen/Core>
@@ -21,6 +24,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -36,6 +40,7 @@ enum class KinematicTrouble {
   kFolded,            // a dyad is folded onto itself
   kCoincidentElbows,  // D = 0: E is anywhere on a circle
   kBadParameters,     // a length is not positive or a number is not finite
+  kNoInverse,         // this kind of robot cannot say which joint values reach a pose
 };
 /// A clause for messages: "the legs cannot reach this pose".
 [[nodiscard]] std::string_view describe(KinematicTrouble trouble);
@@ -65,7 +70,8 @@ enum class JointKind { kRevolute, kPrismatic };
 struct JointInfo {
   std::string name;  // "theta1", "q3", or what a URDF calls it
   JointKind kind = JointKind::kRevolute;
-  /// The range that this robot usually moves in [rad or mm]; drawn from by tests, no limit.
+  /// Values that this robot usually takes [rad or mm]: tests draw from here. It is no limit of
+  /// the joint.
   double low = -1.0;
   double high = 1.0;
   [[nodiscard]] std::string_view unit() const {
@@ -77,6 +83,33 @@ struct JointInfo {
 struct BranchInfo {
   int number = 0;
   std::string name;  // "left"; "++"
+};
+
+/// Parameters that together move nothing, or almost nothing, and how people say it.
+struct NamedDirection {
+  std::vector<std::pair<std::string, double>> parts;  // name, change in scaled parameters
+  std::string words;
+};
+
+/// A robot in one pose as a drawing of the plane shows it [mm, W].
+struct Sketch {
+  enum class Part { kBase, kProximal, kDistal, kMotor, kJoint, kTool };
+  struct Line {
+    Eigen::Vector2d from, to;
+    Part part;
+  };
+  struct Dot {
+    Eigen::Vector2d at;
+    Part part;
+    std::string name;
+    Eigen::Vector2d name_off;  // where its name stands, from the dot
+    std::string anchor;        // "start", "middle" or "end" of the name stands there
+  };
+  std::vector<Line> lines;
+  std::vector<Dot> dots;
+  Eigen::Vector2d base{0, 0};               // origin of frame B
+  double base_rad = 0.0;                    // its turn in W
+  std::optional<KinematicTrouble> trouble;  // why there are neither lines nor dots
 };
 
 struct RobotKind;
@@ -101,15 +134,19 @@ struct RobotModel {
   const RobotKind* kind = nullptr;
   std::vector<JointInfo> joints;
   std::vector<ParameterInfo> parameters;
-  Eigen::VectorXd nominal;              // where a rig file gives no other value
-  std::vector<std::string> frames;      // names; the first is the tool, "E"
-  std::vector<BranchInfo> assemblies;   // poses that the same joint values allow, at least one
-  std::vector<BranchInfo> modes;        // joint values that the same pose allows, at least one
-  std::string mode_in_words;            // what a mode's name tells; empty: there is one mode
+  Eigen::VectorXd nominal;             // where a rig file gives no other value
+  std::vector<std::string> frames;     // names; the first is the tool, "E"
+  std::vector<BranchInfo> assemblies;  // poses that the same joint values allow, at least one
+  std::vector<BranchInfo> modes;       // joint values that the same pose allows, at least one
+  std::string mode_in_words;           // what a mode's name tells; empty: there is one mode
+  std::vector<NamedDirection> named_directions;
   std::shared_ptr<const void> details;  // what else the kind keeps, such as a URDF's chain
 
   [[nodiscard]] std::optional<int> find_frame(std::string_view name) const;
   [[nodiscard]] std::optional<int> find_parameter(std::string_view name) const;
+  /// Name of a mode, as "++"; empty if there is none of that number.
+  [[nodiscard]] std::string_view mode_name(WorkingMode mode) const;
+  [[nodiscard]] std::optional<WorkingMode> find_mode(std::string_view name) const;
   [[nodiscard]] int joint_count() const { return static_cast<int>(joints.size()); }
   [[nodiscard]] int parameter_count() const { return static_cast<int>(parameters.size()); }
 
@@ -160,19 +197,32 @@ struct RobotKind {
   Reached (*forward_derivative)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
       Assembly assembly, Frames& at) = nullptr;
-  /// Optional. Joint values that put the tool at X_WE (a planar pin: at its position) in a
-  /// mode. `near` is empty, or each joint takes the whole turns nearest to it.
+  /// Optional: inverse kinematics. Gives the joint values that put the tool at X_WE (a planar
+  /// robot only its position) in a working mode. With `near`, each angle is shifted by whole
+  /// turns to come as close to it as it can.
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;
+  /// Optional. The mode that a pose is in. Null: the one whose inverse comes nearest to it.
+  tl::expected<WorkingMode, KinematicTrouble> (*mode_of)(
+      const RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      Assembly assembly) = nullptr;
+  /// Optional, for speed: what planar_pose of tool.h says.
+  tl::expected<PlanarPose, KinematicTrouble> (*in_plane)(
+      const RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      Assembly assembly, std::optional<int> link, Eigen::Matrix2Xd* J_q) = nullptr;
+  /// Optional. A drawing with its tool at p_WE in the plane. Null: none can be made.
+  Sketch (*sketch)(
+      const RobotModel& robot, std::span<const double> v, const Eigen::Vector2d& p_WE,
+      WorkingMode mode) = nullptr;
 };
 
 /// Every kind, by name. Rows added at run time come last and stay for the rest of the program.
 [[nodiscard]] std::span<const RobotKind* const> robot_kinds();
 [[nodiscard]] const RobotKind* find_robot_kind(std::string_view name);
-/// Throws std::invalid_argument if the name is taken or a needed member is missing. The row
-/// that comes back stays for the rest of the program. Not while another thread uses the
-/// registry.
+/// Adds a row, which then stays for the rest of the program. Throws std::invalid_argument if
+/// the name is taken or a needed member is missing. No other thread may use the registry
+/// meanwhile.
 const RobotKind& add_robot_kind(RobotKind kind);
 
 }  // namespace sixdial::geometry

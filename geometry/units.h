@@ -1,6 +1,11 @@
 // Angles are radians everywhere inside; people read and write degrees. The factor between the
 // two stands here and nowhere else (mock_devices/ uses it as well: it is no physics).
 //   const double shown = rad * kDegPerRad;   const double rad = given_deg * kRadPerDeg;
+//
+// Example:
+//   const ShownUnit shown = shown_unit("rad");
+//   shown.name;  // -> "deg"
+//   show(shown.per_unit * rig.robot.nominal[7]);  // alpha, in degrees
 #pragma once
 
 #include <numbers>

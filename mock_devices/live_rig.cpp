@@ -118,7 +118,7 @@ bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s
   if (legs_.size() > kKeptMoves) legs_.pop_front();
   ++moves_started_;
   fault_ = RobotFault::kNone;
-  resting_state_ = RobotState::kInPosition;
+  resting_state_ = MotionState::kInPosition;
   return true;
 }
 
@@ -132,8 +132,8 @@ void LiveRig::stop(double time_s) {
 RobotReport LiveRig::robot(double time_s) const {
   RobotReport report;
   report.fault = fault_;
-  report.state = fault_ != RobotFault::kNone          ? RobotState::kFault
-                 : time_s < legs_.back().move.end_s() ? RobotState::kMoving
+  report.state = fault_ != RobotFault::kNone          ? MotionState::kFault
+                 : time_s < legs_.back().move.end_s() ? MotionState::kMoving
                                                       : resting_state_;
   report.q_rad = leg_at(time_s).move.at(time_s);
   report.moves_started = static_cast<std::uint16_t>(moves_started_);

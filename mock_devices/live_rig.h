@@ -14,11 +14,11 @@
 
 namespace sixdial::mock_devices {
 
-enum class RobotState : std::uint16_t { kIdle = 0, kMoving = 1, kInPosition = 2, kFault = 3 };
+enum class MotionState : std::uint16_t { kIdle = 0, kMoving = 1, kInPosition = 2, kFault = 3 };
 enum class RobotFault : std::uint16_t { kNone = 0, kOutOfReach = 1, kStopped = 2 };
 
 struct RobotReport {
-  RobotState state = RobotState::kIdle;
+  MotionState state = MotionState::kIdle;
   RobotFault fault = RobotFault::kNone;
   Eigen::Vector2d q_rad{0, 0};  // by the encoders
   std::uint16_t moves_started = 0;
@@ -92,7 +92,7 @@ class LiveRig {
   LiveRigHabits habits_;
   std::deque<Leg> legs_;
   std::vector<Dial> dials_;
-  RobotState resting_state_ = RobotState::kIdle;
+  MotionState resting_state_ = MotionState::kIdle;
   RobotFault fault_ = RobotFault::kNone;
   std::int64_t moves_started_ = 0;
   std::array<int, 2> approach_{0, 0};

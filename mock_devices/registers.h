@@ -39,7 +39,7 @@ class DialRegisterMap final : public RegisterMap {
 };
 
 /// How the controller's registers reach the robot.
-struct RobotPort {
+struct RobotCalls {
   std::function<RobotReport()> report;
   std::function<void(const Eigen::Vector2d& q_rad, int speed_percent)> start;
   std::function<void()> stop;
@@ -47,14 +47,14 @@ struct RobotPort {
 
 class RobotRegisterMap final : public RegisterMap {
  public:
-  explicit RobotRegisterMap(RobotPort port) : port_(std::move(port)) {}
+  explicit RobotRegisterMap(RobotCalls port) : port_(std::move(port)) {}
   std::optional<std::vector<std::uint16_t>> read(
       RegisterTable table, std::uint16_t address, std::uint16_t count) override;
   std::optional<ModbusException> write(
       std::uint16_t address, std::span<const std::uint16_t> values) override;
 
  private:
-  RobotPort port_;
+  RobotCalls port_;
   std::array<std::uint16_t, 6> holding_{0, 0, 0, 0, 0, 100};
 };
 

@@ -59,7 +59,7 @@ std::unique_ptr<Panel> RigBench::panel(std::string connection) {
   return std::make_unique<PanelOnBench>(*this, std::move(connection));
 }
 
-RobotPort RigBench::robot_port() {
+RobotCalls RigBench::robot_port() {
   return {
       .report = [this] { return robot(); },
       .start =

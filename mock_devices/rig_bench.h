@@ -41,7 +41,7 @@ class RigBench {
   /// The displays as one connection sees them; `connection` is what faults are ordered for. The
   /// bench must outlive it.
   [[nodiscard]] std::unique_ptr<Panel> panel(std::string connection);
-  [[nodiscard]] RobotPort robot_port();
+  [[nodiscard]] RobotCalls robot_port();
 
   /// Zero and hold act at once; the other faults wait in the book for their reply.
   void order_fault(std::size_t dial, const FaultOrder& order);

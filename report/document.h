@@ -44,8 +44,8 @@ struct Table {
   std::vector<std::vector<Cell>> rows{};
   std::vector<std::string> notes{};       // under the table
   std::optional<std::size_t> main_row{};  // printed bold
-  /// Of a table with more rows than this, the page shows the first half of so many and says
-  /// where the others are.
+  /// A table with more rows than this is shown by its first rows, half as many as this, and a
+  /// line that says where the others are.
   std::size_t rows_on_page = 200;
 };
 

@@ -89,8 +89,8 @@ std::optional<double> agreement(const ReportData& data, std::size_t method) {
       nearest_mm = distance_mm;
     }
     if (nearest == nullptr) continue;
-    const Eigen::Vector2d e = *points[i]->residual_mm[method];
-    const Eigen::Vector2d f = *nearest->residual_mm[method];
+    const Eigen::VectorXd e = *points[i]->residual_mm[method];
+    const Eigen::VectorXd f = *nearest->residual_mm[method];
     together += e.dot(f);
     apart += e.norm() * f.norm();
   }
@@ -121,7 +121,7 @@ Panel map_panel(
     Series series{.name = set_name(set), .mark = Mark::kArrows, .style = set_style(set)};
     for (const PointRow& p : data.points) {
       if (p.set != set || !p.measured_mm || !position_error(p, method)) continue;
-      const Eigen::Vector2d e = *p.residual_mm[method];
+      const Eigen::Vector2d e = p.residual_mm[method]->head<2>();
       series.x.push_back(p.measured_mm->x());
       series.y.push_back(p.measured_mm->y());
       series.dx.push_back(e.x());
@@ -134,7 +134,7 @@ Panel map_panel(
 
 std::string describe_convergence(const ReportData& data) {
   std::string out;
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     if (c.best_mm.empty()) continue;
     const double end = c.best_mm.back();
     const auto reached = std::find_if(
@@ -248,7 +248,7 @@ std::optional<Figure> error_by_point(const ReportData& data) {
       "The lower curves lie equally low in G1 and in G2 and no point stands out. A result that "
       "is good in G1 alone has learned its points by heart.";
   if (const auto result = result_index(data)) {
-    const Method& m = data.methods[*result];
+    const ShownMethod& m = data.methods[*result];
     out.here = fmt::format("{}: ", m.name);
     if (m.g1)
       out.here +=
@@ -264,7 +264,7 @@ std::optional<Figure> error_by_point(const ReportData& data) {
 std::optional<Figure> convergence(const ReportData& data) {
   Figure out{.id = "convergence", .title = "Convergence of the swarms"};
   bool settled = true;
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     if (c.best_mm.empty()) continue;
     Panel panel;
     panel.title = c.name;
@@ -309,17 +309,17 @@ namespace {
 
 /// Which length and which angle the last trace moved most after the first.
 std::string moved_most(const ReportData& data) {
-  const ParameterTrace& last = data.traces.back();
+  const studies::Trace& last = data.traces.back();
   if (data.traces.size() < 2 || last.error.empty() || data.traces.front().error.empty()) {
     return "";
   }
   const Eigen::VectorXd change = last.error.back() - data.traces.front().error.back();
   std::string words;
   for (const bool angle : {false, true}) {
-    const ParameterRow* most = nullptr;
+    const ShownParameter* most = nullptr;
     double shown = 0.0;
     for (std::size_t k = 0; k < data.parameters.size(); ++k) {
-      const ParameterRow& row = data.parameters[k];
+      const ShownParameter& row = data.parameters[k];
       const double moved = change[static_cast<Eigen::Index>(k)] * shown_per_unit(row);
       if ((row.unit == "deg") != angle) continue;
       if (most != nullptr && std::abs(moved) <= std::abs(shown)) continue;
@@ -338,14 +338,14 @@ std::string moved_most(const ReportData& data) {
 
 std::optional<Figure> parameter_traces(const ReportData& data) {
   std::size_t steps = 0;
-  for (const ParameterTrace& trace : data.traces) steps += trace.error.size();
+  for (const studies::Trace& trace : data.traces) steps += trace.error.size();
   if (steps == 0) return std::nullopt;
   Figure out{.id = "parameters_by_iteration", .title = "Parameter errors by step"};
   out.chart.panels_in_a_row = 5;
   out.chart.panel_height = 170;
   for (std::size_t k = 0; k < data.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const ParameterRow& row = data.parameters[k];
+    const ShownParameter& row = data.parameters[k];
     const double per_unit = shown_per_unit(row);
     Panel panel;
     panel.title = fmt::format("{} [{}]", symbol(row.name), row.unit);
@@ -353,7 +353,7 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
     panel.y = {.label = "", .unit = ""};
     double place = 0.0;
     int style = kStyleKinematic;
-    for (const ParameterTrace& trace : data.traces) {
+    for (const studies::Trace& trace : data.traces) {
       Series series{
           .name = fmt::format("{}, by {}", trace.name, trace.step),
           .mark = Mark::kStep,

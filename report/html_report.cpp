@@ -116,13 +116,13 @@ class Page {
     const auto& all = data_.head.instruments;
     if (all.empty()) return "";
     const bool alike = std::ranges::all_of(
-        all, [&](const Instrument& each) { return each.description == all[0].description; });
+        all, [&](const ShownDial& each) { return each.description == all[0].description; });
     std::string out = fmt::format(
         "{} {}", all.size(),
         alike && all.size() > 1 ? all[0].description + "s"
         : alike                 ? all[0].description
                                 : std::string("dial indicators"));
-    if (all[0].resolution_mm && std::ranges::all_of(all, [&](const Instrument& each) {
+    if (all[0].resolution_mm && std::ranges::all_of(all, [&](const ShownDial& each) {
           return each.resolution_mm == all[0].resolution_mm;
         })) {
       out += fmt::format(", resolution {} mm", exact(*all[0].resolution_mm));
@@ -157,10 +157,10 @@ class Page {
     if (data_.opening) return *data_.opening;
     const Verdict v = verdict(data_);
     Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
-    out.mood = v.state == RobotState::kCalibrated    ? "good"
-               : v.state == RobotState::kNotImproved ? "bad"
-                                                     : "open";
-    if (v.state != RobotState::kUnknown) {
+    out.mood = v.state == CalibrationState::kCalibrated    ? "good"
+               : v.state == CalibrationState::kNotImproved ? "bad"
+                                                           : "open";
+    if (v.state != CalibrationState::kUnknown) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
       out.basis = "mean position error before and after, " + v.basis;

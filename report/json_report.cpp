@@ -27,9 +27,12 @@ ordered_json value(const Cell& cell) {
   }
   return nullptr;
 }
-ordered_json pair(const std::optional<Eigen::Vector2d>& v) {
+template <typename Vector>
+ordered_json numbers(const std::optional<Vector>& v) {
   if (!v) return nullptr;
-  return {value(v->x()), value(v->y())};
+  ordered_json out = ordered_json::array();
+  for (const double each : *v) out.push_back(value(each));
+  return out;
 }
 ordered_json list(const std::vector<double>& values) {
   ordered_json out = ordered_json::array();
@@ -58,7 +61,7 @@ ordered_json rows(const Table& table) {
 
 ordered_json head(const Head& h) {
   ordered_json instruments = ordered_json::array();
-  for (const Instrument& i : h.instruments) {
+  for (const ShownDial& i : h.instruments) {
     instruments.push_back(
         {{"dial", value(i.id)},
          {"description", value(i.description)},
@@ -101,7 +104,7 @@ ordered_json state(const ReportData& data) {
   constexpr std::string_view kNames[] = {
       "unknown", "calibrated", "improved", "not_improved", "not_validated"};
   const Verdict v = verdict(data);
-  const bool known = v.state != RobotState::kUnknown;
+  const bool known = v.state != CalibrationState::kUnknown;
   return {
       {"state", kNames[static_cast<std::size_t>(v.state)]},
       {"headline", value(v.headline)},
@@ -120,16 +123,17 @@ ordered_json points(const ReportData& data) {
     ordered_json by_method = ordered_json::object();
     for (std::size_t m = 0; m < data.methods.size(); ++m) {
       by_method[valid_utf8(data.methods[m].id)] = {
-          {"residual_mm", m < p.residual_mm.size() ? pair(p.residual_mm[m]) : ordered_json()},
+          {"residual_mm",
+           m < p.residual_mm.size() ? numbers(p.residual_mm[m]) : ordered_json()},
           {"error_mm", value(position_error(p, m))}};
     }
     out.push_back(
         {{"set", value(p.set)},
          {"point", p.point},
          {"repeat", p.repeat},
-         {"theta_rad", pair(p.q_rad)},
-         {"target_mm", pair(p.target_mm)},
-         {"measured_mm", pair(p.measured_mm)},
+         {"theta_rad", numbers(p.q)},
+         {"target_mm", numbers(p.target_mm)},
+         {"measured_mm", numbers(p.measured_mm)},
          {"dials", value(p.dials)},
          {"temperature_c", value(p.temperature_c)},
          {"time_s", value(p.time_s)},
@@ -141,7 +145,7 @@ ordered_json points(const ReportData& data) {
 
 ordered_json quality(const ReportData& data) {
   ordered_json rejected = ordered_json::array();
-  for (const RejectedRow& r : data.rejected) {
+  for (const session::RejectedRow& r : data.rejected) {
     rejected.push_back({{"line", r.line}, {"reason", value(r.reason)}});
   }
   ordered_json bad = ordered_json::array();
@@ -174,7 +178,7 @@ ordered_json quality(const ReportData& data) {
 
 ordered_json identification(const ReportData& data) {
   ordered_json correlations = ordered_json::array();
-  for (const Correlation& c : data.correlations) {
+  for (const ShownCorrelation& c : data.correlations) {
     correlations.push_back(
         {{"first", value(c.first)},
          {"second", value(c.second)},
@@ -224,7 +228,7 @@ ordered_json block(const Block& b) {
 
 std::string json_report(const ReportData& data) {
   ordered_json swarms = ordered_json::array();
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     swarms.push_back({{"name", value(c.name)}, {"best_rmse_mm", list(c.best_mm)}});
   }
   ordered_json sections = ordered_json::array();

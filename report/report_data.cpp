@@ -3,39 +3,40 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/uncertainty.h"
 #include "geometry/units.h"
 
 namespace sixdial::report {
-namespace {
-constexpr double kNormal95 = 1.959963984540054;  // two-sided 95 % of the normal distribution
-}
+namespace {}
 
-double shown_per_unit(const ParameterRow& row) {
+double shown_per_unit(const ShownParameter& row) {
   return row.unit == "deg" ? geometry::kDegPerRad : 1.0;
 }
 
-std::vector<ParameterRow> parameter_rows(
-    const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
-    const std::optional<geometry::ParameterMatrix>& covariance,
-    const std::array<bool, geometry::kParameterCount>& held) {
-  std::vector<ParameterRow> out;
-  for (std::size_t k = 0; k < geometry::kParameters.size(); ++k) {
+std::vector<ShownParameter> parameter_rows(
+    const geometry::RobotModel& robot, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified, const std::optional<Eigen::MatrixXd>& covariance,
+    const std::vector<bool>& held) {
+  std::vector<ShownParameter> out;
+  for (std::size_t k = 0; k < robot.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const geometry::ParameterInfo& info = geometry::kParameters[k];
-    ParameterRow row{
+    const geometry::ParameterInfo& info = robot.parameters[k];
+    const bool is_held = k < held.size() && held[k];
+    ShownParameter row{
         .name = std::string{info.name},
         .unit = std::string{info.shown_unit},
+        .meaning = info.meaning,
         .nominal = nominal[i] * info.shown_per_unit,
         .identified = identified[i] * info.shown_per_unit,
         .sd = std::nullopt,
         .low = std::nullopt,
         .high = std::nullopt,
-        .held = held[k]};
-    if (covariance && !held[k]) {
+        .held = is_held};
+    if (covariance && !is_held) {
       const double sd = std::sqrt((*covariance)(i, i)) * info.shown_per_unit;
       row.sd = sd;
-      row.low = row.identified - kNormal95 * sd;
-      row.high = row.identified + kNormal95 * sd;
+      row.low = row.identified - calibration::kNormal_95 * sd;
+      row.high = row.identified + calibration::kNormal_95 * sd;
     }
     out.push_back(std::move(row));
   }
@@ -59,7 +60,7 @@ std::optional<ErrorStatistics> error_statistics(
   out.max_mm = *std::max_element(errors.begin(), errors.end());
   if (errors.size() > 1) {
     out.std_mm = std::sqrt(squares / (n - 1.0));
-    const double half = kNormal95 * out.std_mm / std::sqrt(n);
+    const double half = calibration::kNormal_95 * out.std_mm / std::sqrt(n);
     out.mean_low_mm = out.mean_mm - half;
     out.mean_high_mm = out.mean_mm + half;
   }
@@ -71,7 +72,7 @@ std::optional<std::size_t> result_index(const ReportData& data) {
   if (data.result_method.empty()) return data.methods.size() - 1;
   const auto found = std::find_if(
       data.methods.begin(), data.methods.end(),
-      [&](const Method& m) { return m.id == data.result_method; });
+      [&](const ShownMethod& m) { return m.id == data.result_method; });
   if (found == data.methods.end()) return std::nullopt;
   return static_cast<std::size_t>(found - data.methods.begin());
 }

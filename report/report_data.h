@@ -1,4 +1,4 @@
-// Everything that a calibration report shows, as plain values. service/ fills it from a stored
+// Everything that a calibration report shows, as plain values. report_run.h fills it from a
 // result; html_report.h, json_report.h and csv_report.h turn it into pages and tables.
 //
 // Sign: a residual is measured minus modelled position in W. (+0.010, 0) mm means that the tool
@@ -6,7 +6,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,14 +13,16 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/robot_kind.h"
 #include "report/document.h"
+#include "session/session.h"
+#include "studies/calibration_result.h"
 #include "studies/dial_residuals.h"
 
 namespace sixdial::report {
 
 /// A dial as the certificate lists it.
-struct Instrument {
+struct ShownDial {
   std::string id{};           // "A"
   std::string description{};  // maker and type, or "digital dial indicator"
   std::string serial{};       // empty: not known
@@ -47,25 +48,27 @@ struct Head {
   std::string profile{};  // "default" or "paper"
   std::vector<std::pair<std::string, std::string>>
       settings;  // name, value: what else was chosen
-  std::vector<Instrument> instruments{};
+  std::vector<ShownDial> instruments{};
 };
 
 /// One line of the paper's Table 2, in shown units (mm or deg).
-struct ParameterRow {
+struct ShownParameter {
   std::string name{}, unit{};
+  std::string meaning{};  // "proximal link of leg 1"; empty: the kind has no words
   double nominal = 0.0, identified = 0.0;
   std::optional<double> sd{}, low{}, high{};  // standard deviation, 95 % interval
   bool held = false;                          // these poses cannot identify it: kept at nominal
 };
 /// Shown value over stored value (mm, rad) of a row's unit.
-[[nodiscard]] double shown_per_unit(const ParameterRow& row);
-/// The ten robot parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
-[[nodiscard]] std::vector<ParameterRow> parameter_rows(
-    const geometry::ParameterVector& nominal, const geometry::ParameterVector& identified,
-    const std::optional<geometry::ParameterMatrix>& covariance,
-    const std::array<bool, geometry::kParameterCount>& held = {});
+[[nodiscard]] double shown_per_unit(const ShownParameter& row);
+/// A robot's parameters [mm, rad] as rows; sd and interval (1.96 sd) from the covariance.
+/// `held` by parameter; empty: none.
+[[nodiscard]] std::vector<ShownParameter> parameter_rows(
+    const geometry::RobotModel& robot, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified, const std::optional<Eigen::MatrixXd>& covariance,
+    const std::vector<bool>& held = {});
 
-struct Correlation {
+struct ShownCorrelation {
   std::string first{}, second{};
   double value = 0.0;
 };
@@ -78,7 +81,7 @@ struct ErrorStatistics {
 };
 
 /// One line of the paper's Table 6. `points[i].residual_mm[m]` belongs to `methods[m]`.
-struct Method {
+struct ShownMethod {
   std::string id{};    // "before", "ekf_dqpso", "ekf_dqpso+anfis", …
   std::string name{};  // "EKF-DQPSO & ANFIS"
   std::optional<ErrorStatistics> g1{}, g2{};
@@ -87,36 +90,24 @@ struct Method {
   bool on_map = true;               // a panel of the residual map
 };
 
+/// A joint, as the columns of its values are headed.
+struct ShownJoint {
+  std::string name{}, unit{};  // "q1"; "rad" or "mm"
+};
+
 struct PointRow {
   std::string set{};  // "G1", "G2" or another name
   int point = 0, repeat = 0;
-  std::optional<Eigen::Vector2d> q_rad{};        // encoder angles
-  std::optional<Eigen::Vector2d> target_mm{};    // in W
-  std::optional<Eigen::Vector2d> measured_mm{};  // in W; empty: contacts allow no position
-  std::string dials{};                           // those that gave the position: "CDB"
+  std::optional<Eigen::VectorXd> q{};               // joint by joint, as ReportData::joints
+  std::optional<geometry::Position> target_mm{};    // in W
+  std::optional<geometry::Position> measured_mm{};  // in W; empty: contacts allow no position
+  std::string dials{};                              // those that gave the position: "CDB"
   std::optional<double> temperature_c{};
-  std::optional<double> time_s{};   // since the first sample
-  std::vector<int> approach{0, 0};  // sign of each joint's last move, 0 unknown
-  std::vector<std::optional<Eigen::Vector2d>> residual_mm{};  // by method
+  std::optional<double> time_s{};  // since the first sample
+  std::vector<int> approach{};     // sign of each joint's last move, 0 unknown
+  std::vector<std::optional<geometry::Position>> residual_mm{};  // by method
 };
 
-/// A swarm's best objective so far, by iteration (paper's Fig. 8).
-struct Convergence {
-  std::string name{};             // "QPSO-1"
-  std::vector<double> best_mm{};  // RMSE; [0] is the start
-};
-
-/// Parameter errors by step (paper's Fig. 9): identified so far minus nominal [mm, rad].
-struct ParameterTrace {
-  std::string name{};                    // "EKF", "QPSO-2"
-  std::string step{};                    // "point", "iteration"
-  std::vector<Eigen::VectorXd> error{};  // as many as there are parameters
-};
-
-struct RejectedRow {
-  int line = 0;
-  std::string reason{};
-};
 struct BadReading {
   std::string set{};
   int point = 0, repeat = 0;
@@ -158,14 +149,14 @@ struct ReportData {
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
 
-  std::vector<ParameterRow> parameters{};
-  std::vector<Correlation> correlations{};  // those above 0.9 in absolute value
-  std::vector<double> singular_values{};    // of the scaled Jacobian
+  std::vector<ShownParameter> parameters{};
+  std::vector<ShownCorrelation> correlations{};  // those above 0.9 in absolute value
+  std::vector<double> singular_values{};         // of the scaled Jacobian
   std::optional<double> condition_number{};
-  std::vector<std::string> unidentifiable{};  // "alpha and dtheta1 + dtheta2 move together"
+  std::vector<std::string> unidentifiable{};  // "length rises while offset1 falls"
 
-  std::vector<Method> methods{};  // in the paper's order, "before" first
-  std::string result_method{};    // id of the one that is delivered; empty: the last
+  std::vector<ShownMethod> methods{};  // in the paper's order, "before" first
+  std::string result_method{};         // id of the one that is delivered; empty: the last
   /// The robot was commanded with the result and measured again (Fig. 7). Else figures after
   /// calibration are differences between measured and modelled positions.
   bool measured_again = false;
@@ -174,13 +165,15 @@ struct ReportData {
 
   std::optional<double> rmse_mm{};                // of the identified parameters on G1
   std::optional<double> least_squares_rmse_mm{};  // the minimum of the same objective
-  std::vector<Convergence> convergence{};
-  std::vector<ParameterTrace> traces{};
+  std::vector<studies::Convergence> convergence{};
+  std::vector<studies::Trace> traces{};
 
+  std::vector<ShownJoint> joints{};
+  int axes = 2;  // coordinates of positions, targets and residuals
   std::vector<PointRow> points{};
   std::vector<studies::DialRow> dials{};
   int samples = 0;  // all that were kept
-  std::vector<RejectedRow> rejected{};
+  std::vector<session::RejectedRow> rejected{};
   std::vector<BadReading> bad_readings{};
   std::vector<Outlier> outliers{};
 

@@ -13,7 +13,6 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
-#include "report/documents/inputs_json.h"
 #include "report/documents/summary.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
@@ -27,6 +26,7 @@
 #include "session/trials.h"
 #include "studies/compensate.h"
 #include "studies/dial_residuals.h"
+#include "studies/live_estimate.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -42,8 +42,8 @@ void check_belongs_together(
       std::string(studies::kHashPrefix) + session::data_sha256(session)) {
     return;
   }
-  throw studies::Error(
-      studies::ErrorCode::kBadData,
+  throw studies::StudyError(
+      studies::StudyErrorCode::kBadData,
       fmt::format("the session {} has other data than the result was made from", session.name),
       {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
 }
@@ -71,14 +71,18 @@ void add_times_and_temperatures(report::Head& head, const session::Session& sess
   if (last) head.measured_to = session::to_iso8601(*last);
 }
 
-std::vector<report::ParameterRow> parameters_of(const studies::CalibrationResult& result) {
-  std::vector<report::ParameterRow> rows;
+std::vector<report::ShownParameter> parameters_of(
+    const studies::CalibrationResult& result, const geometry::RobotModel& robot) {
+  std::vector<report::ShownParameter> rows;
   for (const studies::ParameterRow& each : result.parameters) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
     const auto scaled = [&](double value) { return if_finite(value * unit.per_unit); };
-    report::ParameterRow row;
+    report::ShownParameter row;
     row.name = each.name;
     row.unit = unit.name;
+    if (const auto known = robot.find_parameter(each.name)) {
+      row.meaning = robot.parameters[static_cast<std::size_t>(*known)].meaning;
+    }
     row.nominal = each.nominal * unit.per_unit;
     row.identified = each.identified * unit.per_unit;
     if (!each.fixed) {
@@ -111,11 +115,11 @@ std::vector<std::string> methods_on_map(const studies::CalibrationResult& result
       "before", studies::without_residual_model(result.result_method), result.result_method};
 }
 
-std::vector<report::Method> methods_of(const studies::CalibrationResult& result) {
+std::vector<report::ShownMethod> methods_of(const studies::CalibrationResult& result) {
   const std::vector<std::string> on_map = methods_on_map(result);
-  std::vector<report::Method> methods;
+  std::vector<report::ShownMethod> methods;
   for (const studies::MethodRow& each : result.methods) {
-    report::Method method;
+    report::ShownMethod method;
     method.id = each.id;
     method.name = studies::method_name(each.id);
     method.g1 = statistics_of(each.g1);
@@ -140,12 +144,13 @@ std::vector<report::PointRow> points_of(
     row.set = sample.set;
     row.point = sample.point;
     row.repeat = sample.repeat;
-    row.q_rad = sample.q;
+    row.q = sample.q;
     if (sample.target_mm) row.target_mm = *sample.target_mm;
     if (trial.position_mm) row.measured_mm = *trial.position_mm;
     row.temperature_c = sample.temperature_c;
     row.time_s = trial.time_s;
     row.approach = trial.approach;
+    row.approach.resize(static_cast<std::size_t>(sample.q.size()), 0);
     for (const int dial : trial.position_channels) {
       row.dials += session.rig.dials[static_cast<std::size_t>(dial)].id;
     }
@@ -155,7 +160,7 @@ std::vector<report::PointRow> points_of(
   for (const studies::PointResiduals& each : result.points) {
     report::PointRow& row = rows.at(static_cast<std::size_t>(each.sample));
     for (std::size_t k = 0; k < row.residual_mm.size() && k < each.residual_mm.size(); ++k) {
-      if (each.residual_mm[k]) row.residual_mm[k] = Eigen::Vector2d(*each.residual_mm[k]);
+      if (each.residual_mm[k]) row.residual_mm[k] = *each.residual_mm[k];
     }
   }
   return rows;
@@ -163,9 +168,7 @@ std::vector<report::PointRow> points_of(
 
 void add_data_quality(report::ReportData& data, const session::Session& session) {
   data.samples = static_cast<int>(session.samples.size());
-  for (const session::RejectedRow& row : session.rejected) {
-    data.rejected.push_back({.line = row.line, .reason = row.reason});
-  }
+  data.rejected = session.rejected;
   for (const session::Sample& sample : session.samples) {
     for (std::size_t i = 0; i < session.rig.dials.size() && i < sample.channels.size(); ++i) {
       const session::ChannelValue& value = sample.channels[i];
@@ -240,10 +243,10 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
   data.not_judged = std::move(verdict.not_judged);
 }
 
-/// Samples whose error after kinematics (row `id`) is over six times the usual (median) one.
+/// Samples whose error after kinematics (row `id`) is over kUnusual times the usual (median)
+/// one.
 void add_outliers(report::ReportData& data, const std::string& id) {
-  constexpr double kTimesUsual = 6.0;
-  const auto method = std::ranges::find(data.methods, id, &report::Method::id);
+  const auto method = std::ranges::find(data.methods, id, &report::ShownMethod::id);
   if (method == data.methods.end()) return;
   const auto column = static_cast<std::size_t>(method - data.methods.begin());
   std::vector<double> sizes;
@@ -256,7 +259,7 @@ void add_outliers(report::ReportData& data, const std::string& id) {
   for (const report::PointRow& row : data.points) {
     if (!row.residual_mm[column]) continue;
     const double size_mm = row.residual_mm[column]->norm();
-    if (size_mm <= kTimesUsual * usual_mm) continue;
+    if (size_mm <= studies::kUnusual * usual_mm) continue;
     data.outliers.push_back(
         {.set = row.set,
          .point = row.point,
@@ -302,14 +305,6 @@ void write_text(
 }  // namespace
 
 report::Head report_head(
-    const Json& document, const session::Session& session, const std::string& operator_name) {
-  const Json inputs = document.value("inputs", Json::object());
-  return report_head(
-      read<studies::Inputs>(inputs, document.value("schema", "")),
-      settings_rows(inputs.value("settings", Json::object())), session, operator_name);
-}
-
-report::Head report_head(
     const studies::Inputs& inputs, std::vector<std::pair<std::string, std::string>> settings,
     const session::Session& session, const std::string& operator_name) {
   report::Head head;
@@ -329,7 +324,7 @@ report::Head report_head(
   head.settings = std::move(settings);
   add_times_and_temperatures(head, session);
   for (const geometry::Dial& dial : session.rig.dials) {
-    report::Instrument instrument;
+    report::ShownDial instrument;
     instrument.id = dial.id;
     instrument.description = "digital dial indicator";
     instrument.connection = dial.connection;
@@ -345,12 +340,17 @@ report::Head report_head(
 
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
-    const std::string& operator_name, const Json& comparison, const Json& diagnosis) {
+    const std::string& operator_name, const Companions& companions) {
   check_belongs_together(result, session);
   report::ReportData data;
   data.head = report_head(
       result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
-  data.parameters = parameters_of(result);
+  const geometry::RobotModel& robot = *session.rig.robot.model;
+  data.parameters = parameters_of(result, robot);
+  for (const geometry::JointInfo& joint : robot.joints) {
+    data.joints.push_back({.name = joint.name, .unit = std::string(joint.unit())});
+  }
+  data.axes = session.rig.instrument.dimensions;
   for (const studies::CorrelationRow& each : result.identification.correlations) {
     data.correlations.push_back({each.first, each.second, each.coefficient});
   }
@@ -365,37 +365,27 @@ report::ReportData report_data(
   data.position_noise_mm = position_noise(session);
   data.rmse_mm = if_finite(result.rmse_mm);
   data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
-  for (const studies::Convergence& each : result.convergence) {
-    data.convergence.push_back({.name = each.name, .best_mm = each.best_mm});
-  }
-  for (const studies::Trace& each : result.traces) {
-    data.traces.push_back({.name = each.name, .step = each.step, .error = each.error});
-  }
+  data.convergence = result.convergence;
+  data.traces = result.traces;
   data.points = points_of(result, session);
-  data.dials = studies::dial_residuals(
-      session, session.rig.robot.nominal,
-      studies::compensation_model(result, studies::CompensateBy::kKinematics).v);
+  data.dials = studies::dial_residuals(session, session.rig.robot.nominal, result.identified());
   add_data_quality(data, session);
   if (result.gross_errors) {
     add_gross_errors(data, *result.gross_errors);
   } else {
     add_outliers(data, studies::without_residual_model(result.result_method));
   }
-  if (comparison.is_object()) {
-    append(data.sections, comparison_sections(comparison_from_json(comparison)));
+  if (companions.comparison != nullptr) {
+    append(data.sections, comparison_sections(*companions.comparison));
   }
   append(data.sections, residual_model_sections(result));
   if (result.assessment && result.gross_errors) {
     append(
-        data.sections,
-        assessment_sections(*result.assessment, result.precision, *result.gross_errors));
+        data.sections, assessment_sections(
+                           *result.assessment, result.precision, *result.gross_errors,
+                           !session.rig.dials.empty()));
   }
-  if (diagnosis.is_object()) {
-    const studies::DiagnosisResult found = diagnosis_from_json(diagnosis);
-    add_diagnosis(data, &found);
-  } else {
-    add_diagnosis(data, nullptr);
-  }
+  add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
   return data;
 }
@@ -403,8 +393,8 @@ report::ReportData report_data(
 std::vector<std::string> write_report(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const std::filesystem::path& folder,
-    const Json& comparison, const Json& diagnosis, std::vector<report::Section> more) {
-  report::ReportData data = report_data(result, session, operator_name, comparison, diagnosis);
+    const Companions& companions, std::vector<report::Section> more) {
+  report::ReportData data = report_data(result, session, operator_name, companions);
   // As found, as left is what such a report is made for: it comes first.
   for (const report::Section& section : more) {
     const auto* words =
@@ -417,8 +407,8 @@ std::vector<std::string> write_report(
   std::error_code trouble;
   std::filesystem::create_directories(folder, trouble);
   if (trouble) {
-    throw studies::Error(
-        studies::ErrorCode::kFile,
+    throw studies::StudyError(
+        studies::StudyErrorCode::kFile,
         fmt::format("cannot make the folder {}: {}", folder.string(), trouble.message()),
         {{"file", folder.string()}});
   }
@@ -429,11 +419,12 @@ std::vector<std::string> write_report(
     write_text(folder, table.name, table.text, files);
   }
   write_text(folder, "calibration.json", to_json(result).dump(1) + "\n", files);
-  if (comparison.is_object()) {
-    write_text(folder, "comparison.json", comparison.dump(1) + "\n", files);
+  if (companions.comparison != nullptr) {
+    write_text(
+        folder, "comparison.json", to_json(*companions.comparison).dump(1) + "\n", files);
   }
-  if (diagnosis.is_object()) {
-    write_text(folder, "diagnosis.json", diagnosis.dump(1) + "\n", files);
+  if (companions.diagnosis != nullptr) {
+    write_text(folder, "diagnosis.json", to_json(*companions.diagnosis).dump(1) + "\n", files);
   }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});

@@ -29,14 +29,18 @@ struct Covariate {
   std::function<std::optional<double>(const PointRow&)> of;
 };
 
-std::vector<Covariate> covariates() {
+std::vector<Covariate> covariates(const std::vector<ShownJoint>& joints) {
   std::vector<Covariate> out;
-  for (const int joint : {0, 1}) {
+  for (std::size_t joint = 0; joint < joints.size(); ++joint) {
+    const geometry::ShownUnit unit = geometry::shown_unit(joints[joint].unit);
     out.push_back(
-        {fmt::format("theta{}_deg", joint + 1), fmt::format("encoder angle {}", joint + 1),
-         "deg", false, [joint](const PointRow& p) -> std::optional<double> {
-           if (!p.q_rad) return std::nullopt;
-           return geometry::kDegPerRad * (*p.q_rad)[joint];
+        {fmt::format("{}_{}", joints[joint].name, unit.name),
+         fmt::format(
+             "encoder {} {}", joints[joint].unit == "rad" ? "angle" : "value", joint + 1),
+         std::string(unit.name), false,
+         [joint, unit](const PointRow& p) -> std::optional<double> {
+           if (!p.q) return std::nullopt;
+           return unit.per_unit * (*p.q)[static_cast<Eigen::Index>(joint)];
          }});
   }
   out.push_back({"time_min", "time", "min", false, [](const PointRow& p) {
@@ -45,12 +49,12 @@ std::vector<Covariate> covariates() {
   out.push_back({"temperature_c", "temperature", "\u00B0C", false, [](const PointRow& p) {
                    return p.temperature_c;
                  }});
-  for (const std::size_t joint : {0U, 1U}) {
+  for (std::size_t joint = 0; joint < joints.size(); ++joint) {
     out.push_back(
         {fmt::format("approach{}", joint + 1),
          fmt::format("joint {} arrives turning", joint + 1), "", true,
          [joint](const PointRow& p) -> std::optional<double> {
-           if (p.approach[joint] == 0) return std::nullopt;
+           if (joint >= p.approach.size() || p.approach[joint] == 0) return std::nullopt;
            return p.approach[joint];
          }});
   }
@@ -59,7 +63,7 @@ std::vector<Covariate> covariates() {
 
 struct Value {
   double at = 0.0;
-  Eigen::Vector2d e{0, 0};
+  Eigen::Vector2d e{0, 0};  // its components in the plane
 };
 
 /// [first, last) of `values` sorted by `at`: the two sides, or classes of equal count.
@@ -107,7 +111,8 @@ std::optional<std::size_t> kinematic_index(const ReportData& data) {
   const auto result = result_index(data);
   if (!result || *result == 0) return std::nullopt;
   const std::string& id = data.methods[*result].id;
-  const auto alone = std::ranges::find(data.methods, id.substr(0, id.find('+')), &Method::id);
+  const auto alone =
+      std::ranges::find(data.methods, id.substr(0, id.find('+')), &ShownMethod::id);
   if (alone != data.methods.end() && alone != data.methods.begin()) {
     return static_cast<std::size_t>(alone - data.methods.begin());
   }
@@ -165,12 +170,12 @@ std::optional<Figure> residual_by(const ReportData& data) {
   std::string most;
   double low_mm = 0.0;
   double high_mm = 0.0;
-  for (const Covariate& by : covariates()) {
+  for (const Covariate& by : covariates(data.joints)) {
     std::vector<Value> values;
     for (const PointRow& p : data.points) {
       const auto at = by.of(p);
       if (!at || !position_error(p, *method)) continue;
-      values.push_back({*at, *p.residual_mm[*method]});
+      values.push_back({*at, p.residual_mm[*method]->head<2>()});
     }
     if (values.size() < 2 * kFewest) continue;
     std::ranges::stable_sort(values, {}, &Value::at);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "report/text.h"
 
@@ -19,51 +20,71 @@ constexpr double kBody_mm = 9.0;         // radius of a dial
 constexpr double kBehind_mm = 4.0;       // of the body from the innermost place of its plunger
 constexpr double kLargestSide_mm = 5e4;  // of a picture: beyond that a rig file is wrong
 
-struct Pose {
-  Vector2d motor_1, motor_2, elbow_1, elbow_2, tool;
-};
+using Part = geometry::Sketch::Part;
 
-/// p_W0 and the motors; equation (1).
-Vector2d base_point(const geometry::ParameterVector& v, double along_mm) {
-  const double alpha = v[geometry::kAlpha];
-  return Vector2d(v[geometry::kX0], v[geometry::kY0]) +
-         along_mm * Vector2d(std::cos(alpha), std::sin(alpha));
+/// Class of a line or a dot in the picture's style sheet.
+std::string_view style_of(Part part) {
+  switch (part) {
+    case Part::kBase:
+      return "base";
+    case Part::kProximal:
+      return "proximal";
+    case Part::kDistal:
+      return "distal";
+    case Part::kMotor:
+      return "motor";
+    case Part::kJoint:
+      return "joint";
+    case Part::kTool:
+      return "tool";
+  }
+  return "";
 }
 
-tl::expected<Pose, geometry::KinematicTrouble> reference_pose(const geometry::Rig& rig) {
-  const geometry::ParameterVector& v = rig.robot.nominal;
-  const auto q = geometry::inverse(v, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
-  if (!q) return tl::unexpected(q.error());
-  const auto assembly = geometry::assembly_at(v, *q, rig.cuboid.reference_pose_mm);
-  if (!assembly) return tl::unexpected(assembly.error());
-  const auto pose = geometry::forward(v, *q, *assembly);
-  if (!pose) return tl::unexpected(pose.error());
-  return Pose{
-      base_point(v, -v[geometry::kD] / 2), base_point(v, v[geometry::kD] / 2), pose->p_WO3,
-      pose->p_WO4, pose->p_WE};
+double radius_mm(Part part) {
+  constexpr double kMotor_mm = 3.6;
+  constexpr double kTool_mm = 2.8;
+  constexpr double kJoint_mm = 2.4;
+  return part == Part::kMotor ? kMotor_mm : part == Part::kTool ? kTool_mm : kJoint_mm;
+}
+
+/// The robot with its tool at the reference pose; empty: its kind cannot be drawn.
+std::optional<geometry::Sketch> sketch_of(const geometry::Rig& rig) {
+  const geometry::RobotModel& robot = *rig.robot.model;
+  if (robot.kind->sketch == nullptr) return std::nullopt;
+  const Eigen::VectorXd& v = rig.robot.nominal;
+  return robot.kind->sketch(
+      robot, {v.data(), static_cast<std::size_t>(v.size())}, rig.cuboid.reference_pose_mm,
+      rig.robot.working_mode);
+}
+
+/// Something to hold against dials: not where an instrument gives the tool's position.
+bool has_cuboid(const geometry::Rig& rig) {
+  return !rig.dials.empty() || rig.instrument.kind == geometry::Instrument{}.kind;
 }
 
 class Drawing {
  public:
-  explicit Drawing(const geometry::Rig& rig) : rig_(rig), pose_(reference_pose(rig)) {}
+  explicit Drawing(const geometry::Rig& rig) : rig_(rig), sketch_(sketch_of(rig)) {}
 
   std::string text() {
-    cuboid();
-    if (pose_) links();
+    if (has_cuboid(rig_)) cuboid();
+    if (sketch_) links(*sketch_);
     for (const geometry::Dial& dial : rig_.dials) this->dial(dial);
-    const auto& v = rig_.robot.nominal;
-    const Vector2d base = base_point(v, 0.0);
     constexpr double kApart_mm = 12.0;  // nearer than that two names would be on one another
-    if (base.norm() < kApart_mm) {
+    if (!sketch_) {
+      frame("W table", Vector2d(0, 0), 0.0);
+    } else if (sketch_->base.norm() < kApart_mm) {
       frame("W table, B robot", Vector2d(0, 0), 0.0);
     } else {
       frame("W table", Vector2d(0, 0), 0.0);
-      frame("B robot", base, v[geometry::kAlpha]);
+      frame("B robot", sketch_->base, sketch_->base_rad);
     }
-    if (!pose_) {
+    if (sketch_ && sketch_->trouble) {
       label(
           rig_.cuboid.reference_pose_mm, "middle",
-          fmt::format("reference pose: {}; no links drawn", geometry::describe(pose_.error())));
+          fmt::format(
+              "reference pose: {}; no links drawn", geometry::describe(*sketch_->trouble)));
     }
     return head() + body_ + "</svg>\n";
   }
@@ -115,20 +136,11 @@ class Drawing {
         fmt::format("cuboid, {} mm", shortest(side)), "soft");
   }
 
-  void links() {
-    line(pose_->motor_1, pose_->motor_2, "base");
-    line(pose_->motor_1, pose_->elbow_1, "proximal");
-    line(pose_->motor_2, pose_->elbow_2, "proximal");
-    line(pose_->elbow_1, pose_->tool, "distal");
-    line(pose_->elbow_2, pose_->tool, "distal");
-    for (const Vector2d& p : {pose_->motor_1, pose_->motor_2}) dot(p, 3.6, "motor");
-    for (const Vector2d& p : {pose_->elbow_1, pose_->elbow_2}) dot(p, 2.4, "joint");
-    dot(pose_->tool, 2.8, "tool");
-    label(pose_->motor_1 + Vector2d(-7, -3), "end", "O1, motor 1");
-    label(pose_->motor_2 + Vector2d(7, -3), "start", "O2, motor 2");
-    label(pose_->elbow_1 + Vector2d(0, 5), "middle", "O3");
-    label(pose_->elbow_2 + Vector2d(0, 5), "middle", "O4");
-    label(pose_->tool + Vector2d(5, 3), "start", "E tool");
+  void links(const geometry::Sketch& sketch) {
+    for (const auto& each : sketch.lines) line(each.from, each.to, style_of(each.part));
+    for (const auto& each : sketch.dots)
+      dot(each.at, radius_mm(each.part), style_of(each.part));
+    for (const auto& each : sketch.dots) label(each.at + each.name_off, each.anchor, each.name);
   }
 
   /// As it stands at the reference pose: the tip on the face, the free tip as a faint ring.
@@ -171,8 +183,9 @@ class Drawing {
         (high_ - low_ + 2 * Vector2d(kRoom_mm + 8, kRoom_mm)).cwiseMin(kLargestSide_mm);
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"rig\" role=\"img\" viewBox=\"{:.2f} "
-        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot at its "
-        "reference pose, cuboid, {} dials; table frame, mm</title>\n<style>\n"
+        "{:.2f} {:.2f} {:.2f}\" width=\"{:.0f}\" height=\"{:.0f}\">\n<title>{}: robot {}; "
+        "table "
+        "frame, mm</title>\n<style>\n"
         ".rig text{{font:7px system-ui,sans-serif;fill:#16202a;paint-order:stroke;stroke:#fff;"
         "stroke-width:2px}}\n"
         ".rig .soft{{fill:#4b5a68}}\n.rig .id{{font-weight:700;font-size:9px}}\n"
@@ -189,11 +202,14 @@ class Drawing {
         ".rig .dial{{fill:#fff;stroke:#16202a}}\n.rig .free{{stroke:#8a959f;stroke-dasharray:2 "
         "2;fill:none;stroke-width:.8}}\n</style>\n",
         low.x(), -high_.y() - kRoom_mm, size.x(), size.y(), 3 * size.x(), 3 * size.y(),
-        escape_html(rig_.name), rig_.dials.size());
+        escape_html(rig_.name),
+        has_cuboid(rig_)
+            ? fmt::format("at its reference pose, cuboid, {} dials", rig_.dials.size())
+            : std::string("in one pose"));
   }
 
   const geometry::Rig& rig_;
-  const tl::expected<Pose, geometry::KinematicTrouble> pose_;
+  const std::optional<geometry::Sketch> sketch_;
   std::string body_;
   Vector2d low_{0, 0}, high_{0, 0};
 };
@@ -204,6 +220,13 @@ std::string rig_svg(const geometry::Rig& rig) { return Drawing(rig).text(); }
 
 Section rig_section(const geometry::Rig& rig) {
   Section out{.id = "rig", .heading = "The rig"};
+  if (!has_cuboid(rig)) {
+    out.blocks.emplace_back(
+        "Drawn from the rig file: the robot by its nominal parameters in one pose. Frame W is "
+        "that of the measured positions, B the robot.");
+    out.blocks.emplace_back(Picture{.id = "rig", .title = "Rig", .svg = rig_svg(rig)});
+    return out;
+  }
   out.blocks.emplace_back(
       "Drawn from the rig file: the robot by its nominal parameters at the reference pose, "
       "where the cuboid's rotation gamma is zero, and the dials touch as they do there; a "

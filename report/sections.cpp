@@ -65,7 +65,7 @@ Section parameters(const ReportData& data) {
     t.columns = {
         column("first", "parameter"), column("second", "with"),
         column("correlation", "correlation")};
-    for (const Correlation& c : data.correlations) {
+    for (const ShownCorrelation& c : data.correlations) {
       t.rows.push_back({symbol(c.first), symbol(c.second), number(c.value, 3)});
     }
     t.notes.emplace_back(
@@ -156,7 +156,8 @@ Section measured_data(const ReportData& data) {
   if (!data.rejected.empty()) {
     Table t{.id = "rejected_rows", .caption = "Rows rejected on import"};
     t.columns = {column("line", "line"), column("reason", "reason")};
-    for (const RejectedRow& r : data.rejected) t.rows.push_back({whole(r.line), r.reason});
+    for (const session::RejectedRow& r : data.rejected)
+      t.rows.push_back({whole(r.line), r.reason});
     out.blocks.emplace_back(std::move(t));
   }
   return out;
@@ -177,7 +178,7 @@ Section conditions(const ReportData& data) {
         column("repeatability_mm", "repeatability (sd)", "mm"),
         column("travel_mm", "travel", "mm"),
         column("tip_radius_mm", "tip radius", "mm")};
-    for (const Instrument& i : head.instruments) {
+    for (const ShownDial& i : head.instruments) {
       t.rows.push_back(
           {i.id, text(i.description), text(i.serial), text(i.connection),
            number(i.resolution_mm, 4), number(i.accuracy_mm, 4), number(i.repeatability_mm, 4),
@@ -203,13 +204,17 @@ Section conditions(const ReportData& data) {
             "{}: the computer's clock was set back; times before and after do not compare",
             head.times_that_go_back));
   }
-  add("from the first to the last dial's answer of a sample",
-      head.readings_within_median_ms && head.readings_within_max_ms
-          ? fmt::format(
-                "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
-                fixed(*head.readings_within_max_ms, 0))
-          : "");
-  add("standard deviation of a measured position, from the dials alone",
+  const bool has_dials = !head.instruments.empty();
+  if (has_dials) {
+    add("from the first to the last dial's answer of a sample",
+        head.readings_within_median_ms && head.readings_within_max_ms
+            ? fmt::format(
+                  "{} ms (median), {} ms at most", fixed(*head.readings_within_median_ms, 0),
+                  fixed(*head.readings_within_max_ms, 0))
+            : "");
+  }
+  add(has_dials ? "standard deviation of a measured position, from the dials alone"
+                : "standard deviation of a measured position, by the rig file",
       data.position_noise_mm ? fmt::format("{} mm", fixed(*data.position_noise_mm, 4)) : "");
   add("software", head.software_version.empty() ? "" : "Sixdial " + head.software_version);
   add("profile of the method", head.profile);

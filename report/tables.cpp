@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <numeric>
+#include <span>
 
 #include "report/text.h"
 
@@ -15,28 +17,7 @@ constexpr int kErrorDecimals = 4;     // mm: a tenth of what a dial resolves
 constexpr int kPositionDecimals = 3;  // mm: what a dial resolves
 constexpr int kAngleDecimals = 6;  // rad: 60 mm of arm times 1e-6 is far below a dial's digit
 
-struct ParameterWords {
-  std::string_view name, symbol, meaning;
-};
-constexpr std::array<ParameterWords, 11> kWords{{
-    {"l11", "l\u2081\u2081", "proximal link of leg 1"},
-    {"l12", "l\u2081\u2082", "distal link of leg 1"},
-    {"l21", "l\u2082\u2081", "proximal link of leg 2"},
-    {"l22", "l\u2082\u2082", "distal link of leg 2"},
-    {"d", "d", "distance of the motor axes"},
-    {"x0", "x\u2080", "base, along x"},
-    {"y0", "y\u2080", "base, along y"},
-    {"alpha", "\u03B1", "base, rotation"},
-    {"dtheta1", "\u03B4\u03B8\u2081", "encoder offset of joint 1"},
-    {"dtheta2", "\u03B4\u03B8\u2082", "encoder offset of joint 2"},
-    {"clamp", "\u03B3\u2080", "clamp angle of the cuboid"},
-}};
-
-const ParameterWords* words_for(std::string_view name) {
-  const auto* const found = std::find_if(
-      kWords.begin(), kWords.end(), [&](const ParameterWords& w) { return w.name == name; });
-  return found == kWords.end() ? nullptr : found;
-}
+constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 Column text_column(std::string key, std::string title) {
   return {.key = std::move(key), .title = std::move(title), .unit = "", .group = ""};
@@ -58,11 +39,25 @@ std::vector<Cell> point_cells(const PointRow& p, bool repeats) {
   return {p.set, whole(p.point), whole(p.repeat)};
 }
 
-Cell component(const std::optional<Eigen::Vector2d>& v, int i, int decimals) {
-  return v ? number((*v)[i], decimals) : Cell{};
+template <typename Vector>
+Cell component(const std::optional<Vector>& v, Eigen::Index i, int decimals) {
+  return v && i < v->size() ? number((*v)[i], decimals) : Cell{};
 }
-std::optional<Eigen::Vector2d> residual(const PointRow& p, std::size_t method) {
+std::optional<geometry::Position> residual(const PointRow& p, std::size_t method) {
   return method < p.residual_mm.size() ? p.residual_mm[method] : std::nullopt;
+}
+
+std::span<const std::string_view> axes_of(const ReportData& data) {
+  return std::span(kAxes).first(static_cast<std::size_t>(data.axes));
+}
+
+/// Joint values, target and measured position of a point, a cell each.
+void add_place(const ReportData& data, const PointRow& p, std::vector<Cell>& row) {
+  const auto joints = static_cast<Eigen::Index>(data.joints.size());
+  for (Eigen::Index i = 0; i < joints; ++i) row.push_back(component(p.q, i, kAngleDecimals));
+  for (const auto& place : {p.target_mm, p.measured_mm}) {
+    for (int i = 0; i < data.axes; ++i) row.push_back(component(place, i, kPositionDecimals));
+  }
 }
 
 /// Leaves out rows that read the same as the one above in all columns from `first` on; the
@@ -94,16 +89,6 @@ void keep_changes(Table& table, std::size_t first, bool stages) {
 }
 
 }  // namespace
-
-std::string symbol(std::string_view parameter) {
-  const ParameterWords* words = words_for(parameter);
-  return std::string{words != nullptr ? words->symbol : parameter};
-}
-
-std::string_view meaning(std::string_view parameter) {
-  const ParameterWords* words = words_for(parameter);
-  return words != nullptr ? words->meaning : std::string_view{};
-}
 
 std::string key_of(std::string_view name) {
   std::string out;
@@ -143,13 +128,13 @@ Table parameter_table(const ReportData& data, bool plain) {
   // One number of decimals for all, so that columns line up: enough for the best known
   // parameter.
   int decimals = 3;
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     if (p.sd) decimals = std::max(decimals, decimals_for(*p.sd));
   }
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     std::vector<Cell> row{plain ? p.name : symbol(p.name)};
     if (!plain) {
-      row.emplace_back(std::string{meaning(p.name)} + (p.held ? " (held at nominal)" : ""));
+      row.emplace_back(p.meaning + (p.held ? " (held at nominal)" : ""));
     }
     row.emplace_back(p.unit);
     row.push_back(number(p.nominal, decimals));
@@ -170,7 +155,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
   out.columns.push_back(text_column("name", "method"));
   const auto points = [&](auto member) {
     int most = 0;
-    for (const Method& m : data.methods) {
+    for (const ShownMethod& m : data.methods) {
       if (m.*member) most = std::max(most, (m.*member)->points);
     }
     return most;
@@ -179,7 +164,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
     const std::string key = second ? "g2_" : "g1_";
     const std::string group = fmt::format(
         "{}, {}", second ? "G2 validation" : "G1 calibration",
-        counted(points(second ? &Method::g2 : &Method::g1), "point", "points"));
+        counted(points(second ? &ShownMethod::g2 : &ShownMethod::g1), "point", "points"));
     if (plain) out.columns.push_back({key + "points", "points", "", group});
     for (const std::string name : {"mean", "std", "max"}) {
       out.columns.push_back({key + name + "_mm", name, "mm", group});
@@ -189,7 +174,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
     out.columns.push_back({key + "mean_high_mm", "mean to", "mm", group});
   }
   if (plain) out.columns.push_back({"time_s", "time", "s", ""});
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     std::vector<Cell> row;
     if (plain) row.emplace_back(m.id);
     row.emplace_back(m.name);
@@ -220,7 +205,7 @@ Table confidence_table(const ReportData& data) {
   out.columns.push_back({"g2_mean_high_mm", "to", "mm", g2});
   out.columns.push_back({"time_s", "time", "s", ""});
   bool any = false;
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     std::vector<Cell> row{m.name};
     for (const auto& e : {m.g1, m.g2}) {
       row.push_back(e ? number(e->mean_low_mm, kErrorDecimals) : Cell{});
@@ -242,34 +227,35 @@ Table points_table(const ReportData& data) {
   const auto add = [&](std::string key, std::string unit) {
     out.columns.push_back({.key = key, .title = key, .unit = std::move(unit), .group = ""});
   };
-  add("theta1_rad", "rad");
-  add("theta2_rad", "rad");
-  add("target_x_mm", "mm");
-  add("target_y_mm", "mm");
-  add("x_mm", "mm");
-  add("y_mm", "mm");
+  for (const ShownJoint& joint : data.joints) {
+    add(fmt::format("{}_{}", joint.name, joint.unit), joint.unit);
+  }
+  const std::span<const std::string_view> axes = axes_of(data);
+  for (const std::string_view axis : axes) add(fmt::format("target_{}_mm", axis), "mm");
+  for (const std::string_view axis : axes) add(fmt::format("{}_mm", axis), "mm");
   add("dials", "");
   add("temperature_c", "\u00B0C");
   add("time_s", "s");
-  add("approach1", "");
-  add("approach2", "");
-  for (const Method& m : data.methods) {
-    add(key_of(m.id) + "_ex_mm", "mm");
-    add(key_of(m.id) + "_ey_mm", "mm");
+  for (std::size_t i = 0; i < data.joints.size(); ++i)
+    add(fmt::format("approach{}", i + 1), "");
+  for (const ShownMethod& m : data.methods) {
+    for (const std::string_view axis : axes) {
+      add(fmt::format("{}_e{}_mm", key_of(m.id), axis), "mm");
+    }
     add(key_of(m.id) + "_error_mm", "mm");
   }
   for (const PointRow& p : data.points) {
     std::vector<Cell> row = point_cells(p, true);
-    for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
-    for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
-    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    add_place(data, p, row);
     row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
     row.push_back(number(p.temperature_c, 2));
     row.push_back(number(p.time_s, 3));
-    for (const int side : p.approach) row.push_back(whole(side));
+    for (std::size_t i = 0; i < data.joints.size(); ++i) {
+      row.push_back(whole(i < p.approach.size() ? p.approach[i] : 0));
+    }
     for (std::size_t m = 0; m < data.methods.size(); ++m) {
       const auto e = residual(p, m);
-      for (const int i : {0, 1}) row.push_back(component(e, i, kErrorDecimals));
+      for (int i = 0; i < data.axes; ++i) row.push_back(component(e, i, kErrorDecimals));
       row.push_back(number(position_error(p, m), kErrorDecimals));
     }
     out.rows.push_back(std::move(row));
@@ -287,10 +273,10 @@ Table residual_table(const ReportData& data) {
     if (!data.methods[m].on_map) continue;
     methods.push_back(m);
     const std::string key = key_of(data.methods[m].id);
-    for (const char* axis : {"x", "y"}) {
+    for (const std::string_view axis : axes_of(data)) {
       out.columns.push_back(
           {.key = fmt::format("{}_e{}_mm", key, axis),
-           .title = axis,
+           .title = std::string(axis),
            .unit = "mm",
            .group = data.methods[m].name});
     }
@@ -299,9 +285,13 @@ Table residual_table(const ReportData& data) {
   for (const PointRow& p : data.points) {
     if (!p.measured_mm) continue;
     std::vector<Cell> row = point_cells(p, repeats);
-    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    for (int i = 0; i < data.axes; ++i) {
+      row.push_back(component(p.measured_mm, i, kPositionDecimals));
+    }
     for (const std::size_t m : methods) {
-      for (const int i : {0, 1}) row.push_back(component(residual(p, m), i, kErrorDecimals));
+      for (int i = 0; i < data.axes; ++i) {
+        row.push_back(component(residual(p, m), i, kErrorDecimals));
+      }
     }
     out.rows.push_back(std::move(row));
   }
@@ -313,7 +303,7 @@ namespace {
 Table error_table_of(const ReportData& data, const std::vector<std::size_t>& points) {
   Table out{.id = "errors", .caption = "Position error by point and method"};
   out.columns = point_columns(has_repeats(data));
-  for (const Method& m : data.methods) {
+  for (const ShownMethod& m : data.methods) {
     out.columns.push_back(
         {.key = key_of(m.id) + "_error_mm", .title = m.name, .unit = "mm", .group = ""});
   }
@@ -358,21 +348,28 @@ Table worst_points_table(const ReportData& data, std::size_t how_many) {
 Table measurement_table(const ReportData& data) {
   Table out{.id = "measurements", .caption = "Measured positions"};
   out.columns = point_columns(has_repeats(data));
-  out.columns.push_back({"theta1_rad", "\u03B8\u2081", "rad", "encoders"});
-  out.columns.push_back({"theta2_rad", "\u03B8\u2082", "rad", "encoders"});
-  out.columns.push_back({"target_x_mm", "x", "mm", "target"});
-  out.columns.push_back({"target_y_mm", "y", "mm", "target"});
-  out.columns.push_back({"x_mm", "x", "mm", "measured"});
-  out.columns.push_back({"y_mm", "y", "mm", "measured"});
-  out.columns.push_back({"dials", "dials", "", ""});
+  for (const ShownJoint& joint : data.joints) {
+    out.columns.push_back(
+        {fmt::format("{}_{}", joint.name, joint.unit), symbol(joint.name), joint.unit,
+         "encoders"});
+  }
+  for (const std::string_view axis : axes_of(data)) {
+    out.columns.push_back(
+        {fmt::format("target_{}_mm", axis), std::string(axis), "mm", "target"});
+  }
+  for (const std::string_view axis : axes_of(data)) {
+    out.columns.push_back({fmt::format("{}_mm", axis), std::string(axis), "mm", "measured"});
+  }
+  const bool has_dials =
+      !data.head.instruments.empty() ||
+      std::ranges::any_of(data.points, [](const PointRow& p) { return !p.dials.empty(); });
+  if (has_dials) out.columns.push_back({"dials", "dials", "", ""});
   out.columns.push_back({"temperature_c", "temp.", "\u00B0C", ""});
   const bool repeats = has_repeats(data);
   for (const PointRow& p : data.points) {
     std::vector<Cell> row = point_cells(p, repeats);
-    for (const int i : {0, 1}) row.push_back(component(p.q_rad, i, kAngleDecimals));
-    for (const int i : {0, 1}) row.push_back(component(p.target_mm, i, kPositionDecimals));
-    for (const int i : {0, 1}) row.push_back(component(p.measured_mm, i, kPositionDecimals));
-    row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
+    add_place(data, p, row);
+    if (has_dials) row.push_back(p.dials.empty() ? Cell{} : Cell{p.dials});
     row.push_back(number(p.temperature_c, 2));
     out.rows.push_back(std::move(row));
   }
@@ -383,14 +380,14 @@ Table convergence_table(const ReportData& data, bool only_changes) {
   Table out{.id = "convergence", .caption = "Best objective (RMSE) by iteration"};
   out.columns = {text_column("iteration", "iteration")};
   std::size_t longest = 0;
-  for (const Convergence& c : data.convergence) {
+  for (const studies::Convergence& c : data.convergence) {
     out.columns.push_back(
         {.key = key_of(c.name) + "_rmse_mm", .title = c.name, .unit = "mm", .group = ""});
     longest = std::max(longest, c.best_mm.size());
   }
   for (std::size_t i = 0; i < longest; ++i) {
     std::vector<Cell> row{whole(static_cast<long long>(i))};
-    for (const Convergence& c : data.convergence) {
+    for (const studies::Convergence& c : data.convergence) {
       row.push_back(i < c.best_mm.size() ? number(c.best_mm[i], 6) : Cell{});
     }
     out.rows.push_back(std::move(row));
@@ -405,14 +402,14 @@ Table trace_table(const ReportData& data, bool only_changes) {
       .caption = "Identified minus nominal, by step of the filter and of the swarm"};
   out.rows_on_page = 260;
   out.columns = {text_column("stage", "stage"), text_column("step", "step")};
-  for (const ParameterRow& p : data.parameters) {
+  for (const ShownParameter& p : data.parameters) {
     out.columns.push_back(
         {.key = fmt::format("{}_{}", p.name, p.unit),
          .title = symbol(p.name),
          .unit = p.unit,
          .group = ""});
   }
-  for (const ParameterTrace& trace : data.traces) {
+  for (const studies::Trace& trace : data.traces) {
     for (std::size_t i = 0; i < trace.error.size(); ++i) {
       std::vector<Cell> row{trace.name, whole(static_cast<long long>(i))};
       for (std::size_t p = 0; p < data.parameters.size(); ++p) {

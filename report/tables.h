@@ -9,10 +9,9 @@
 
 namespace sixdial::report {
 
-/// "l₁₁" for "l11", "δθ₁" for "dtheta1"; other names unchanged.
-[[nodiscard]] std::string symbol(std::string_view parameter);
-/// "proximal link of leg 1" for "l11"; empty if unknown.
-[[nodiscard]] std::string_view meaning(std::string_view parameter);
+/// A name as print spells it: one letter or a Greek one with its digits below, "δθ" for a
+/// change of it. Other names unchanged.
+[[nodiscard]] std::string symbol(std::string_view name);
 /// "ekf_dqpso_anfis" for "ekf_dqpso+anfis": lower-case letters, digits and '_'.
 [[nodiscard]] std::string key_of(std::string_view name);
 /// |residual| of a point by a method [mm].

@@ -23,22 +23,24 @@ std::string times(double factor) {
 }
 
 struct Compared {
-  const Method* before = nullptr;
-  const Method* result = nullptr;
-  const Method* kinematic = nullptr;  // the last one without a residual model
+  const ShownMethod* before = nullptr;
+  const ShownMethod* result = nullptr;
+  const ShownMethod* kinematic = nullptr;  // the last one without a residual model
   bool on_g2 = false;
-  [[nodiscard]] const ErrorStatistics& of(const Method& m) const {
+  [[nodiscard]] const ErrorStatistics& of(const ShownMethod& m) const {
     return on_g2 ? *m.g2 : *m.g1;
   }
-  [[nodiscard]] bool has(const Method& m) const { return (on_g2 ? m.g2 : m.g1).has_value(); }
+  [[nodiscard]] bool has(const ShownMethod& m) const {
+    return (on_g2 ? m.g2 : m.g1).has_value();
+  }
 };
 
 Compared compared(const ReportData& data) {
   Compared out;
   const auto index = result_index(data);
   if (!index || *index == 0) return out;
-  const Method& before = data.methods.front();
-  const Method& result = data.methods[*index];
+  const ShownMethod& before = data.methods.front();
+  const ShownMethod& result = data.methods[*index];
   out.on_g2 = before.g2 && result.g2;
   if (!out.on_g2 && !(before.g1 && result.g1)) return out;
   out.before = &before;
@@ -80,7 +82,7 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
       data.measured_again ? "Commanded with the result and measured again, it misses"
                           : "With the result of this calibration the remaining error is";
   if (!(factor > 1.0)) {
-    out.state = RobotState::kNotImproved;
+    out.state = CalibrationState::kNotImproved;
     out.title = "Not improved";
     out.headline = fmt::format(
         "{}. {} {} on average: the calibration does not help.", missed, now,
@@ -90,11 +92,11 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
         "signs first.");
     return;
   }
-  out.state = !c.on_g2               ? RobotState::kNotValidated
-              : factor >= kClearGain ? RobotState::kCalibrated
-                                     : RobotState::kImproved;
+  out.state = !c.on_g2               ? CalibrationState::kNotValidated
+              : factor >= kClearGain ? CalibrationState::kCalibrated
+                                     : CalibrationState::kImproved;
   if (is_far_from_noise(data, after.mean_mm)) {
-    out.state = RobotState::kNotImproved;
+    out.state = CalibrationState::kNotImproved;
     out.title = "Not calibrated: something is wrong";
     out.headline = fmt::format(
         "{}. {} still {} on average and {} at worst, {} what the dials can tell ({}). A robot "
@@ -106,9 +108,9 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
         "where the rig file says, and the signs and zeros of the joint angles.");
     return;
   }
-  out.title = out.state == RobotState::kNotValidated ? "Fitted, not validated"
-              : out.state == RobotState::kCalibrated ? "Calibrated"
-                                                     : "Slightly improved";
+  out.title = out.state == CalibrationState::kNotValidated ? "Fitted, not validated"
+              : out.state == CalibrationState::kCalibrated ? "Calibrated"
+                                                           : "Slightly improved";
   out.headline = fmt::format(
       "{}. {} {} on average and {} at worst, {}.", missed, now, length(after.mean_mm),
       length(after.max_mm),
@@ -116,7 +118,7 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
 }
 
 void advise(const ReportData& data, const Compared& c, Verdict& out) {
-  if (out.state == RobotState::kNotImproved) return;
+  if (out.state == CalibrationState::kNotImproved) return;
   out.to_do.emplace_back("Enter the identified parameters in the controller.");
   if (c.result->has_residual_model && c.kinematic != nullptr) {
     const double without = c.of(*c.kinematic).mean_mm;

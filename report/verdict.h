@@ -9,7 +9,7 @@
 
 namespace sixdial::report {
 
-enum class RobotState {
+enum class CalibrationState {
   kUnknown,       // nothing to compare
   kCalibrated,    // at least twice as accurate on points that were not fitted
   kImproved,      // more accurate, by less than that
@@ -18,7 +18,7 @@ enum class RobotState {
 };
 
 struct Verdict {
-  RobotState state = RobotState::kUnknown;
+  CalibrationState state = CalibrationState::kUnknown;
   std::string title{};                     // "Calibrated"
   std::string headline{};                  // one sentence with the figures
   double before_mm = 0.0, after_mm = 0.0;  // mean position errors behind it

@@ -102,7 +102,7 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
   } else {
     throw Error(
         ErrorCode::kBadData, fmt::format("session {} has no plan", request.session),
-        {{"session", request.session}},
+        {{"session", request.session}, {"missing", "plan"}},
         "Give one: plan_csv, made by plan.grid or plan.random.");
   }
   for (const db::PointKey& key : store_.done_points(run->id)) run->done.insert(key);

@@ -36,6 +36,8 @@ enum class CollectState {
 };
 [[nodiscard]] std::string_view to_string(CollectState state);
 [[nodiscard]] bool is_active(CollectState state);
+/// The state in an answer of collect.status or collect.wait.
+[[nodiscard]] CollectState collect_state_of(const Json& status);
 
 struct CollectRequest {
   std::string session;
@@ -62,8 +64,8 @@ class Collection {
   Json start(CollectRequest request);
   [[nodiscard]] Json status() const;
   [[nodiscard]] bool active() const;
-  /// Why a sample of the session collected now, or last, is worth another look: its residual
-  /// against the fit so far. Empty: it is not.
+  /// Why a sample of the session that is or was collected last is worth another look: its
+  /// residual is large against the fit so far. Empty: it is not.
   [[nodiscard]] std::string unusual(
       const std::string& session, const db::PointKey& point) const;
   /// A sample was withdrawn: the estimate is made anew from what is left. If another collection

@@ -1,6 +1,9 @@
 // The state of a collection as JSON, and its commands: from any thread, while it runs.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <stdexcept>
 #include <utility>
 
 #include "report/documents/estimate_json.h"
@@ -15,28 +18,29 @@ Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
+constexpr std::array kStates{
+    std::pair{CollectState::kIdle, std::string_view("idle")},
+    std::pair{CollectState::kStarting, std::string_view("starting")},
+    std::pair{CollectState::kRunning, std::string_view("running")},
+    std::pair{CollectState::kPaused, std::string_view("paused")},
+    std::pair{CollectState::kStopping, std::string_view("stopping")},
+    std::pair{CollectState::kDone, std::string_view("done")},
+    std::pair{CollectState::kStopped, std::string_view("stopped")},
+    std::pair{CollectState::kFailed, std::string_view("failed")}};
+
 }  // namespace
 
 std::string_view to_string(CollectState state) {
-  switch (state) {
-    case CollectState::kIdle:
-      return "idle";
-    case CollectState::kStarting:
-      return "starting";
-    case CollectState::kRunning:
-      return "running";
-    case CollectState::kPaused:
-      return "paused";
-    case CollectState::kStopping:
-      return "stopping";
-    case CollectState::kDone:
-      return "done";
-    case CollectState::kStopped:
-      return "stopped";
-    case CollectState::kFailed:
-      return "failed";
-  }
-  return "";
+  return std::ranges::find(kStates, state, &std::pair<CollectState, std::string_view>::first)
+      ->second;
+}
+
+CollectState collect_state_of(const Json& status) {
+  const auto& name = status.at("state").get_ref<const std::string&>();
+  const auto* found =
+      std::ranges::find(kStates, name, &std::pair<CollectState, std::string_view>::second);
+  if (found == kStates.end()) throw std::invalid_argument("no such collection state: " + name);
+  return found->first;
 }
 
 bool is_active(CollectState state) {

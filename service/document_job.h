@@ -15,8 +15,9 @@ namespace sixdial::service {
 using DocumentMaker = std::function<Json(
     const session::Session&, const studies::ProgressCallback&, std::stop_token)>;
 
-/// Starts it for the session that the call names and answers as job.status. `kind`: of job and
-/// result. The session is read when the job begins: samples stored before then count.
+/// Starts the job for the session that the call names, and answers like job.status. `kind`: of
+/// the job and of its result. The session is read when the job begins to run: samples stored
+/// before that count.
 [[nodiscard]] Json start_document_job(
     const Call& call, const std::string& kind, std::uint64_t seed, DocumentMaker make);
 

@@ -53,7 +53,8 @@ constexpr std::array kTable{
     ErrorKind{
         ErrorCode::kNotFound, -32010, "not_found", false, ExitCode::kFailed,
         "No session, job, result or point of this name.",
-        "The list methods show what there is."},
+        "The list methods show what there is.",
+        "sixdial session list and sixdial job list show what there is."},
     ErrorKind{
         ErrorCode::kAlreadyExists, -32011, "already_exists", false, ExitCode::kFailed,
         "The name is taken.", "Choose another name; nothing is overwritten."},
@@ -88,15 +89,15 @@ constexpr std::array kTable{
         "what is wrong. --socket names another place."},
 };
 
-ErrorCode code_of(studies::ErrorCode code) {
+ErrorCode code_of(studies::StudyErrorCode code) {
   switch (code) {
-    case studies::ErrorCode::kInvalidParams:
+    case studies::StudyErrorCode::kInvalidParams:
       return ErrorCode::kInvalidParams;
-    case studies::ErrorCode::kBadData:
+    case studies::StudyErrorCode::kBadData:
       return ErrorCode::kBadData;
-    case studies::ErrorCode::kFile:
+    case studies::StudyErrorCode::kFile:
       return ErrorCode::kFile;
-    case studies::ErrorCode::kCancelled:
+    case studies::StudyErrorCode::kCancelled:
       return ErrorCode::kCancelled;
   }
   return ErrorCode::kInternal;
@@ -138,12 +139,17 @@ const ErrorKind& error_kind(ErrorCode code) {
   return *std::ranges::find(kTable, code, &ErrorKind::key);
 }
 
+const ErrorKind* find_error_kind(int number) {
+  const auto* kind = std::ranges::find(kTable, number, &ErrorKind::number);
+  return kind == kTable.end() ? nullptr : kind;
+}
+
 Json to_error_object(const std::exception_ptr& thrown) {
   try {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
     return object_of(error_kind(error.code()), error.what(), error.at(), error.hint());
-  } catch (const studies::Error& error) {
+  } catch (const studies::StudyError& error) {
     Json at = Json::object();
     for (const auto& [name, value] : error.at()) {
       std::visit([&](const auto& each) { at[name] = each; }, value);
@@ -159,8 +165,9 @@ Json to_error_object(const std::exception_ptr& thrown) {
     if (error.total > 1) at["findings"] = error.total;
     return object_of(error_kind(ErrorCode::kBadData), error.what(), at, error.hint);
   } catch (const db::StoreError& error) {
-    return object_of(
-        error_kind(code_of(error.trouble)), error.problem, {{"file", error.path}}, error.hint);
+    Json at{{"file", error.path}};
+    if (!error.missing.empty()) at["missing"] = error.missing;
+    return object_of(error_kind(code_of(error.trouble)), error.problem, at, error.hint);
   } catch (const std::system_error& error) {
     return object_of(error_kind(ErrorCode::kFile), error.what(), Json::object(), {});
   } catch (const std::exception& error) {
@@ -173,9 +180,8 @@ Json to_error_object(const std::exception_ptr& thrown) {
 }
 
 ExitCode exit_code_of(const Json& error_object) {
-  const int number = error_object.value("code", 0);
-  const auto* kind = std::ranges::find(kTable, number, &ErrorKind::number);
-  return kind == kTable.end() ? ExitCode::kFailed : kind->exit_code;
+  const ErrorKind* kind = find_error_kind(error_object.value("code", 0));
+  return kind == nullptr ? ExitCode::kFailed : kind->exit_code;
 }
 
 }  // namespace sixdial::service

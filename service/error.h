@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "studies/json.h"
+#include "report/documents/json.h"
 
 namespace sixdial::service {
 
@@ -58,13 +58,16 @@ struct ErrorKind {
   bool retry;             // whether the same request may succeed later
   ExitCode exit_code;     // of the command line
   std::string_view meaning;
-  std::string_view hint;  // used when the place that failed gives none
+  std::string_view hint;            // used when the place that failed gives none
+  std::string_view command_hint{};  // the same for the command line; empty: as `hint`
 };
 [[nodiscard]] std::span<const ErrorKind> error_table();
 [[nodiscard]] const ErrorKind& error_kind(ErrorCode code);
+/// By its number on the wire; null: a code outside the table.
+[[nodiscard]] const ErrorKind* find_error_kind(int number);
 
 /// `at` is what was at fault: any of "dial", "column", "file", "line", "param", "session",
-/// "job".
+/// "job"; "missing": the kind of thing that there is none of ("plan", "session", "job").
 class Error : public std::runtime_error {
  public:
   Error(

@@ -5,7 +5,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Progress>& progress) {
+void describe_keys(Fields& at, Of<Fields, studies::Progress>& progress) {
   at("stage", progress.stage);
   at("done", progress.done);
   at("total", progress.total);
@@ -14,7 +14,7 @@ void describe(Fields& at, Of<Fields, studies::Progress>& progress) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, service::Job>& job) {
+void describe_keys(Fields& at, Of<Fields, service::Job>& job) {
   at("job", job.id);
   at("kind", job.kind);
   at("session", job.session);

@@ -31,7 +31,7 @@ struct Job {
 /// As job.status answers.
 [[nodiscard]] Json to_json(const Job& job);
 /// The same read again, by a client: all but `params`, and of the caller only the name. Throws
-/// studies::Error bad_data that names the key which is missing or of the wrong kind.
+/// studies::StudyError bad_data that names the key which is missing or of the wrong kind.
 [[nodiscard]] Job job_from_json(const Json& json);
 
 /// "progress" of a job: stage, done, total, best_mm, eta_s.

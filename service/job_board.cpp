@@ -21,8 +21,8 @@ bool was_cancelled(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
     return error.code() == ErrorCode::kCancelled;
-  } catch (const studies::Error& error) {
-    return error.code() == studies::ErrorCode::kCancelled;
+  } catch (const studies::StudyError& error) {
+    return error.code() == studies::StudyErrorCode::kCancelled;
   } catch (...) {
     return false;
   }

@@ -38,7 +38,7 @@ class JobControl {
   studies::ProgressCallback report_;
 };
 
-/// Where jobs are kept; called from the job thread and from callers of the board.
+/// Stores jobs; called from the job thread and from callers of the board.
 struct JobRecorder {
   /// Stores a new job and gives its number.
   std::function<std::int64_t(const Job&)> create;

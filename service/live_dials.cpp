@@ -1,5 +1,6 @@
 #include "service/live_dials.h"
 
+#include "session/reason.h"
 #include "session/trials.h"
 
 namespace sixdial::service {
@@ -7,8 +8,8 @@ namespace {
 
 DialState state_of(const acquisition::Reading& reading, bool moving) {
   if (reading.value_mm) return moving ? DialState::kSettling : DialState::kOk;
-  if (reading.reason == "no contact") return DialState::kFree;
-  return reading.reason == "stale" ? DialState::kStale : DialState::kLost;
+  if (reading.reason == session::reason::kNoContact) return DialState::kFree;
+  return reading.reason == session::reason::kStale ? DialState::kStale : DialState::kLost;
 }
 
 }  // namespace

@@ -27,10 +27,10 @@ class LiveDials {
   explicit LiveDials(const geometry::Rig& rig) : rig_(rig) {}
 
   /// {stage, dials {id: {value_mm, quality, reason, detail?, state}}, settle {spread_mm,
-  /// limit_mm, dial: that of the dial furthest from rest, settled; all null while nobody waits
-  /// for them}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `point`: the one in hand,
-  /// null before the first; it says which way the cuboid is held. Whether a dial rests is what
-  /// the collector judged last.
+  /// limit_mm, settled, dial}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `settle` is
+  /// that of the dial furthest from rest, as the collector judged it last; all null while
+  /// nobody waits for the dials. `point`: the one in hand, null before the first; it tells how
+  /// the cuboid is turned.
   [[nodiscard]] Json show(
       const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point,
       const acquisition::CollectorProgress& now) const;

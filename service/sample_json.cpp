@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "session/reason.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
 
@@ -24,7 +25,8 @@ std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
   std::string doubt;
   for (std::size_t i = 0; i < sample.channels.size() && i < rig.dials.size(); ++i) {
     const session::ChannelValue& value = sample.channels[i];
-    if (value.quality == session::Quality::kGood || value.reason == "no contact") continue;
+    if (value.quality == session::Quality::kGood || value.reason == session::reason::kNoContact)
+      continue;
     doubt += fmt::format(
         "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
         value.reason.empty() ? session::to_string(value.quality) : value.reason);

@@ -9,7 +9,7 @@
 
 namespace sixdial::service {
 
-/// set, point, repeat, time_utc, each joint by its column (theta1_rad, theta2_rad), target_mm,
+/// set, point, repeat, time_utc, each joint by its column (q1_rad, q2_mm ...), target_mm,
 /// approach, temperature_c, dials {id: {value_mm, quality, reason}}, readings_within_ms (from
 /// the first to the last dial's answer; null: no times), position_mm and gamma_rad (null:
 /// contacts allow none).

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "geometry/tool.h"
 #include "session/columns.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
@@ -25,12 +26,12 @@ class RowReader {
       const geometry::Rig& rig, const SampleLayout& layout, std::vector<HeaderColumn> columns)
       : rig_(rig), layout_(layout), columns_(std::move(columns)) {
     for (const HeaderColumn& column : columns_) {
-      if (column.column == Column::kPoint) has_point_ = true;
+      if (column.column == SampleColumn::kPoint) has_point_ = true;
     }
   }
 
   /// The sample, or what is wrong with the row, at the first field that is.
-  tl::expected<Sample, Finding> read(const CsvRow& row) {
+  tl::expected<Sample, Mistake> read(const CsvRow& row) {
     if (row.fault) return tl::unexpected(*row.fault);
     if (row.fields.size() != columns_.size()) return tl::unexpected(wrong_count(row));
     Sample sample;
@@ -42,19 +43,19 @@ class RowReader {
     target_.assign(layout_.axes.size(), std::nullopt);
     position_.assign(layout_.axes.size(), std::nullopt);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (auto finding = read_field(row, row.fields[i], columns_[i], sample)) {
-        return tl::unexpected(std::move(*finding));
+      if (auto mistake = read_field(row, row.fields[i], columns_[i], sample)) {
+        return tl::unexpected(std::move(*mistake));
       }
     }
-    if (auto finding = take_coordinates(row, sample)) {
-      return tl::unexpected(std::move(*finding));
+    if (auto mistake = take_coordinates(row, sample)) {
+      return tl::unexpected(std::move(*mistake));
     }
     if (!has_point_) sample.point = next_point_[sample.set];
-    if (auto finding = check_against_rig(row, sample)) {
-      return tl::unexpected(std::move(*finding));
+    if (auto mistake = check_against_rig(row, sample)) {
+      return tl::unexpected(std::move(*mistake));
     }
-    if (auto finding = check_against_rows(row, sample)) {
-      return tl::unexpected(std::move(*finding));
+    if (auto mistake = check_against_rows(row, sample)) {
+      return tl::unexpected(std::move(*mistake));
     }
     keys_.emplace(Key(sample.set, sample.point, sample.repeat), row.line);
     if (!has_point_) ++next_point_[sample.set];
@@ -65,8 +66,8 @@ class RowReader {
  private:
   using Coordinates = std::vector<std::optional<double>>;
 
-  Finding at(
-      const CsvRow& row, Column column, std::string what, std::string hint,
+  Mistake at(
+      const CsvRow& row, SampleColumn column, std::string what, std::string hint,
       std::size_t index = 0) const {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (columns_[i].column != column || columns_[i].index != index) continue;
@@ -76,7 +77,7 @@ class RowReader {
     return {row.line, 1, "", std::move(what), std::move(hint)};
   }
 
-  Finding wrong_count(const CsvRow& row) const {
+  Mistake wrong_count(const CsvRow& row) const {
     const std::size_t have = row.fields.size();
     const std::size_t want = columns_.size();
     const CsvField& place = have > want ? row.fields[want] : row.fields.back();
@@ -87,35 +88,35 @@ class RowReader {
                     : "leave an empty field where there is no value"};
   }
 
-  static Finding field_finding(
+  static Mistake field_mistake(
       const CsvRow& row, const CsvField& field, const HeaderColumn& column, std::string what,
       std::string hint) {
     return {row.line, field.column, column.name, std::move(what), std::move(hint)};
   }
 
-  std::optional<Finding> read_field(
+  std::optional<Mistake> read_field(
       const CsvRow& row, const CsvField& field, const HeaderColumn& column, Sample& sample) {
     const auto refuse = [&](std::string what, std::string hint) {
-      return field_finding(row, field, column, std::move(what), std::move(hint));
+      return field_mistake(row, field, column, std::move(what), std::move(hint));
     };
     switch (column.column) {
-      case Column::kUnknown:
+      case SampleColumn::kUnknown:
         return std::nullopt;
-      case Column::kSet:
+      case SampleColumn::kSet:
         sample.set = field.value;
         if (field.value.empty()) return refuse("the set is empty", "write G1, G2 or a name");
         return std::nullopt;
-      case Column::kPoint:
-      case Column::kRepeat: {
+      case SampleColumn::kPoint:
+      case SampleColumn::kRepeat: {
         const auto value = parse_integer(field.value);
         if (!value || *value < 0) {
           return refuse(
               shown(field.value) + " is not a whole number from 0", "number them 0, 1, 2 ...");
         }
-        (column.column == Column::kPoint ? sample.point : sample.repeat) = *value;
+        (column.column == SampleColumn::kPoint ? sample.point : sample.repeat) = *value;
         return std::nullopt;
       }
-      case Column::kTime:
+      case SampleColumn::kTime:
         if (field.value.empty()) return std::nullopt;
         sample.time_utc = from_iso8601(field.value);
         if (!sample.time_utc) {
@@ -124,7 +125,7 @@ class RowReader {
               "write it as 2026-03-02T08:30:06.976Z");
         }
         return std::nullopt;
-      case Column::kApproach: {
+      case SampleColumn::kApproach: {
         if (field.value.empty()) return std::nullopt;
         const auto value = parse_integer(field.value);
         if (!value || *value < -1 || *value > 1) {
@@ -140,27 +141,27 @@ class RowReader {
     }
   }
 
-  std::optional<Finding> read_number(
+  std::optional<Mistake> read_number(
       const CsvRow& row, const CsvField& field, const HeaderColumn& column, Sample& sample) {
-    const bool joint = column.column == Column::kJoint;
+    const bool joint = column.column == SampleColumn::kJoint;
     const ParsedNumber number = parse_number(field.value);
     if (number.trouble && (*number.trouble != NumberTrouble::kEmpty || joint)) {
-      return number_finding(row, field, column.name, *number.trouble);
+      return number_mistake(row, field, column.name, *number.trouble);
     }
     const bool empty = number.trouble.has_value();
     switch (column.column) {
-      case Column::kJoint:
+      case SampleColumn::kJoint:
         sample.q[static_cast<Eigen::Index>(column.index)] = number.value / column.per_unit;
         break;
-      case Column::kTemperature:
+      case SampleColumn::kTemperature:
         if (!empty && number.value < -273.15) {
-          return field_finding(
+          return field_mistake(
               row, field, column, shown(field.value) + " is below absolute zero",
               "give degrees Celsius");
         }
         if (!empty) sample.temperature_c = number.value;
         break;
-      case Column::kChannel:
+      case SampleColumn::kChannel:
         if (column.index < layout_.dials) {
           ChannelValue& dial = sample.channels[column.index];
           dial.reason = empty ? "no contact or no reading" : "";
@@ -177,21 +178,21 @@ class RowReader {
   }
 
   /// Target and position from the coordinates that were read; each whole or not at all.
-  std::optional<Finding> take_coordinates(const CsvRow& row, Sample& sample) const {
-    std::optional<Point> position_mm;
+  std::optional<Mistake> take_coordinates(const CsvRow& row, Sample& sample) const {
+    std::optional<Position> position_mm;
     if (auto empty = point_from(position_, position_mm)) {
-      return half_a_point(row, Column::kChannel, layout_.dials + *empty);
+      return half_a_point(row, SampleColumn::kChannel, layout_.dials + *empty);
     }
     set_position(sample, layout_.dials, position_mm);
     if (auto empty = point_from(target_, sample.target_mm)) {
-      return half_a_point(row, Column::kTarget, *empty);
+      return half_a_point(row, SampleColumn::kTarget, *empty);
     }
     return std::nullopt;
   }
 
   /// Gives the point if there is one; the first empty coordinate if only some are there.
   static std::optional<std::size_t> point_from(
-      const Coordinates& coordinates, std::optional<Point>& point_mm) {
+      const Coordinates& coordinates, std::optional<Position>& point_mm) {
     const auto is_there = [](const std::optional<double>& each) { return each.has_value(); };
     const auto empty = std::ranges::find_if_not(coordinates, is_there);
     if (empty == coordinates.end() && !coordinates.empty()) {
@@ -205,7 +206,7 @@ class RowReader {
     return static_cast<std::size_t>(empty - coordinates.begin());
   }
 
-  Finding half_a_point(const CsvRow& row, Column column, std::size_t index) const {
+  Mistake half_a_point(const CsvRow& row, SampleColumn column, std::size_t index) const {
     const bool two = layout_.axes.size() == 2;
     return at(
         row, column,
@@ -213,22 +214,23 @@ class RowReader {
         two ? "give both coordinates or neither" : "give all coordinates or none", index);
   }
 
-  std::optional<Finding> check_against_rig(const CsvRow& row, const Sample& sample) const {
-    const auto pose = geometry::forward(rig_.robot.nominal, sample.q, rig_.robot.assembly);
+  std::optional<Mistake> check_against_rig(const CsvRow& row, const Sample& sample) const {
+    const auto pose =
+        geometry::Tool(rig_).position(rig_.robot.nominal, sample.q, rig_.robot.assembly);
     if (pose) return std::nullopt;
     return at(
-        row, Column::kJoint,
+        row, SampleColumn::kJoint,
         fmt::format(
             "{} are out of reach: {}", joints_in_words(layout_, sample.q),
             describe(pose.error())),
         "check the angles (radians?) against [robot] of the rig file");
   }
 
-  std::optional<Finding> check_against_rows(const CsvRow& row, const Sample& sample) const {
+  std::optional<Mistake> check_against_rows(const CsvRow& row, const Sample& sample) const {
     const auto found = keys_.find(Key(sample.set, sample.point, sample.repeat));
     if (found != keys_.end()) {
       return at(
-          row, Column::kPoint,
+          row, SampleColumn::kPoint,
           fmt::format(
               "set {}, point {}, repeat {} stands in line {} already", sample.set, sample.point,
               sample.repeat, found->second),
@@ -236,7 +238,7 @@ class RowReader {
     }
     if (sample.time_utc && last_time_ && *sample.time_utc < last_time_->first) {
       return at(
-          row, Column::kTime,
+          row, SampleColumn::kTime,
           fmt::format(
               "{} is before {} in line {}: time runs backwards", to_iso8601(*sample.time_utc),
               to_iso8601(last_time_->first), last_time_->second),
@@ -270,13 +272,13 @@ Session parse_session(
   session.line_end = table.line_end;
   session.csv_end = table.end;
 
-  std::vector<Finding> findings;
+  std::vector<Mistake> mistakes;
   std::size_t total = 0;
   const SampleLayout layout = layout_of(session.rig);
-  std::vector<HeaderColumn> columns = read_header(table.header, layout, findings);
-  if (!findings.empty()) {
-    total = findings.size();
-    throw DataError(csv_name, std::move(findings), total);
+  std::vector<HeaderColumn> columns = read_header(table.header, layout, mistakes);
+  if (!mistakes.empty()) {
+    total = mistakes.size();
+    throw DataError(csv_name, std::move(mistakes), total);
   }
   RowReader reader(session.rig, layout, std::move(columns));
   session.samples.reserve(table.rows.size());
@@ -289,10 +291,10 @@ Session parse_session(
           {row.line, std::string(row.text), to_string(csv_name, sample.error())});
     } else {
       ++total;
-      if (findings.size() < DataError::kMostShown) findings.push_back(sample.error());
+      if (mistakes.size() < DataError::kMostShown) mistakes.push_back(sample.error());
     }
   }
-  if (total > 0) throw DataError(csv_name, std::move(findings), total);
+  if (total > 0) throw DataError(csv_name, std::move(mistakes), total);
   return session;
 }
 
@@ -314,7 +316,7 @@ Session read_bundle(const std::filesystem::path& bundle, const ReadOptions& opti
   const bool folder = std::filesystem::is_directory(bundle);
   if (!folder && !std::filesystem::exists(bundle)) {
     throw DataError(
-        bundle.string(), Finding{
+        bundle.string(), Mistake{
                              0, 0, "", "there is no such folder or file",
                              "name a folder with session.csv and rig.toml, or a CSV file with "
                              "rig.toml beside it"});

@@ -1,6 +1,11 @@
 // The session bundle, session.csv + rig.toml: how measured data enters and leaves (spec 2).
 // Required columns: set, one for each joint (theta1_rad, theta2_rad) and either dial_<id>_mm or
 // x_mm, y_mm. Unknown columns are kept. What was read is written back with the same bytes.
+//
+// Example:
+//   write_bundle(session, folder);  // folder/session.csv and folder/rig.toml
+//   const Session again = read_bundle(folder);
+//   data_sha256(again);  // -> data_sha256(session)
 #pragma once
 
 #include <filesystem>
@@ -21,7 +26,7 @@ struct ReadOptions {
 };
 
 /// `bundle`: a folder with session.csv and rig.toml, or a CSV file with rig.toml beside it.
-/// Throws DataError with up to 20 findings.
+/// Throws DataError with up to 20 mistakes.
 [[nodiscard]] Session read_bundle(
     const std::filesystem::path& bundle, const ReadOptions& options = {});
 [[nodiscard]] Session read_bundle(

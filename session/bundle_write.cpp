@@ -41,29 +41,29 @@ std::string field_of(
     const SampleLayout& layout, const Sample& sample, const HeaderColumn& column) {
   const auto at = static_cast<Eigen::Index>(column.index);
   switch (column.column) {
-    case Column::kSet:
+    case SampleColumn::kSet:
       return csv_field(sample.set);
-    case Column::kPoint:
+    case SampleColumn::kPoint:
       return std::to_string(sample.point);
-    case Column::kRepeat:
+    case SampleColumn::kRepeat:
       return std::to_string(sample.repeat);
-    case Column::kTime:
+    case SampleColumn::kTime:
       return sample.time_utc ? to_iso8601(*sample.time_utc) : "";
-    case Column::kJoint: {
+    case SampleColumn::kJoint: {
       const bool length = layout.joints[column.index].unit == "mm";
       return decimal(sample.q[at] * column.per_unit, length ? kPositionDigits : kAngleDigits);
     }
-    case Column::kTarget:
+    case SampleColumn::kTarget:
       return sample.target_mm ? decimal((*sample.target_mm)[at], kPositionDigits) : "";
-    case Column::kApproach: {
+    case SampleColumn::kApproach: {
       const auto sign = approach_of(sample, column.index);
       return sign ? std::to_string(*sign) : "";
     }
-    case Column::kTemperature:
+    case SampleColumn::kTemperature:
       return sample.temperature_c ? decimal(*sample.temperature_c, kTemperatureDigits) : "";
-    case Column::kChannel:
+    case SampleColumn::kChannel:
       return channel_field(layout, sample, column.index);
-    case Column::kUnknown:
+    case SampleColumn::kUnknown:
       return "";
   }
   return "";
@@ -72,8 +72,8 @@ std::string field_of(
 std::vector<HeaderColumn> columns_of(const Session& session, const SampleLayout& layout) {
   if (!session.csv_header.empty()) {
     const CsvTable table = read_csv(session.csv_header, "session.csv");
-    std::vector<Finding> findings;
-    return read_header(table.header, layout, findings);
+    std::vector<Mistake> mistakes;
+    return read_header(table.header, layout, mistakes);
   }
   bool any_position = false;
   bool any_dial = false;
@@ -123,7 +123,7 @@ void write_bundle(const Session& session, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, error);
   if (error) {
     throw DataError(
-        folder.string(), Finding{
+        folder.string(), Mistake{
                              0, 0, "", "the folder cannot be made: " + error.message(),
                              "choose another place or mend the rights"});
   }
@@ -171,9 +171,9 @@ std::string sample_problem(const SampleLayout& layout, const Sample& sample) {
     const auto& value = sample.channels[i].value;
     if (!value || std::isfinite(*value)) continue;
     if (i >= layout.dials) return "a target or position is not finite";
-    constexpr std::size_t kFront = 5;  // "dial_"
     return fmt::format(
-        "the reading of dial {} is not finite", layout.channels[i].name.substr(kFront));
+        "the reading of dial {} is not finite",
+        layout.channels[i].name.substr(kDialColumn.size()));
   }
   return "";
 }

@@ -16,22 +16,22 @@ namespace {
 /// Every column that a file of this layout may have, in the spec's order.
 std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
   std::vector<HeaderColumn> columns{
-      {Column::kSet, 0, "set"},
-      {Column::kPoint, 0, "point"},
-      {Column::kRepeat, 0, "repeat"},
-      {Column::kTime, 0, "time_utc"}};
+      {SampleColumn::kSet, 0, "set"},
+      {SampleColumn::kPoint, 0, "point"},
+      {SampleColumn::kRepeat, 0, "repeat"},
+      {SampleColumn::kTime, 0, "time_utc"}};
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
-    columns.push_back({Column::kJoint, i, layout.joints[i].column()});
+    columns.push_back({SampleColumn::kJoint, i, layout.joints[i].column()});
   }
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
-    columns.push_back({Column::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
+    columns.push_back({SampleColumn::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
   }
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
-    columns.push_back({Column::kApproach, i, fmt::format("approach{}", i + 1)});
+    columns.push_back({SampleColumn::kApproach, i, fmt::format("approach{}", i + 1)});
   }
-  columns.push_back({Column::kTemperature, 0, "temperature_c"});
+  columns.push_back({SampleColumn::kTemperature, 0, "temperature_c"});
   for (std::size_t i = 0; i < layout.channels.size(); ++i) {
-    columns.push_back({Column::kChannel, i, layout.channels[i].column()});
+    columns.push_back({SampleColumn::kChannel, i, layout.channels[i].column()});
   }
   return columns;
 }
@@ -42,38 +42,36 @@ std::vector<HeaderColumn> other_units(const SampleLayout& layout) {
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
     if (!layout.joints[i].degrees_too) continue;
     columns.push_back(
-        {Column::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
+        {SampleColumn::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
   }
   return columns;
 }
 
 std::string dial_ids(const SampleLayout& layout) {
   if (layout.dials == 0) return "none";
-  constexpr std::size_t kFront = 5;  // "dial_"
   std::string ids;
   for (std::size_t i = 0; i < layout.dials; ++i) {
     if (!ids.empty()) ids += ", ";
-    ids += layout.channels[i].name.substr(kFront);
+    ids += layout.channels[i].name.substr(kDialColumn.size());
   }
   return ids;
 }
 
 /// The id in "dial_<id>_mm".
 std::optional<std::string> dial_id_in(const std::string& name) {
-  constexpr std::string_view kFront = "dial_";
   constexpr std::string_view kBack = "_mm";
-  if (!name.starts_with(kFront) || !name.ends_with(kBack) ||
-      name.size() <= kFront.size() + kBack.size()) {
+  if (!name.starts_with(kDialColumn) || !name.ends_with(kBack) ||
+      name.size() <= kDialColumn.size() + kBack.size()) {
     return std::nullopt;
   }
-  return name.substr(kFront.size(), name.size() - kFront.size() - kBack.size());
+  return name.substr(kDialColumn.size(), name.size() - kDialColumn.size() - kBack.size());
 }
 
 /// The unknown column that was most likely meant to be `wanted`.
 std::string likely_meant(const std::vector<HeaderColumn>& columns, const std::string& wanted) {
   std::vector<std::string> unknown;
   for (const HeaderColumn& column : columns) {
-    if (column.column == Column::kUnknown) unknown.push_back(column.name);
+    if (column.column == SampleColumn::kUnknown) unknown.push_back(column.name);
   }
   const std::string nearest = nearest_word(wanted, unknown);
   if (nearest.empty()) return "";
@@ -95,15 +93,15 @@ std::string all_of(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Adds findings for the columns that a header lacks.
+/// Adds mistakes for the columns that a header lacks.
 class Missing {
  public:
   Missing(
       const CsvRow& header, const SampleLayout& layout,
-      const std::vector<HeaderColumn>& columns, std::vector<Finding>& findings)
+      const std::vector<HeaderColumn>& columns, std::vector<Mistake>& mistakes)
       : layout_(layout),
         columns_(columns),
-        findings_(findings),
+        mistakes_(mistakes),
         line_(header.line),
         after_last_(
             header.fields.back().column + static_cast<int>(header.fields.back().value.size())),
@@ -113,38 +111,39 @@ class Missing {
   }
 
   void find() {
-    need(Column::kSet, 0, "set", "add it: G1 calibrates, G2 validates");
+    need(SampleColumn::kSet, 0, "set", "add it: G1 calibrates, G2 validates");
     for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
       const Joint& joint = layout_.joints[i];
       need(
-          Column::kJoint, i, joint.column(),
+          SampleColumn::kJoint, i, joint.column(),
           joint.unit == "rad"
               ? fmt::format("add the {} encoder angle in radians", ordinal(i))
               : fmt::format("add the {} joint's encoder value in {}", ordinal(i), joint.unit));
     }
     const std::size_t axes = layout_.axes.size();
-    const std::size_t coordinates = count(Column::kChannel, layout_.dials);
-    if (coordinates == 0 && count(Column::kChannel, 0) == 0) {
+    const std::size_t coordinates = count(SampleColumn::kChannel, layout_.dials);
+    if (coordinates == 0 && count(SampleColumn::kChannel, 0) == 0) {
       std::vector<std::string> names;
       std::string list;
       for (const std::string& axis : layout_.axes) {
         names.push_back(axis + "_mm");
         list += (list.empty() ? "" : ", ") + names.back();
       }
-      findings_.push_back(
+      mistakes_.push_back(
           {line_, after_last_, "", fmt::format("there are no dial columns and no {}", list),
            fmt::format(
                "add dial_<id>_mm for the rig file's dials ({}) or {}", dial_ids(layout_),
                all_of(names))});
     } else if (coordinates > 0 && coordinates < axes) {
-      need_all(Column::kChannel, layout_.dials, "", "a position");
+      need_all(SampleColumn::kChannel, layout_.dials, "", "a position");
     }
-    const std::size_t targets = count(Column::kTarget, 0);
-    if (targets > 0 && targets < axes) need_all(Column::kTarget, 0, "target_", "a target");
+    const std::size_t targets = count(SampleColumn::kTarget, 0);
+    if (targets > 0 && targets < axes)
+      need_all(SampleColumn::kTarget, 0, "target_", "a target");
   }
 
  private:
-  [[nodiscard]] std::size_t count(Column wanted, std::size_t from) const {
+  [[nodiscard]] std::size_t count(SampleColumn wanted, std::size_t from) const {
     return static_cast<std::size_t>(
         std::ranges::count_if(columns_, [&](const HeaderColumn& column) {
           return column.column == wanted && column.index >= from;
@@ -152,18 +151,20 @@ class Missing {
   }
 
   void need(
-      Column wanted, std::size_t index, const std::string& name, const std::string& hint) {
+      SampleColumn wanted, std::size_t index, const std::string& name,
+      const std::string& hint) {
     const bool has = std::ranges::any_of(columns_, [&](const HeaderColumn& column) {
       return column.column == wanted && column.index == index;
     });
     if (has) return;
-    findings_.push_back(
+    mistakes_.push_back(
         {line_, after_last_, name, "the column is missing",
          other_separator_ ? std::string("separate columns by commas")
                           : hint + likely_meant(columns_, name)});
   }
 
-  void need_all(Column wanted, std::size_t first, const std::string& front, const char* what) {
+  void need_all(
+      SampleColumn wanted, std::size_t first, const std::string& front, const char* what) {
     std::vector<std::string> names;
     names.reserve(layout_.axes.size());
     for (const std::string& axis : layout_.axes) names.push_back(front + axis + "_mm");
@@ -174,7 +175,7 @@ class Missing {
 
   const SampleLayout& layout_;
   const std::vector<HeaderColumn>& columns_;
-  std::vector<Finding>& findings_;
+  std::vector<Mistake>& mistakes_;
   int line_;
   int after_last_;
   bool other_separator_;
@@ -183,40 +184,40 @@ class Missing {
 }  // namespace
 
 std::vector<HeaderColumn> read_header(
-    const CsvRow& header, const SampleLayout& layout, std::vector<Finding>& findings) {
+    const CsvRow& header, const SampleLayout& layout, std::vector<Mistake>& mistakes) {
   std::vector<HeaderColumn> known = known_columns(layout);
   std::ranges::move(other_units(layout), std::back_inserter(known));
   std::vector<HeaderColumn> columns;
   std::map<std::string, int> seen;
-  if (header.fault) findings.push_back(*header.fault);
+  if (header.fault) mistakes.push_back(*header.fault);
   for (const CsvField& field : header.fields) {
-    HeaderColumn column{Column::kUnknown, 0, field.value};
+    HeaderColumn column{SampleColumn::kUnknown, 0, field.value};
     const auto found = std::ranges::find(known, field.value, &HeaderColumn::name);
     if (found != known.end()) {
       column = *found;
     } else if (const auto id = dial_id_in(field.value)) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, field.column, field.value,
            fmt::format("dial {} is not in the rig file", shown(*id)),
            fmt::format("the rig file's dials: {}", dial_ids(layout))});
     }
     if (++seen[field.value] == 2) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, field.column, field.value, "the column appears twice",
            "give each column a name of its own"});
     }
     const auto same = std::ranges::find_if(columns, [&](const HeaderColumn& each) {
-      return column.column == Column::kJoint && each.column == column.column &&
+      return column.column == SampleColumn::kJoint && each.column == column.column &&
              each.index == column.index && each.name != column.name;
     });
     if (same != columns.end()) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, field.column, field.value,
            fmt::format("{} gives the same joint", same->name), "leave one of them out"});
     }
     columns.push_back(std::move(column));
   }
-  Missing(header, layout, columns, findings).find();
+  Missing(header, layout, columns, mistakes).find();
   return columns;
 }
 
@@ -224,7 +225,7 @@ std::vector<HeaderColumn> spec_columns(
     const SampleLayout& layout, bool with_dials, bool with_position) {
   std::vector<HeaderColumn> columns;
   for (HeaderColumn& column : known_columns(layout)) {
-    const bool channel = column.column == Column::kChannel;
+    const bool channel = column.column == SampleColumn::kChannel;
     if (channel && !(column.index < layout.dials ? with_dials : with_position)) continue;
     columns.push_back(std::move(column));
   }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "session/csv.h"
@@ -10,7 +11,7 @@
 
 namespace sixdial::session {
 
-enum class Column {
+enum class SampleColumn {
   kSet,
   kPoint,
   kRepeat,
@@ -23,17 +24,20 @@ enum class Column {
   kUnknown,  // kept, not understood
 };
 
+/// Columns of dials are "dial_<id>_mm".
+inline constexpr std::string_view kDialColumn = "dial_";
+
 struct HeaderColumn {
-  Column column = Column::kUnknown;
+  SampleColumn column = SampleColumn::kUnknown;
   std::size_t index = 0;  // into the layout's list of joints, axes or channels
   std::string name;
   double per_unit = 1.0;  // what stands in the file = the value * this
 };
 
-/// What each column of a header is. Adds a finding for a dial that the rig does not have, for a
+/// What each column of a header is. Adds a mistake for a dial that the rig does not have, for a
 /// column that appears twice and for required ones that are missing.
 [[nodiscard]] std::vector<HeaderColumn> read_header(
-    const CsvRow& header, const SampleLayout& layout, std::vector<Finding>& findings);
+    const CsvRow& header, const SampleLayout& layout, std::vector<Mistake>& mistakes);
 
 /// The columns in the spec's order for sessions measured here.
 [[nodiscard]] std::vector<HeaderColumn> spec_columns(

@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-struct Place {
+struct TextPosition {
   int line = 1;
   int column = 1;
 };
 
-Place place_of(std::string_view text, std::size_t offset) {
-  Place place;
+TextPosition place_of(std::string_view text, std::size_t offset) {
+  TextPosition place;
   for (const char c : text.substr(0, offset)) {
     if (c == '\n') {
       ++place.line;
@@ -60,15 +60,15 @@ std::size_t utf8_length(std::string_view text) {
 void check_text(std::string_view text, const std::string& file_name) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
     throw DataError(
-        file_name, Finding{1, 1, "", "the file is UTF-16", "save it as UTF-8 (CSV UTF-8)"});
+        file_name, Mistake{1, 1, "", "the file is UTF-16", "save it as UTF-8 (CSV UTF-8)"});
   }
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = utf8_length(text.substr(i));
     if (length == 0 || text[i] == '\0') {
-      const Place place = place_of(text, i);
+      const TextPosition place = place_of(text, i);
       throw DataError(
           file_name,
-          Finding{
+          Mistake{
               place.line, place.column, "",
               fmt::format(
                   "byte 0x{:02x} is not UTF-8 text", static_cast<unsigned char>(text[i])),
@@ -134,7 +134,7 @@ void split(CsvRow& row) {
       }
       const bool trailing = closed && i < text.size() && text[i] != ',';
       if ((!closed || trailing) && !row.fault) {
-        row.fault = Finding{
+        row.fault = Mistake{
             row.line, field.column, "",
             closed ? "text follows a closing quote" : "a quote is opened and never closed",
             "write a quote inside a quoted field twice"};
@@ -169,7 +169,7 @@ CsvTable read_csv(std::string_view text, const std::string& file_name) {
   const std::string_view content = text.starts_with(kByteOrderMark) ? text.substr(3) : text;
   if (content.find_first_not_of("\r\n \t") == std::string_view::npos) {
     throw DataError(
-        file_name, Finding{1, 1, "", "the file is empty", "the first line names the columns"});
+        file_name, Mistake{1, 1, "", "the file is empty", "the first line names the columns"});
   }
   CsvTable table;
   std::vector<CsvRow> rows;
@@ -250,24 +250,24 @@ std::string shown(std::string_view value) {
   return fmt::format("'{}...'", value.substr(0, cut));
 }
 
-Finding number_finding(
+Mistake number_mistake(
     const CsvRow& row, const CsvField& field, const std::string& name, NumberTrouble trouble) {
-  Finding finding{row.line, field.column, name, "", ""};
+  Mistake mistake{row.line, field.column, name, "", ""};
   switch (trouble) {
     case NumberTrouble::kEmpty:
-      finding.what = "the field is empty";
-      finding.hint = "this column needs a number in every row";
+      mistake.what = "the field is empty";
+      mistake.hint = "this column needs a number in every row";
       break;
     case NumberTrouble::kNotANumber:
-      finding.what = shown(field.value) + " is not a number";
-      finding.hint = "write digits with a decimal point, such as 12.345";
+      mistake.what = shown(field.value) + " is not a number";
+      mistake.hint = "write digits with a decimal point, such as 12.345";
       break;
     case NumberTrouble::kNotFinite:
-      finding.what = shown(field.value) + " is not a finite number";
-      finding.hint = "correct the value or leave the row out";
+      mistake.what = shown(field.value) + " is not a finite number";
+      mistake.hint = "correct the value or leave the row out";
       break;
   }
-  return finding;
+  return mistake;
 }
 
 std::string decimal(double value, int least_digits) {
@@ -304,7 +304,7 @@ double rounded_decimal(double value, int digits) {
 std::string read_file(const std::string& path) {
   const auto fail = [&](int code) {
     throw DataError(
-        path, Finding{
+        path, Mistake{
                   0, 0, "", fmt::format("cannot be read: {}", std::strerror(code)),
                   "check the path and the rights on it"});
   };
@@ -330,7 +330,7 @@ std::string read_file(const std::string& path) {
 void write_file(const std::string& path, std::string_view text) {
   const auto fail = [&](const char* doing, int code) {
     throw DataError(
-        path, Finding{
+        path, Mistake{
                   0, 0, "", fmt::format("cannot be {}: {}", doing, std::strerror(code)),
                   "check the folder, the rights on it and the space left"});
   };

@@ -21,7 +21,7 @@ struct CsvRow {
   int line = 1;
   std::string_view text;  // as it stands in the file, without the table's line end
   std::vector<CsvField> fields;
-  std::optional<Finding> fault;  // quoting that cannot be read
+  std::optional<Mistake> fault;  // quoting that cannot be read
 };
 
 /// A header and its rows; views point into the text given to `read_csv`.
@@ -43,8 +43,8 @@ struct CsvTable {
 [[nodiscard]] std::string csv_field(std::string_view value);
 
 enum class NumberTrouble { kEmpty, kNotANumber, kNotFinite };
-/// A finding for a number field, in words for the person who wrote the file.
-[[nodiscard]] Finding number_finding(
+/// A mistake for a number field, in words for the person who wrote the file.
+[[nodiscard]] Mistake number_mistake(
     const CsvRow& row, const CsvField& field, const std::string& name, NumberTrouble trouble);
 
 struct ParsedNumber {

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "geometry/tool.h"
 #include "session/csv.h"
 
 namespace sixdial::session {
@@ -59,8 +60,8 @@ std::string required_in_words(const std::vector<PlanPlace>& columns) {
 
 std::vector<PlanPlace> read_plan_header(
     const CsvRow& header, const std::string& file_name, const SampleLayout& layout) {
-  std::vector<Finding> findings;
-  if (header.fault) findings.push_back(*header.fault);
+  std::vector<Mistake> mistakes;
+  if (header.fault) mistakes.push_back(*header.fault);
   std::vector<PlanPlace> places = columns_of(layout);
   std::vector<std::string> known;
   known.reserve(places.size());
@@ -69,13 +70,13 @@ std::vector<PlanPlace> read_plan_header(
     const CsvField& field = header.fields[i];
     const auto found = std::ranges::find(places, field.value, &PlanPlace::name);
     if (found == places.end()) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, field.column, shown(field.value), "unknown column of a plan",
            fmt::format("the nearest known one is '{}'", nearest_word(field.value, known))});
       continue;
     }
     if (found->at) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, field.column, field.value, "the column appears twice",
            "leave one of them out"});
     }
@@ -87,26 +88,26 @@ std::vector<PlanPlace> read_plan_header(
   for (const PlanPlace& each : places) {
     if (each.at) continue;
     if (joint(each) && any_joint) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, 1, each.name, "the column is missing",
            layout.joints.size() == 2 ? "give both angles or neither"
                                      : "give every joint or none"});
     } else if (
         each.column == PlanColumn::kSet || each.column == PlanColumn::kPoint ||
         each.column == PlanColumn::kTarget) {
-      findings.push_back(
+      mistakes.push_back(
           {header.line, 1, each.name, "the column is missing",
            "a plan needs " + required_in_words(places)});
     }
   }
-  if (!findings.empty()) {
-    const std::size_t total = findings.size();
-    throw DataError(file_name, std::move(findings), total);
+  if (!mistakes.empty()) {
+    const std::size_t total = mistakes.size();
+    throw DataError(file_name, std::move(mistakes), total);
   }
   return places;
 }
 
-/// One row of a plan file, field by field; throws a Finding for the first that is wrong.
+/// One row of a plan file, field by field; throws a Mistake for the first that is wrong.
 class PlanRow {
  public:
   PlanRow(const CsvRow& row, const std::vector<PlanPlace>& places)
@@ -119,7 +120,7 @@ class PlanRow {
     return found.value.empty() ? nullptr : &found;
   }
 
-  [[nodiscard]] Finding finding(
+  [[nodiscard]] Mistake mistake(
       PlanColumn column, std::string what, std::string hint, std::size_t index = 0) const {
     const PlanPlace& place = place_of(column, index);
     const int at = place.at ? row_.fields[*place.at].column : 1;
@@ -131,7 +132,7 @@ class PlanRow {
     if (!place.at) throw std::logic_error("asked for a column that the plan does not have");
     const CsvField& text = row_.fields[*place.at];
     const ParsedNumber parsed = parse_number(text.value);
-    if (parsed.trouble) throw number_finding(row_, text, place.name, *parsed.trouble);
+    if (parsed.trouble) throw number_mistake(row_, text, place.name, *parsed.trouble);
     return parsed.value;
   }
 
@@ -141,7 +142,7 @@ class PlanRow {
     if (text == nullptr && column != PlanColumn::kPoint) return absent;
     const auto parsed = parse_integer(text == nullptr ? "" : text->value);
     if (parsed && *parsed >= least && *parsed <= most) return *parsed;
-    throw finding(
+    throw mistake(
         column, shown(text == nullptr ? "" : text->value) + " does not fit",
         least < 0 ? "write -1, 0 or 1" : "write a whole number from 0", index);
   }
@@ -157,30 +158,41 @@ class PlanRow {
   const std::vector<PlanPlace>& places_;
 };
 
-std::optional<geometry::WorkingMode> read_mode(const PlanRow& row) {
+/// "write ++, +-, -+ or --: the elbow side of leg 1 and leg 2".
+std::string modes_to_write(const geometry::RobotModel& robot) {
+  std::string text = "write ";
+  for (std::size_t i = 0; i < robot.modes.size(); ++i) {
+    if (i > 0) text += i + 1 == robot.modes.size() ? " or " : ", ";
+    text += robot.modes[i].name;
+  }
+  return robot.mode_in_words.empty() ? text : text + ": " + robot.mode_in_words;
+}
+
+std::optional<geometry::WorkingMode> read_mode(const PlanRow& row, const geometry::Rig& rig) {
   const CsvField* text = row.field(PlanColumn::kMode);
   if (text == nullptr) return std::nullopt;
-  const auto mode = geometry::working_mode_from(text->value);
+  const auto mode = rig.robot.model->find_mode(text->value);
   if (mode) return mode;
-  throw row.finding(
+  throw row.mistake(
       PlanColumn::kMode, shown(text->value) + " is no working mode",
-      "write ++, +-, -+ or --: the elbow sides of leg 1 and leg 2");
+      modes_to_write(*rig.robot.model));
 }
 
 /// Joint values for a target, by nominal inverse kinematics.
 Eigen::VectorXd joints_for(
-    const PlanRow& row, const geometry::Rig& rig, const Point& target_mm,
+    const PlanRow& row, const geometry::Rig& rig, const Position& target_mm,
     geometry::WorkingMode mode) {
   const geometry::Robot& robot = rig.robot;
-  const auto reference = geometry::inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
-  const auto q = geometry::inverse(
+  const geometry::Tool tool(rig);
+  const auto reference = tool.inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  const auto q = tool.inverse(
       robot.nominal, target_mm, mode, reference ? std::optional(*reference) : std::nullopt);
   if (q) return *q;
-  throw row.finding(
+  throw row.mistake(
       PlanColumn::kTarget,
       fmt::format(
           "the robot cannot take ({}) mm in working mode {}: {}", fmt::join(target_mm, ", "),
-          to_string(mode), describe(q.error())),
+          robot.model->mode_name(mode), describe(q.error())),
       "move the target into the workspace");
 }
 
@@ -188,7 +200,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   constexpr int kMostPoints = 1'000'000'000;
   PlanPoint point;
   if (row.field(PlanColumn::kSet) == nullptr) {
-    throw row.finding(PlanColumn::kSet, "the set is empty", "write G1, G2 or a name");
+    throw row.mistake(PlanColumn::kSet, "the set is empty", "write G1, G2 or a name");
   }
   point.set = row.field(PlanColumn::kSet)->value;
   point.point = row.integer(PlanColumn::kPoint, 0, kMostPoints, 0);
@@ -204,7 +216,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
     point.target_mm[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kTarget, i);
   }
   const geometry::Robot& robot = rig.robot;
-  const auto mode = read_mode(row);
+  const auto mode = read_mode(row, rig);
   if (!any_joint) {
     point.q = joints_for(row, rig, point.target_mm, mode.value_or(robot.working_mode));
     return point;
@@ -213,9 +225,9 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   for (std::size_t i = 0; i < joints; ++i) {
     point.q[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kJoint, i);
   }
-  const auto pose = geometry::forward(robot.nominal, point.q, robot.assembly);
+  const auto pose = geometry::Tool(rig).position(robot.nominal, point.q, robot.assembly);
   if (!pose) {
-    throw row.finding(
+    throw row.mistake(
         PlanColumn::kJoint,
         fmt::format(
             "{} are out of reach: {}", joints_in_words(layout, point.q),
@@ -223,11 +235,11 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
         "leave both angles empty to have them computed from the target");
   }
   if (const Branch branch = branch_of(rig, point); mode && branch.mode != *mode) {
-    throw row.finding(
+    throw row.mistake(
         PlanColumn::kMode,
         fmt::format(
-            "the angles are those of working mode {}, the row says {}", to_string(branch.mode),
-            to_string(*mode)),
+            "the angles are those of working mode {}, the row says {}",
+            robot.model->mode_name(branch.mode), robot.model->mode_name(*mode)),
         "leave both angles empty to have them computed in the mode of the row");
   }
   return point;
@@ -247,7 +259,8 @@ std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry:
     for (std::size_t i = 0; i < layout.joints.size(); ++i) {
       out += fmt::format(",{}", approach_of(point, i));
     }
-    if (rig != nullptr) out += ',' + to_string(branch_of(*rig, point).mode);
+    if (rig != nullptr)
+      out += ',' + std::string(rig->robot.model->mode_name(branch_of(*rig, point).mode));
     out += '\n';
   }
   return out;
@@ -273,9 +286,10 @@ bool operator==(const PlanPoint& a, const PlanPoint& b) {
 
 Branch branch_of(const geometry::Rig& rig, const PlanPoint& point) {
   const geometry::Robot& robot = rig.robot;
-  const auto assembly = geometry::assembly_at(robot.nominal, point.q, point.target_mm);
+  const geometry::Tool tool(rig);
+  const auto assembly = tool.assembly_at(robot.nominal, point.q, point.target_mm);
   if (!assembly) return {robot.working_mode, robot.assembly};
-  const auto mode = geometry::working_mode_of(robot.nominal, point.q, *assembly);
+  const auto mode = tool.mode_of(robot.nominal, point.q, *assembly);
   return {mode ? *mode : robot.working_mode, *assembly};
 }
 
@@ -320,14 +334,14 @@ Plan parse_plan(std::string_view text, const std::string& file_name, const geome
   const SampleLayout layout = layout_of(rig);
   const std::vector<PlanPlace> places = read_plan_header(table.header, file_name, layout);
   Plan plan;
-  std::vector<Finding> findings;
+  std::vector<Mistake> mistakes;
   std::size_t total = 0;
   std::map<std::tuple<std::string, int, int>, int> keys;
   for (const CsvRow& row : table.rows) {
     try {
-      if (row.fault) throw Finding(*row.fault);
+      if (row.fault) throw Mistake(*row.fault);
       if (row.fields.size() != table.header.fields.size()) {
-        throw Finding{
+        throw Mistake{
             row.line, row.fields.back().column, "",
             fmt::format(
                 "the row has {} fields, the header has {}", row.fields.size(),
@@ -339,7 +353,7 @@ Plan parse_plan(std::string_view text, const std::string& file_name, const geome
       const auto [found, fresh] =
           keys.emplace(std::tuple(point.set, point.point, point.repeat), row.line);
       if (!fresh) {
-        throw reader.finding(
+        throw reader.mistake(
             PlanColumn::kPoint,
             fmt::format(
                 "set {}, point {}, repeat {} stands in line {} already", point.set, point.point,
@@ -347,14 +361,14 @@ Plan parse_plan(std::string_view text, const std::string& file_name, const geome
             "number repeats 0, 1, 2 ...");
       }
       plan.points.push_back(std::move(point));
-    } catch (const Finding& finding) {
+    } catch (const Mistake& mistake) {
       ++total;
-      if (findings.size() < DataError::kMostShown) findings.push_back(finding);
+      if (mistakes.size() < DataError::kMostShown) mistakes.push_back(mistake);
     }
   }
-  if (total > 0) throw DataError(file_name, std::move(findings), total);
+  if (total > 0) throw DataError(file_name, std::move(mistakes), total);
   if (plan.points.empty()) {
-    throw DataError(file_name, Finding{1, 1, "", "the plan has no points", "add a row each"});
+    throw DataError(file_name, Mistake{1, 1, "", "the plan has no points", "add a row each"});
   }
   return plan;
 }

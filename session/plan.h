@@ -24,8 +24,8 @@ struct PlanPoint {
   std::string set;
   int point = 0;
   int repeat = 0;
-  Point target_mm;    // in W
-  Eigen::VectorXd q;  // joint values to command [rad, mm], by nominal parameters
+  Position target_mm;  // in W
+  Eigen::VectorXd q;   // joint values to command [rad, mm], by nominal parameters
   /// Sign of each joint's last move; 0, or left out at the end: as it comes.
   std::vector<int> approach;
   friend bool operator==(const PlanPoint& a, const PlanPoint& b);
@@ -57,16 +57,16 @@ struct PlanOptions {
   std::string set = "G1";
   int first_point = 0;    // points are numbered from here in the order of measurement
   Rectangle rectangle{};  // of targets, W
-  /// Kept free inside the rectangle's edge. Along the left edge of the default rectangle a
-  /// robot that is 4 mm off has no active three.
+  /// Margin kept free inside the rectangle's edge. Near the left edge of the default rectangle,
+  /// no three dials give a position for a robot that is 4 mm off.
   double margin_mm = 1.0;
   /// Contacts must hold for a tool that is off by this much in any direction.
   double robot_error_mm = 4.0;
   int repeats = 1;
   ApproachRule approach = ApproachRule::kAsItComes;
   int every = 1;  // of kBothSides
-  /// Every one gets the whole grid, or the whole count, one after the other: between two an
-  /// operator has to bring the legs over. Empty: the rig's.
+  /// Working modes, measured one after the other; each gets the whole grid or the whole count.
+  /// Between two modes an operator has to bring the legs over. Empty: the rig's.
   std::vector<geometry::WorkingMode> working_modes{};
   bool shuffle = true;  // a grid's order; false: serpentine
   std::uint64_t seed = 1;

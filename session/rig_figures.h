@@ -9,13 +9,13 @@
 namespace sixdial::session {
 
 // Figures that [dials] gives for all and a [[dial]] may override.
-struct Figure {
+struct DialFigure {
   const char* key;
   double& (*of)(geometry::Dial& dial);
   bool required;
   bool zero_allowed;
 };
-inline constexpr std::array<Figure, 7> kFigures{{
+inline constexpr std::array<DialFigure, 7> kDialFigures{{
     {"travel_mm", [](geometry::Dial& d) -> double& { return d.geometry.travel_mm; }, true,
      false},
     {"resolution_mm", [](geometry::Dial& d) -> double& { return d.resolution_mm; }, true,

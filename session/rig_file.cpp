@@ -53,7 +53,7 @@ const std::vector<std::string> kCuboidKeys{"side_mm", "mount", "reference_pose_m
 
 std::vector<std::string> dials_keys() {
   std::vector<std::string> keys{"connection"};
-  for (const Figure& figure : kFigures) keys.emplace_back(figure.key);
+  for (const DialFigure& figure : kDialFigures) keys.emplace_back(figure.key);
   return keys;
 }
 
@@ -291,7 +291,7 @@ class RigReader : TomlChecks {
     if (common != nullptr) {
       known_keys(*common, "[dials]", dials_keys());
       Dial checked;
-      for (const Figure& figure : kFigures) {
+      for (const DialFigure& figure : kDialFigures) {
         if (common->get(figure.key) == nullptr) continue;
         length(*common, "[dials]", figure.key, figure.zero_allowed, figure.of(checked));
       }
@@ -326,7 +326,7 @@ class RigReader : TomlChecks {
     if (const auto axis = pair(from, where, "axis")) {
       dial.geometry.axis = unit_axis(*axis, from.get("axis")->source());
     }
-    for (const Figure& figure : kFigures) {
+    for (const DialFigure& figure : kDialFigures) {
       const bool own = from.get(figure.key) != nullptr;
       const bool shared = common != nullptr && common->get(figure.key) != nullptr;
       if (own) {
@@ -400,14 +400,14 @@ class RigReader : TomlChecks {
 }  // namespace
 
 geometry::Rig parse_rig(std::string_view text, const std::string& file_name) {
-  if (auto finding = stray_character(text)) throw DataError(file_name, std::move(*finding));
+  if (auto mistake = stray_character(text)) throw DataError(file_name, std::move(*mistake));
   try {
     const toml::table top = toml::parse(text);
     return RigReader(file_name).read(top);
   } catch (const toml::parse_error& error) {
     const auto& where = error.source().begin;
     throw DataError(
-        file_name, Finding{
+        file_name, Mistake{
                        static_cast<int>(where.line), static_cast<int>(where.column), "",
                        std::string(error.description()), "mend the TOML syntax there"});
   }

@@ -12,6 +12,11 @@
 // Optional: name, model, connection, accuracy_mm, force_n, spring_n_per_mm, mount (distal2 is
 // meant), reference_pose_mm of a free mount,
 // and all dials for a rig that only takes positions from an instrument.
+//
+// Example:
+//   const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");
+//   again.dials.size();  // -> 6U
+//   again.robot.nominal;  // -> rig.robot.nominal
 #pragma once
 
 #include <string>

@@ -111,22 +111,23 @@ std::string write_rig(const geometry::Rig& rig) {
   }
   out += instrument_text(rig);
   // A figure that all dials share stands in [dials], any other in its [[dial]].
-  std::array<bool, kFigures.size()> shared{};
+  std::array<bool, kDialFigures.size()> shared{};
   if (!rig.dials.empty()) out += "\n[dials]\n";
-  for (std::size_t f = 0; f < kFigures.size() && !rig.dials.empty(); ++f) {
+  for (std::size_t f = 0; f < kDialFigures.size() && !rig.dials.empty(); ++f) {
     std::set<double> values;
-    for (Dial dial : rig.dials) values.insert(kFigures[f].of(dial));
+    for (Dial dial : rig.dials) values.insert(kDialFigures[f].of(dial));
     shared[f] = values.size() == 1;
     if (shared[f])
-      out += fmt::format("{} = {}\n", kFigures[f].key, toml_number(*values.begin()));
+      out += fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(*values.begin()));
   }
   for (Dial dial : rig.dials) {
     out += fmt::format(
         "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_text(dial.id),
         toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
-    for (std::size_t f = 0; f < kFigures.size(); ++f) {
+    for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
       if (shared[f]) continue;
-      out += fmt::format("{} = {}\n", kFigures[f].key, toml_number(kFigures[f].of(dial)));
+      out +=
+          fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(kDialFigures[f].of(dial)));
     }
     if (!dial.connection.empty()) {
       out += fmt::format("connection = {}\n", toml_text(dial.connection));

@@ -47,9 +47,9 @@ std::string joints_in_words(const SampleLayout& layout, const Eigen::VectorXd& q
                 : fmt::format("joints ({})", values);
 }
 
-std::optional<Point> position_of(const Sample& sample, std::size_t dials) {
+std::optional<Position> position_of(const Sample& sample, std::size_t dials) {
   if (sample.channels.size() <= dials) return std::nullopt;
-  Point position(static_cast<Eigen::Index>(sample.channels.size() - dials));
+  Position position(static_cast<Eigen::Index>(sample.channels.size() - dials));
   for (std::size_t i = dials; i < sample.channels.size(); ++i) {
     const ChannelValue& coordinate = sample.channels[i];
     if (!coordinate.value || coordinate.quality == Quality::kBad) return std::nullopt;
@@ -58,7 +58,8 @@ std::optional<Point> position_of(const Sample& sample, std::size_t dials) {
   return position;
 }
 
-void set_position(Sample& sample, std::size_t dials, const std::optional<Point>& position_mm) {
+void set_position(
+    Sample& sample, std::size_t dials, const std::optional<Position>& position_mm) {
   sample.channels.resize(dials);
   if (!position_mm) return;
   for (const double coordinate_mm : *position_mm) {

@@ -53,8 +53,9 @@ struct SampleLayout {
 
 /// The tool's position [mm] in W as an instrument gave it: the channels after the `dials` first
 /// ones. Empty: the sample has none.
-[[nodiscard]] std::optional<Point> position_of(const Sample& sample, std::size_t dials);
-/// Puts it there; empty: takes it away.
-void set_position(Sample& sample, std::size_t dials, const std::optional<Point>& position_mm);
+[[nodiscard]] std::optional<Position> position_of(const Sample& sample, std::size_t dials);
+/// Sets the position of a sample; empty: removes it.
+void set_position(
+    Sample& sample, std::size_t dials, const std::optional<Position>& position_mm);
 
 }  // namespace sixdial::session

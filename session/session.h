@@ -24,11 +24,10 @@ enum class Quality { kGood, kUncertain, kBad };
 [[nodiscard]] std::optional<Quality> quality_from(std::string_view text);
 
 /// Coordinates in a plane or in space [mm].
-using Point = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+using geometry::Position;
 
 /// The raw reading of one channel within a sample. Without a value: no contact, or none was
-/// obtained, and `reason` says which ("no contact", "timeout", "disconnected", "parse",
-/// "range", "unsettled", "stale", ...).
+/// obtained, and `reason` says which: "no contact", "timeout", ... (session/reason.h).
 struct ChannelValue {
   std::optional<double> value{};  // in the channel's unit
   Quality quality = Quality::kGood;
@@ -42,8 +41,8 @@ struct Sample {
   int point = 0;
   int repeat = 0;
   std::optional<TimePoint> time_utc;
-  Eigen::VectorXd q;               // encoder value of each joint [rad, mm]
-  std::optional<Point> target_mm;  // in W
+  Eigen::VectorXd q;                  // encoder value of each joint [rad, mm]
+  std::optional<Position> target_mm;  // in W
   /// Sign of each joint's last move: -1, 0 (unknown), 1. Joints that nothing is said of may be
   /// left out at the end.
   std::vector<std::optional<int>> approach;

@@ -10,19 +10,19 @@ namespace sixdial::session {
 
 void TomlChecks::fault(
     const toml::source_region& where, std::string field, std::string what, std::string hint) {
-  findings_.push_back(
+  mistakes_.push_back(
       {static_cast<int>(where.begin.line), static_cast<int>(where.begin.column),
        std::move(field), std::move(what), std::move(hint)});
 }
 
 void TomlChecks::stop_if_faulty() {
-  std::sort(unknown_.begin(), unknown_.end(), [](const Finding& a, const Finding& b) {
+  std::sort(unknown_.begin(), unknown_.end(), [](const Mistake& a, const Mistake& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
-  findings_.insert(findings_.begin(), unknown_.begin(), unknown_.end());
-  if (findings_.empty()) return;
-  const std::size_t total = findings_.size();
-  throw DataError(file_, std::move(findings_), total);
+  mistakes_.insert(mistakes_.begin(), unknown_.begin(), unknown_.end());
+  if (mistakes_.empty()) return;
+  const std::size_t total = mistakes_.size();
+  throw DataError(file_, std::move(mistakes_), total);
 }
 
 void TomlChecks::known_keys(

@@ -43,8 +43,8 @@ class TomlChecks {
 
  private:
   std::string file_;
-  std::vector<Finding> findings_;
-  std::vector<Finding> unknown_;  // told first: a key that is missing may be one misspelt
+  std::vector<Mistake> mistakes_;
+  std::vector<Mistake> unknown_;  // told first: a key that is missing may be one misspelt
 };
 
 }  // namespace sixdial::session

@@ -82,7 +82,7 @@ bool is_value_of_key(std::string_view text, std::size_t at) {
   });
 }
 
-Finding finding_at(std::string_view text, std::size_t at, const char* what, const char* hint) {
+Mistake finding_at(std::string_view text, std::size_t at, const char* what, const char* hint) {
   const std::string_view before = text.substr(0, at);
   const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
   int column = 1;
@@ -95,7 +95,7 @@ Finding finding_at(std::string_view text, std::size_t at, const char* what, cons
 
 }  // namespace
 
-std::optional<Finding> stray_character(std::string_view text) {
+std::optional<Mistake> stray_character(std::string_view text) {
   std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   while (i < text.size()) {
     if (text[i] == '#') {

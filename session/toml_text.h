@@ -12,6 +12,6 @@ namespace sixdial::session {
 /// in a string leads. TOML 1.0 allows none there, but for what follows a line that a backslash
 /// ends, and toml++ 3.3 runs into undefined behaviour on some (U+029C after a number, U+FEFE
 /// after a backslash; seen by fuzzing).
-[[nodiscard]] std::optional<Finding> stray_character(std::string_view text);
+[[nodiscard]] std::optional<Mistake> stray_character(std::string_view text);
 
 }  // namespace sixdial::session

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "geometry/tool.h"
 #include "session/sample_layout.h"
 
 namespace sixdial::session {
@@ -18,12 +19,13 @@ struct NominalPose {
 
 /// Where the nominal robot holds the cuboid, clamp angle 0.
 std::optional<NominalPose> nominal_pose(
-    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, Assembly assembly) {
-  const auto pose = geometry::forward(rig.robot.nominal, q_rad, assembly);
+    const geometry::Rig& rig, const Eigen::VectorXd& q, Assembly assembly) {
+  const auto pose = geometry::planar_pose(
+      *rig.robot.model, rig.robot.nominal, q, assembly, geometry::cuboid_link(rig));
   const auto reference = geometry::reference_link_angle(rig);
   if (!pose || !reference) return std::nullopt;
   return NominalPose{
-      {pose->p_WE, geometry::cuboid_angle(rig, *reference, *pose, 0.0)}, assembly};
+      {pose->p_WE, geometry::cuboid_angle(rig, *reference, pose->link_rad, 0.0)}, assembly};
 }
 
 std::vector<geometry::DialReading> readings_of(const geometry::Rig& rig, const Sample& sample) {
@@ -52,36 +54,23 @@ double misfit(
   return sum / static_cast<double>(readings.size());
 }
 
-/// Of any robot: the assembly whose nominal tool is nearest to the sample's target or measured
-/// position. Empty: neither is known, or the robot has one assembly or cannot be there.
-std::optional<Assembly> nearest_assembly(const geometry::Rig& rig, const Sample& sample) {
-  const geometry::RobotModel& robot = *rig.robot.model;
-  const auto measured = position_of(sample, rig.dials.size());
-  const auto& point = sample.target_mm ? sample.target_mm : measured;
-  if (!point) return std::nullopt;
-  std::optional<Assembly> nearest;
-  double least_mm2 = 0.0;
-  geometry::Frames at(robot);
-  for (const geometry::BranchInfo& each : robot.assemblies) {
-    const auto assembly = static_cast<Assembly>(each.number);
-    if (!robot.forward(rig.robot.nominal, sample.q, assembly, at.X)) continue;
-    const double miss_mm2 = (at.X[0].p.head(point->size()) - *point).squaredNorm();
-    if (!nearest || miss_mm2 < least_mm2) {
-      nearest = assembly;
-      least_mm2 = miss_mm2;
-    }
-  }
-  return nearest;
-}
-
+/// The assembly whose readings are nearest to the sample's; empty: it has none in contact, or
+/// an assembly has no pose.
 std::optional<Assembly> assembly_by_readings(const geometry::Rig& rig, const Sample& sample) {
   const auto readings = readings_of(rig, sample);
-  const auto left = nominal_pose(rig, sample.q, Assembly::kLeft);
-  const auto right = nominal_pose(rig, sample.q, Assembly::kRight);
-  if (readings.empty() || !left || !right) return std::nullopt;
-  return misfit(rig, readings, left->cuboid) <= misfit(rig, readings, right->cuboid)
-             ? Assembly::kLeft
-             : Assembly::kRight;
+  if (readings.empty()) return std::nullopt;
+  std::optional<Assembly> nearest;
+  double least = 0.0;
+  for (const geometry::BranchInfo& each : rig.robot.model->assemblies) {
+    const auto assembly = static_cast<Assembly>(each.number);
+    const auto pose = nominal_pose(rig, sample.q, assembly);
+    if (!pose) return std::nullopt;
+    const double miss = misfit(rig, readings, pose->cuboid);
+    if (nearest && miss >= least) continue;
+    nearest = assembly;
+    least = miss;
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -96,12 +85,10 @@ double reading_sigma_mm(const geometry::Dial& dial) {
 }
 
 Assembly assembly_of(const geometry::Rig& rig, const Sample& sample) {
-  if (rig.robot.model->kind != &geometry::five_bar) {
-    return nearest_assembly(rig, sample).value_or(rig.robot.assembly);
-  }
+  const geometry::Tool tool(rig);
   for (const auto& point : {sample.target_mm, position_of(sample, rig.dials.size())}) {
     if (!point) continue;
-    const auto assembly = geometry::assembly_at(rig.robot.nominal, sample.q, point->head(2));
+    const auto assembly = tool.assembly_at(rig.robot.nominal, sample.q, *point);
     if (assembly) return *assembly;
   }
   return assembly_by_readings(rig, sample).value_or(rig.robot.assembly);

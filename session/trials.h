@@ -32,8 +32,8 @@ namespace sixdial::session {
 /// resolution.
 [[nodiscard]] double reading_sigma_mm(const geometry::Dial& dial);
 
-/// The assembly a sample was taken in: by its target, else by its measured position, else by
-/// which assembly predicts its readings better, else the rig's.
+/// The assembly that a sample was taken in: judged by its target, else by its measured
+/// position, else by which assembly predicts its readings better, else the rig's.
 [[nodiscard]] geometry::Assembly assembly_of(const geometry::Rig& rig, const Sample& sample);
 
 }  // namespace sixdial::session

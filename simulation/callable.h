@@ -2,9 +2,9 @@
 // function; a row made at run time names an object with data of its own (an interpreter's
 // function, say). Unlike std::function it can stand in a constinit row and never allocates.
 //
-//   constinit const Effect effect{.after_kinematics = shift};              // an ordinary
-//   function row.after_kinematics = Effect::Hook::of(object);                       //
-//   object(x, place, ...)
+//   constinit const Effect effect{.after_kinematics = shift};  // an ordinary function
+//
+//   row.after_kinematics = Effect::Hook::of(object);  // calls object(x, place, ...)
 #pragma once
 
 #include <concepts>

@@ -3,9 +3,15 @@
 // line in effects/all_effects.cpp: what it changes, and all that diagnosis, studies and report
 // ask of it. Nothing outside of effects/ asks for an effect by its name.
 //
-//   q -> [before_kinematics] -> robot -> [after_kinematics] -> cuboid, dials ->
-//   [before_contact]
-//     -> displacement -> [after_reading]
+//   q -> [before_kinematics] -> robot -> [after_kinematics] -> cuboid, dials
+//
+//     -> [before_contact] -> displacement -> [after_reading]
+//
+// Example:
+//   const Effect& backlash = *find_effect("joint_backlash");
+//   const Place& joint2 = backlash.places(rig)[1];
+//   const ActiveEffect there{&backlash, joint2, {4e-4}};  // 0.4 mrad wide
+//   in_words_at(backlash, there.place.name);  // -> "backlash of joint 2"
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +27,8 @@
 
 namespace sixdial::simulation {
 
-/// What one sample brings besides its joint angles (circumstances.h).
+/// What is known of one sample besides its joint values (circumstances.h). It is made once for
+/// a session, from measured values, so that it stays the same while parameters are fitted.
 struct Circumstance {
   int order = 0;           // 0, 1, ... in time
   double time_h = 0.0;     // since the first sample
@@ -121,12 +128,13 @@ struct Effect {
   Callable<std::vector<double>(
       const geometry::Rig&, std::span<const Circumstance>, const Place&)>
       searched = {};
-  /// A small change of a searched value that is continuous, or none: such a value is fitted too
-  /// once the search has found its neighbourhood.
+  /// How far to change a searched value to take its derivative, if it is continuous: the value
+  /// is then fitted like a parameter, once the search has come near it. Empty: it is searched
+  /// only.
   Callable<double(double value)> searched_change = {};
 
-  /// It comes and goes with the clock, so that anything that wanders in time can be mistaken
-  /// for it.
+  /// It changes with time alone, so that anything else that wanders in time can be mistaken for
+  /// it.
   bool in_time = false;
   /// A constant shift from the sample on that is searched.
   bool is_step = false;
@@ -159,8 +167,8 @@ struct Effect {
   std::string_view helps = {};       // which poses or measurements show it best
 };
 
-/// Every effect, those added at run time too, in alphabetical order of cause. What was returned
-/// once stays valid and does not change.
+/// All effects, also those added at run time, sorted by cause. A span that was returned once
+/// stays valid and does not change.
 [[nodiscard]] std::span<const Effect* const> all_effects();
 [[nodiscard]] const Effect* find_effect(std::string_view cause);
 

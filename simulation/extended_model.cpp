@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/tool.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -16,6 +18,12 @@ void apply(
   if (extra && extra->effect->*hook) {
     (extra->effect->*hook)(extra->x, extra->place, sample, scene);
   }
+}
+
+/// Heading of a frame in W [rad].
+double turn_of(const geometry::Frames& at, int frame) {
+  const auto& R = at.X[static_cast<std::size_t>(frame)].R;
+  return std::atan2(R(1, 0), R(0, 0));
 }
 
 }  // namespace
@@ -33,17 +41,16 @@ bool ExtendedModel::needs_torque(const ActiveEffect* extra) const {
 ExtendedModel::Torque ExtendedModel::torque_Nmm(
     const ModelVector& model, const Trial& trial, const Circumstance& sample) const {
   const auto& rig = base_->rig();
-  const auto rigid = geometry::forward_derivative(
-      model.head(base_->robot_parameter_count()), trial.q, trial.assembly);
-  if (!rigid) return tl::unexpected(rigid.error());
-  const geometry::CuboidPose cuboid{rigid->pose.p_WE, cuboid_angle(model, trial, rigid->pose)};
-  Eigen::Matrix<double, 3, 2> by_q;  // of x, y, gamma
-  by_q.topRows<2>() = rigid->J_q;
-  by_q.bottomRows<1>().setZero();
-  if (rig.cuboid.mount != geometry::Mount::kFree) {
-    const int leg = rig.cuboid.mount == geometry::Mount::kDistal1 ? 0 : 1;
-    by_q.bottomRows<1>() = rigid->distal_J_q.row(leg);
-  }
+  geometry::Frames at(base_->robot());
+  const auto reached = base_->robot().forward_derivative(
+      model.head(base_->robot_parameter_count()), trial.q, trial.assembly, at);
+  if (!reached) return tl::unexpected(reached.error());
+  const std::optional<int> link = base_->cuboid_link();
+  const geometry::CuboidPose cuboid{
+      at.X[0].p.head<2>(), cuboid_angle(model, trial, link ? turn_of(at, *link) : 0.0)};
+  Eigen::Matrix3Xd by_q = Eigen::Matrix3Xd::Zero(3, trial.q.size());  // of x, y, gamma
+  by_q.topRows<2>() = at.by_q[0].topRows<2>();
+  if (link) by_q.bottomRows<1>() = at.by_q[static_cast<std::size_t>(*link)].bottomRows<1>();
   Eigen::VectorXd torque_Nmm = Eigen::VectorXd::Zero(trial.q.size());
   for (std::size_t i = 0; i < sample.plunger_force_n.size(); ++i) {
     if (sample.plunger_force_n[i] == 0.0) continue;
@@ -61,13 +68,13 @@ void ExtendedModel::bend_joints(
 }
 
 double ExtendedModel::cuboid_angle(
-    const ModelVector& model, const Trial& trial, const geometry::ForwardPose& pose) const {
+    const ModelVector& model, const Trial& trial, double link_rad) const {
   const auto& rig = base_->rig();
   if (rig.cuboid.mount == geometry::Mount::kFree && trial.gamma_rad) return *trial.gamma_rad;
   // An instrument without a cuboid has no clamp angle.
   const Eigen::Index clamp = base_->robot_parameter_count();
   return geometry::cuboid_angle(
-      rig, base_->reference_angle_rad(), pose, model.size() > clamp ? model[clamp] : 0.0);
+      rig, base_->reference_angle_rad(), link_rad, model.size() > clamp ? model[clamp] : 0.0);
 }
 
 void ExtendedModel::measure(
@@ -112,10 +119,11 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   scene.q = trial.q;
   scene.v = model.head(base_->robot_parameter_count());
   bend_joints(sample, scene, extra);
-  const auto pose = geometry::forward(scene.v, scene.q, trial.assembly);
+  const auto pose = geometry::planar_pose(
+      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
   if (!pose) return tl::unexpected(pose.error());
   scene.p_WE = pose->p_WE;
-  scene.gamma_rad = cuboid_angle(model, trial, *pose);
+  scene.gamma_rad = cuboid_angle(model, trial, pose->link_rad);
   measure(sample, scene, extra);
   return {};
 }

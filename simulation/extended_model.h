@@ -37,9 +37,9 @@ class ExtendedModel {
   /// q, v and torque_Nmm of the scene are set: bends q and v.
   void bend_joints(
       const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;
-  /// gamma [rad] at a pose of the bent robot.
+  /// gamma [rad] where the bent robot turns the cuboid's link to link_rad in W.
   [[nodiscard]] double cuboid_angle(
-      const ModelVector& model, const Trial& trial, const geometry::ForwardPose& pose) const;
+      const ModelVector& model, const Trial& trial, double link_rad) const;
   /// p_WE and gamma_rad of the scene are set: what follows, up to the readings.
   void measure(
       const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;

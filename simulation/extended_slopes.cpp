@@ -116,19 +116,27 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
 
 ExtendedSlopes::Reached ExtendedSlopes::differentiate_pose(
     const ModelVector& model, const Trial& trial, Scene& scene) {
-  const auto& rig = extended_.base().rig();
-  const auto seen = geometry::forward_derivative(scene.v, scene.q, trial.assembly);
-  if (!seen) return tl::unexpected(seen.error());
-  scene.p_WE = seen->pose.p_WE;
-  scene.gamma_rad = extended_.cuboid_angle(model, trial, seen->pose);
-  p_.noalias() = seen->J_v * v_;
-  p_.noalias() += seen->J_q * q_;
-  gamma_.setZero(count());
-  const bool given = rig.cuboid.mount == geometry::Mount::kFree;
-  if (!given) {
-    const int leg = rig.cuboid.mount == geometry::Mount::kDistal1 ? 0 : 1;
-    gamma_ = seen->distal_J_v.row(leg) * v_ + seen->distal_J_q.row(leg) * q_;
+  const ForwardModel& base = extended_.base();
+  if (frames_.X.empty()) frames_ = geometry::Frames(base.robot());
+  if (auto reached = base.robot().forward_derivative(scene.v, scene.q, trial.assembly, frames_);
+      !reached) {
+    return reached;
   }
+  const std::optional<int> link = base.cuboid_link();
+  double link_rad = 0.0;
+  gamma_.setZero(count());
+  if (link) {
+    const auto frame = static_cast<std::size_t>(*link);
+    const auto& R = frames_.X[frame].R;
+    link_rad = std::atan2(R(1, 0), R(0, 0));
+    gamma_ =
+        frames_.by_v[frame].bottomRows<1>() * v_ + frames_.by_q[frame].bottomRows<1>() * q_;
+  }
+  scene.p_WE = frames_.X[0].p.head<2>();
+  scene.gamma_rad = extended_.cuboid_angle(model, trial, link_rad);
+  p_.noalias() = frames_.by_v[0].topRows<2>() * v_;
+  p_.noalias() += frames_.by_q[0].topRows<2>() * q_;
+  const bool given = base.rig().cuboid.mount == geometry::Mount::kFree;
   const Eigen::Index clamp = extended_.base().robot_parameter_count();
   if (model.size() > clamp && !(given && trial.gamma_rad)) gamma_[clamp] += 1.0;
   return {};

@@ -59,6 +59,7 @@ class ExtendedSlopes {
   // Derivatives, one column for each of count().
   Eigen::MatrixXd v_, q_, p_, torque_by_model_;
   Eigen::RowVectorXd gamma_;
+  geometry::Frames frames_;
   Scene moved_;
 };
 

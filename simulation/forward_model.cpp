@@ -15,6 +15,7 @@ ForwardModel::ForwardModel(geometry::Rig rig)
   parameters_.insert(
       parameters_.end(), instrument_->parameters.begin(), instrument_->parameters.end());
   // The simulation with effects needs it of a cuboid; elsewhere there is no link to refer to.
+  cuboid_link_ = geometry::cuboid_link(rig_);
   reference_angle_rad_ = geometry::reference_link_angle(rig_).value_or(0.0);
 }
 

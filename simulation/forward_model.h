@@ -8,6 +8,11 @@
 //
 // Millimetres and radians, frame W. Limits (travel, edges) are told, not applied: a measured
 // reading is proof of contact, and a fit must not lose it where the start is a few mm off.
+//
+// Example:
+//   const ForwardModel model(rig);
+//   const auto at = model.predict(model.nominal(), trials[0].q, trials[0].assembly);
+//   if (at) show(at->p_WE(), at->reading);  // [mm]: the tool, and what each dial would read
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +25,6 @@
 
 #include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
-#include "geometry/robots/five_bar.h"
 
 namespace sixdial::simulation {
 
@@ -72,9 +76,12 @@ class ForwardModel {
   [[nodiscard]] const geometry::InstrumentModel& instrument() const { return *instrument_; }
   /// Angle in W of the cuboid's link at the reference pose [rad].
   [[nodiscard]] double reference_angle_rad() const { return reference_angle_rad_; }
+  /// The robot's frame that the cuboid turns with, if any.
+  [[nodiscard]] std::optional<int> cuboid_link() const { return cuboid_link_; }
 
-  /// `free_gamma_rad` replaces gamma where the mount is free (reading_J then leaves gamma out).
-  /// Without `with_contact`, `in_contact` stays empty.
+  /// What each channel would read at joint values q. Where the cuboid is held freely, the
+  /// caller gives its rotation as `free_gamma_rad`; reading_J then holds gamma fixed. Without
+  /// `with_contact`, `in_contact` stays empty.
   [[nodiscard]] tl::expected<Prediction, geometry::KinematicTrouble> predict(
       const ModelVector& model, const Eigen::VectorXd& q, geometry::Assembly assembly,
       std::optional<double> free_gamma_rad = std::nullopt, bool with_contact = true) const;
@@ -88,6 +95,7 @@ class ForwardModel {
   geometry::Rig rig_;
   std::shared_ptr<const geometry::InstrumentModel> instrument_;
   std::vector<geometry::ParameterInfo> parameters_;
+  std::optional<int> cuboid_link_;
   double reference_angle_rad_ = 0.0;
 };
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/robot_kind.h"
 
 namespace sixdial::simulation {
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/tool.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
@@ -62,7 +63,7 @@ PositionMap map_of(const calibration::PositionUncertainty& from) {
       .max_sd_mm = from.max_sd_mm,
       .max_radius_95_mm = from.max_radius_95_mm,
       .worst_mm = from.worst_mm};
-  for (const Eigen::Vector2d& sd : from.sd_mm) {
+  for (const Eigen::VectorXd& sd : from.sd_mm) {
     map.sd_x_mm.push_back(sd.x());
     map.sd_y_mm.push_back(sd.y());
   }
@@ -73,7 +74,8 @@ IdentifiabilityRow identifiability_of(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     const calibration::PositionUncertainty* map) {
   const std::vector<std::string_view> names = space.parameter_names();
-  const auto known = calibration::identifiability(fit, names, space.samples());
+  const auto known =
+      calibration::identifiability(fit, names, space.samples(), space.named_directions);
   const auto determined = static_cast<int>(known.singular_values.size()) - fit.held;
   IdentifiabilityRow row{
       .singular_values = known.singular_values,
@@ -160,16 +162,15 @@ std::optional<Precision> precision_of(
     if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return none;
     Eigen::MatrixXd covariance;
     return calibration::estimates_with_noise(
-        in, found.fit, calibration::noise_estimate(in, found.fit), covariance);
+        in, found.fit, calibration::weighting_of(in, here),
+        calibration::noise_estimate(in, found.fit), {}, covariance);
   };
   const bool of_positions = space.name == "positions";
   const auto here = estimated(space, &fit);
   if (here.empty()) return std::nullopt;
   const auto other = estimated(
       of_positions ? calibration::dial_space(g1, session.rig)
-                   : calibration::position_space(
-                         calibration::position_observations(g1), session.rig.robot.nominal,
-                         settings.noise_mm),
+                   : calibration::position_space(g1, session.rig, settings.noise_mm),
       nullptr);
   if (other.empty()) return std::nullopt;
   const std::array estimates{of_positions ? here : other, of_positions ? other : here};
@@ -194,13 +195,17 @@ std::optional<Precision> precision_of(
   return precision;
 }
 
-std::optional<double> rig_noise_mm(const calibration::PositionObservations& set) {
+std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials) {
   double sum_mm2 = 0.0;
-  for (const Eigen::Matrix2d& covariance : set.covariance_mm2) {
-    sum_mm2 += covariance.trace() / 2.0;
+  int positions = 0;
+  for (const simulation::Trial& trial : trials) {
+    if (!trial.position_mm || !trial.position_mm->allFinite() || !trial.q.allFinite()) continue;
+    ++positions;
+    sum_mm2 +=
+        trial.covariance_or_zero().trace() / static_cast<double>(trial.position_mm->size());
   }
-  if (set.empty() || !(sum_mm2 > 0.0)) return std::nullopt;
-  return std::sqrt(sum_mm2 / set.size());
+  if (positions == 0 || !(sum_mm2 > 0.0)) return std::nullopt;
+  return std::sqrt(sum_mm2 / positions);
 }
 
 CheckedSession check_gross_errors(
@@ -246,22 +251,28 @@ CheckedSession check_gross_errors(
 
 Assessment assess(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
-    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
-    const geometry::Rig& rig) {
+    calibration::Weighting weighting, std::span<const simulation::Trial> g1,
+    std::span<const simulation::Trial> all, const geometry::Rig& rig) {
   Assessment result{
       .space = space.name,
       .samples = space.samples(),
       .readings = space.rows(),
       .noise = calibration::noise_estimate(space, fit),
+      .structure = calibration::smooth_structure(space, fit, weighting),
       .working_modes = working_modes_of(space, fit, g1, rig)};
   Eigen::MatrixXd covariance;
   result.parameters = parameter_rows(
-      calibration::estimates_with_noise(space, fit, result.noise, covariance), space);
+      calibration::estimates_with_noise(
+          space, fit, weighting, result.noise, result.structure, covariance),
+      space);
+  result.covariance = covariance;
   std::optional<calibration::PositionUncertainty> map;
-  if (const auto workspace = calibration::workspace_of(all)) {
+  const geometry::Tool tool(rig);
+  const auto workspace = calibration::workspace_of(all);
+  if (workspace && tool.has_inverse()) {
     map = calibration::position_uncertainty(
-        fit.x.head<geometry::kParameterCount>(), covariance, fit, rig.robot.working_mode,
-        *workspace, calibration::quantile_95(result.noise));
+        tool, fit.x.head(rig.robot.nominal.size()), covariance, fit, rig.robot.working_mode,
+        *workspace, calibration::quantile_95(result.noise), result.structure.sd_mm);
     result.position_uncertainty = map_of(*map);
   }
   result.identifiability = identifiability_of(space, fit, map ? &*map : nullptr);
@@ -272,13 +283,12 @@ ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
     const session::Session& session, double noise_mm) {
   if (name == "positions") {
-    return calibration::position_space(
-        calibration::position_observations(trials), session.rig.robot.nominal, noise_mm);
+    return calibration::position_space(trials, session.rig, noise_mm);
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("G1 of {} has no dial readings that can be fitted", session.name),
         {{"session", session.name}},
         "The session gives positions (x_mm, y_mm): compare with --space positions.");
@@ -293,8 +303,8 @@ std::vector<char> fixed_parameters(
     const auto index = space.find(name);
     if (index) return static_cast<std::size_t>(*index);
     const auto nearest = session::nearest_name(name, space.parameter_names());
-    throw Error(
-        ErrorCode::kInvalidParams,
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
         fmt::format("there is no parameter '{}'", name.substr(0, 64)), {{"param", "fix"}},
         nearest ? fmt::format("The nearest known one is '{}'.", *nearest)
                 : fmt::format("One of: {}.", fmt::join(space.parameter_names(), ", ")));
@@ -303,8 +313,8 @@ std::vector<char> fixed_parameters(
   for (const std::string& name : free) fixed[index_of(name)] = 0;
   for (const std::string& name : fix) {
     if (std::ranges::find(free, name) != free.end()) {
-      throw Error(
-          ErrorCode::kInvalidParams,
+      throw StudyError(
+          StudyErrorCode::kInvalidParams,
           fmt::format("parameter '{}' is asked to be fixed and free", name), {{"param", "fix"}},
           "Name it once.");
     }

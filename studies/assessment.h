@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calibration/five_bar/spaces.h"
 #include "calibration/gross_errors.h"
+#include "calibration/rig_spaces.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"
 #include "studies/error.h"
@@ -31,7 +31,8 @@ struct ParameterRow {
     const std::vector<calibration::ParameterEstimate>& estimates,
     const calibration::ObservationSpace& space);
 
-/// A direction in the parameters that no pose shows, held at nominal.
+/// A direction in the parameters that no pose of the session determines; it was held at
+/// nominal.
 struct HeldRow {
   std::string words{};          // which parameters rise while which fall
   Eigen::VectorXd direction{};  // unit vector in scaled parameters
@@ -64,7 +65,7 @@ struct PositionMap {
   std::vector<double> sd_x_mm{}, sd_y_mm{};  // by node
   std::vector<double> radius_95_mm{};        // by node
   double mean_sd_mm = 0.0, max_sd_mm = 0.0, max_radius_95_mm = 0.0;
-  Eigen::Vector2d worst_mm{0, 0};
+  geometry::Position worst_mm;
 };
 
 struct Assessment {
@@ -72,18 +73,20 @@ struct Assessment {
   int samples = 0;
   int readings = 0;  // coordinates of positions, or dial readings
   calibration::NoiseEstimate noise{};
+  calibration::Structure structure{};  // what neighbouring poses share in the residuals
   std::vector<ParameterRow> parameters{};
+  Eigen::MatrixXd covariance{};  // of the parameters; documents have that of the result
   std::vector<WorkingModeRow> working_modes{};
   IdentifiabilityRow identifiability{};
   std::optional<PositionMap> position_uncertainty{};
 };
 
-/// `fit`: of the space at the parameters that are assessed. `g1`: the trials of the space;
-/// `all`: those that show the workspace.
+/// `fit`: of space.problem(weighting), at the parameters that are assessed. `g1`: the trials of
+/// the space; `all`: those that show the workspace.
 [[nodiscard]] Assessment assess(
     const calibration::ObservationSpace& space, const calibration::LeastSquaresFit& fit,
-    std::span<const simulation::Trial> g1, std::span<const simulation::Trial> all,
-    const geometry::Rig& rig);
+    calibration::Weighting weighting, std::span<const simulation::Trial> g1,
+    std::span<const simulation::Trial> all, const geometry::Rig& rig);
 
 /// Standard deviation of each parameter from positions and from raw readings, side by side.
 struct Precision {
@@ -95,8 +98,9 @@ struct Precision {
   std::vector<Row> parameters{};
   double geometric_mean_ratio = 0.0;
 };
-/// Empty where the session has only one of the two, or one leaves something open. `space` and
-/// `fit`: the least-squares fit that there is already; the other space is fitted here.
+/// Empty where the session has only positions or only readings, or where one of the two leaves
+/// a direction open. `space` and `fit`: the least-squares fit that was made already; the other
+/// one is fitted here.
 [[nodiscard]] std::optional<Precision> precision_of(
     const calibration::ObservationSpace& space, const calibration::Identified& fit,
     std::span<const simulation::Trial> g1, const session::Session& session,
@@ -128,7 +132,8 @@ struct GrossErrors {
   double sigma_mm = 0.0;  // robust standard deviation of a good reading
   double limit_times_sigma = 0.0;
   bool set_aside = true;
-  /// So many stand out in G1 and in G2 that they cannot be accidents; 0: none.
+  /// Number of readings that stand out in G1 and G2 if these are too many to be accidents; else
+  /// 0.
   int systematic_g1 = 0, systematic_g2 = 0;
   std::optional<std::string> not_possible{};  // why the check could not judge
 };
@@ -144,20 +149,20 @@ struct CheckedSession {
     const session::Session& session, const calibration::IdentifySettings& settings,
     bool set_aside);
 
-/// The space that a request names: "positions" or "dials". Throws Error bad_data where the
+/// The space that a request names: "positions" or "dials". Throws StudyError bad_data where the
 /// session has no dial readings for the latter.
 [[nodiscard]] calibration::ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
     const session::Session& session, double noise_mm);
 
 /// Parameters that keep their nominal value: those of `fix`, and where `free` is not empty all
-/// that it does not name. Throws Error invalid_params with the nearest name.
+/// that it does not name. Throws StudyError invalid_params with the nearest name.
 [[nodiscard]] std::vector<char> fixed_parameters(
     const calibration::ObservationSpace& space, const std::vector<std::string>& fix,
     const std::vector<std::string>& free);
 
 /// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
 /// the dials; empty for an instrument that gives none.
-[[nodiscard]] std::optional<double> rig_noise_mm(const calibration::PositionObservations& set);
+[[nodiscard]] std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials);
 
 }  // namespace sixdial::studies

@@ -13,10 +13,8 @@
 namespace sixdial::studies {
 namespace {
 
-constexpr int kKnownNoise = 1'000'000;  // degrees of freedom of a figure that is taken as known
-
-calibration::Settings settings_of(const CalibrationRequest& request) {
-  calibration::Settings settings = calibration::settings_for(request.profile);
+calibration::PipelineSettings settings_of(const CalibrationRequest& request) {
+  calibration::PipelineSettings settings = calibration::settings_for(request.profile);
   settings.seed = request.seed;
   const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   settings.threads = request.threads > 0 ? request.threads : cores;
@@ -32,7 +30,8 @@ calibration::Settings settings_of(const CalibrationRequest& request) {
 
 /// The same choices for an identifier of the registry.
 calibration::IdentifySettings identify_settings(
-    const calibration::Settings& settings, const calibration::IdentifySettings& judged) {
+    const calibration::PipelineSettings& settings,
+    const calibration::IdentifySettings& judged) {
   calibration::IdentifySettings identify = judged;
   identify.seed = settings.seed;
   identify.threads = settings.threads;
@@ -41,14 +40,6 @@ calibration::IdentifySettings identify_settings(
   identify.qpso1 = settings.qpso1;
   identify.qpso2 = settings.qpso2;
   return identify;
-}
-
-/// The part of a number of seconds that is still to come.
-std::optional<double> time_left(std::chrono::steady_clock::time_point began, double fraction) {
-  constexpr double kTooEarly = 0.02;
-  if (fraction < kTooEarly) return std::nullopt;
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-  return spent.count() * (1.0 - fraction) / fraction;
 }
 
 TellFraction teller(const ProgressCallback& progress) {
@@ -62,22 +53,22 @@ TellFraction teller(const ProgressCallback& progress) {
         .stage = stage,
         .done = counted ? iteration : std::llround(100.0 * fraction),
         .total = counted ? iterations : 100,
-        .eta_s = time_left(began, fraction)};
+        .eta_s = time_left_s(began, fraction)};
     if (best_mm > 0.0) told.best_mm = best_mm;
     progress(std::move(told));
   };
 }
 
-/// Standard deviations and intervals rest on the same noise wherever they are shown. `by_fit`:
-/// the standard deviations of the least-squares fit stand for those of the identified
-/// parameters, which are at its minimum.
+/// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
+/// the identified parameters are at the minimum of the least-squares fit that was assessed.
 void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& result) {
-  const int freedom = assessment.noise.degrees_of_freedom;
-  const double quantile = calibration::student_95(freedom > 0 ? freedom : kKnownNoise);
+  const double quantile = calibration::quantile_95(assessment.noise);
   Identification& identification = result.identification;
-  if (identification.sigma_mm > 0.0) {
-    identification.covariance *= assessment.noise.sigma_mm * assessment.noise.sigma_mm /
-                                 (identification.sigma_mm * identification.sigma_mm);
+  if (by_fit) {
+    identification.covariance = assessment.covariance;
+  } else if (identification.sigma_mm > 0.0) {
+    const double times = assessment.noise.spread_mm / identification.sigma_mm;
+    identification.covariance *= times * times;
   }
   identification.sigma_mm = assessment.noise.sigma_mm;
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
@@ -96,14 +87,14 @@ CalibrationResult calibrate(
     const ProgressCallback& progress, std::stop_token stop) {
   const calibration::MethodChoice method = chosen_method(request.method, "method");
   if (method.identifier == nullptr) {
-    throw Error(
-        ErrorCode::kInvalidParams, "'before' is no method to calibrate with",
+    throw StudyError(
+        StudyErrorCode::kInvalidParams, "'before' is no method to calibrate with",
         {{"param", "method"}}, "Name an identifier, such as lm or ekf_dqpso+anfis.");
   }
-  calibration::Settings settings = settings_of(request);
+  calibration::PipelineSettings settings = settings_of(request);
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
-    const auto stored = calibration::position_observations(session::trials_of(session, "G1"));
+    const std::vector<simulation::Trial> stored = session::trials_of(session, "G1");
     settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
     return check_gross_errors(session, judged, !request.keep_gross_errors);
@@ -128,7 +119,9 @@ CalibrationResult calibrate(
                      teller(progress), stop);
   result.created_utc = session::now_utc_text();
   result.inputs = inputs_of(session, settings.seed);
-  result.assessment = assess(data.g1, reference.fit, checked.g1, checked.all, session.rig);
+  result.assessment = assess(
+      data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
+      checked.all, session.rig);
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;

@@ -2,10 +2,11 @@
 // `sixdial calibrate BUNDLE`. The result says what it was made from (session, hashes, seed,
 // settings, version), so that every figure can be computed again.
 //
-//   studies::CalibrationRequest request;
-//   request.method = "lm+gp";
-//   const studies::CalibrationResult result = studies::calibrate(session, request);
-//   const auto* row = result.method(result.result_method);  // its errors on G1 and G2
+// Example:
+//   const CalibrationResult result = calibrate(session, {.method = "lm+gp"});
+//   const MethodRow* row = result.method(result.result_method);  // its errors on G1 and G2
+//   show(row->g2->mean_mm);
+//   result.method("before")->g2->mean_mm > row->g2->mean_mm;  // -> true
 #pragma once
 
 #include <cstdint>
@@ -36,8 +37,8 @@ struct CalibrationRequest {
   bool keep_gross_errors = false;   // list readings that stand out, but fit them too
 };
 
-/// Throws Error: invalid_params (a method or parameter that there is not, with the nearest),
-/// bad_data (too few samples, poses out of reach), cancelled.
+/// Throws StudyError: invalid_params (a method or parameter that there is not, with the
+/// nearest), bad_data (too few samples, poses out of reach), cancelled.
 [[nodiscard]] CalibrationResult calibrate(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress = {}, std::stop_token stop = {});

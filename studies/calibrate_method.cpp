@@ -7,7 +7,7 @@
 namespace sixdial::studies {
 namespace {
 
-calibration::ResidualSettings residual_settings(const calibration::Settings& settings) {
+calibration::ResidualSettings residual_settings(const calibration::PipelineSettings& settings) {
   calibration::ResidualSettings residual;
   residual.seed = settings.seed;
   residual.holdout_fraction = settings.holdout_fraction;
@@ -18,7 +18,8 @@ calibration::ResidualSettings residual_settings(const calibration::Settings& set
 Identification identification_of(
     const calibration::ObservationSpace& space, const calibration::Identified& found) {
   const std::vector<std::string_view> names = space.parameter_names();
-  const auto known = calibration::identifiability(found.fit, names, space.samples());
+  const auto known =
+      calibration::identifiability(found.fit, names, space.samples(), space.named_directions);
   Identification identification{
       .sigma_mm = found.sigma_mm,
       .degrees_of_freedom = found.fit.degrees_of_freedom(),
@@ -48,9 +49,9 @@ std::vector<calibration::MethodChoice> rows_of(const calibration::MethodChoice& 
 
 CalibrationResult calibrate_by_method(
     const CalibrationData& data, const calibration::MethodChoice& method,
-    const calibration::Settings& settings, const calibration::IdentifySettings& identify,
-    const calibration::Identified& reference, const TellFraction& tell,
-    const std::stop_token& stop) {
+    const calibration::PipelineSettings& settings,
+    const calibration::IdentifySettings& identify, const calibration::Identified& reference,
+    const TellFraction& tell, const std::stop_token& stop) {
   const auto found = calibration::compare_methods(
       data.g1, data.g1, data.g2, rows_of(method),
       {.identify = identify, .residual = residual_settings(settings)},

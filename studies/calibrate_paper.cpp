@@ -60,11 +60,11 @@ std::vector<ModelledRow> modelled_rows(const calibration::Result& result) {
 }  // namespace
 
 CalibrationResult calibrate_by_paper(
-    const CalibrationData& data, const calibration::Settings& settings,
+    const CalibrationData& data, const calibration::PipelineSettings& settings,
     const TellFraction& tell, const std::stop_token& stop) {
   const auto found = calibration::run_dqpso_anfis(
       data.g1, data.g2, settings,
-      [&](const calibration::Progress& now) {
+      [&](const calibration::PipelineProgress& now) {
         tell(
             std::string(calibration::to_string(now.stage)), now.fraction, now.iteration,
             now.iterations, now.rmse_mm);

@@ -69,8 +69,8 @@ std::vector<PointResiduals> point_residuals(
 
 void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
-  throw Error(
-      cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
+  throw StudyError(
+      cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
       {{"session", session}},
       cancelled ? ""
                 : "Measure more points of set G1: collect.start, or look at the rig file.");

@@ -19,8 +19,8 @@ struct CalibrationData {
   calibration::ObservationSpace g1, g2;  // of positions
 };
 
-/// A row of Table 6 as a robot: parameters and what is added to their position. `targets`: the
-/// error is measured minus target instead.
+/// A row of Table 6 as a model: its parameters, and what its residual model adds to the
+/// position. `targets`: the row is measured minus target instead of measured minus model.
 struct ModelledRow {
   Eigen::VectorXd v{};
   std::function<Eigen::VectorXd(const Eigen::VectorXd& joints)> correction{};  // empty: none
@@ -33,7 +33,7 @@ struct ModelledRow {
 [[nodiscard]] std::vector<PointResiduals> point_residuals(
     const CalibrationData& data, const std::vector<ModelledRow>& rows);
 
-/// Throws Error bad_data or cancelled.
+/// Throws StudyError bad_data or cancelled.
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session);
 
 /// `fraction`: of the whole, 0 to 1. `iteration` of `iterations` of a search, 0 of 0: none.
@@ -42,13 +42,13 @@ using TellFraction = std::function<void(
 
 /// Everything but inputs, assessment, precision and gross errors.
 [[nodiscard]] CalibrationResult calibrate_by_paper(
-    const CalibrationData& data, const calibration::Settings& settings,
+    const CalibrationData& data, const calibration::PipelineSettings& settings,
     const TellFraction& tell, const std::stop_token& stop);
 /// `reference`: the least-squares fit of the same data.
 [[nodiscard]] CalibrationResult calibrate_by_method(
     const CalibrationData& data, const calibration::MethodChoice& method,
-    const calibration::Settings& settings, const calibration::IdentifySettings& identify,
-    const calibration::Identified& reference, const TellFraction& tell,
-    const std::stop_token& stop);
+    const calibration::PipelineSettings& settings,
+    const calibration::IdentifySettings& identify, const calibration::Identified& reference,
+    const TellFraction& tell, const std::stop_token& stop);
 
 }  // namespace sixdial::studies

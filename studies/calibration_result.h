@@ -92,7 +92,7 @@ struct PointResiduals {
 struct CalibrationResult {
   std::string created_utc{};
   Inputs inputs{};
-  calibration::Settings settings{};
+  calibration::PipelineSettings settings{};
   std::string result_method{kPaperMethod};  // what is delivered: id of a row of `methods`
   std::vector<ParameterRow> parameters{};   // Table 2
   Identification identification{};

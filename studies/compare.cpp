@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "calibration/comparison.h"
-#include "calibration/five_bar/spaces.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
@@ -46,7 +45,7 @@ calibration::Loss loss_of(const std::string& name) {
 
 calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   calibration::ComparisonSettings settings;
-  const calibration::Settings paper = calibration::settings_for(request.profile);
+  const calibration::PipelineSettings paper = calibration::settings_for(request.profile);
   calibration::IdentifySettings& identify = settings.identify;
   identify.linearisation = paper.linearisation;
   identify.coordinates = paper.coordinates;
@@ -146,8 +145,8 @@ ComparisonChoices choices_made(
 
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
-  throw Error(
-      cancelled ? ErrorCode::kCancelled : ErrorCode::kBadData, trouble.message,
+  throw StudyError(
+      cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
       {{"session", session}});
 }
 
@@ -162,16 +161,14 @@ ComparisonResult compare(
     const ProgressCallback& progress, std::stop_token stop) {
   const std::vector<MethodChoice> choices = choices_of(request);
   calibration::ComparisonSettings settings = settings_of(request);
-  const auto first_g1 = calibration::position_observations(session::trials_of(session, "G1"));
+  const auto first_g1 = session::trials_of(session, "G1");
   settings.identify.noise_mm = rig_noise_mm(first_g1).value_or(settings.identify.noise_mm);
 
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
   const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
-    return calibration::position_space(
-        calibration::position_observations(trials), session.rig.robot.nominal,
-        settings.identify.noise_mm);
+    return calibration::position_space(trials, session.rig, settings.identify.noise_mm);
   };
   const auto g1 = positions(checked.g1);
   const auto g2 = positions(checked.g2);
@@ -183,12 +180,11 @@ ComparisonResult compare(
   const auto began = std::chrono::steady_clock::now();
   const auto tell = [&](const calibration::ComparisonProgress& now) {
     if (!progress) return;
-    constexpr double kTooEarly = 0.02;
-    Progress told{.stage = now.stage, .done = std::llround(100.0 * now.fraction), .total = 100};
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-    if (now.fraction > kTooEarly) {
-      told.eta_s = spent.count() * (1.0 - now.fraction) / now.fraction;
-    }
+    Progress told{
+        .stage = now.stage,
+        .done = std::llround(100.0 * now.fraction),
+        .total = 100,
+        .eta_s = time_left_s(began, now.fraction)};
     if (now.best_mm > 0.0) told.best_mm = now.best_mm;
     progress(std::move(told));
   };
@@ -204,7 +200,9 @@ ComparisonResult compare(
       .choices = choices_made(request, settings, space),
       .before_uses_targets = found->before_uses_targets,
       .least_squares_rmse_mm = reference.rmse,
-      .assessment = assess(space, reference.fit, checked.g1, checked.all, session.rig),
+      .assessment = assess(
+          space, reference.fit, calibration::weighting_of(space, settings.identify), checked.g1,
+          checked.all, session.rig),
       .precision =
           precision_of(space, reference, checked.g1, checked.session, settings.identify),
       .gross_errors = checked.found,

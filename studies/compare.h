@@ -1,5 +1,10 @@
 // All methods on one session: Table 6 for G1 and G2 with times, what the data can tell, which
 // readings stand out. The same code for the service's job and for `sixdial compare BUNDLE`.
+//
+// Example:
+//   const ComparisonResult result = compare(session, {.methods = {"before", "lm", "lm+gp"}});
+//   for (const ComparedRow& row : result.methods) show(row.id);
+//   result.methods.size();  // -> 3U
 #pragma once
 
 #include <cstdint>
@@ -98,13 +103,13 @@ struct ComparisonResult {
   double seconds = 0.0;
 };
 
-/// Throws Error: invalid_params (an unknown method or parameter, with the nearest), bad_data,
-/// cancelled.
+/// Throws StudyError: invalid_params (an unknown method or parameter, with the nearest),
+/// bad_data, cancelled.
 [[nodiscard]] ComparisonResult compare(
     const session::Session& session, const CompareRequest& request,
     const ProgressCallback& progress = {}, std::stop_token stop = {});
 
-/// Throws Error invalid_params for a method or combination that does not exist.
+/// Throws StudyError invalid_params for a method or combination that does not exist.
 void check_methods(const std::vector<std::string>& methods);
 
 }  // namespace sixdial::studies

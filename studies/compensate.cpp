@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
+#include "geometry/tool.h"
 
 namespace sixdial::studies {
 namespace {
@@ -16,29 +17,25 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
     std::pair{CompensateBy::kFull, std::string_view("full")},
     std::pair{CompensateBy::kExtended, std::string_view("extended")}};
-constexpr std::size_t kMostNamed = 10;
 
 /// What the trained residual model adds to the position; empty for a method without one.
 calibration::Correction correction_of(const CalibrationResult& result) {
   if (result.networks) {
     return [networks = std::vector{result.networks->x.model, result.networks->y.model}](
-               const Eigen::Vector2d& q_rad) {
-      return Eigen::Vector2d(calibration::anfis_correction(networks, q_rad));
-    };
+               const Eigen::VectorXd& q) { return calibration::anfis_correction(networks, q); };
   }
   if (!result.residual_model) return {};
   const StoredResidualModel& stored = *result.residual_model;
   const auto refuse = [&](const std::string& what) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
         {{"session", result.inputs.session}}, "Calibrate the session again.");
   };
   const calibration::ResidualModel* model = calibration::find_residual_model(stored.name);
   if (model == nullptr) refuse("this program does not know it");
   try {
-    return [correction = calibration::load_residual(*model, stored.saved).correction](
-               const Eigen::Vector2d& q_rad) { return Eigen::Vector2d(correction(q_rad)); };
+    return calibration::load_residual(*model, stored.saved).correction;
   } catch (const std::invalid_argument& error) {
     refuse(error.what());
   }
@@ -62,52 +59,55 @@ std::optional<CompensateBy> compensate_by_from(std::string_view text) {
 }
 
 calibration::CompensationModel compensation_model(
-    const CalibrationResult& result, CompensateBy by) {
-  if (std::ssize(result.parameters) != geometry::kParameterCount) {
-    throw Error(
-        ErrorCode::kBadData,
+    const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by) {
+  const int needed = rig.robot.model->parameter_count();
+  if (std::ssize(result.parameters) != needed) {
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the calibration has {} parameters where {} are needed", result.parameters.size(),
-            geometry::kParameterCount),
+            needed),
         {{"session", result.inputs.session}}, "Calibrate the session again.");
   }
-  calibration::CompensationModel model;
-  model.nominal = result.nominal();
-  model.v = by == CompensateBy::kBefore ? result.nominal() : result.identified();
+  calibration::CompensationModel model{
+      .tool = geometry::Tool(rig),
+      .nominal = result.nominal(),
+      .v = by == CompensateBy::kBefore ? result.nominal() : result.identified()};
   if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }
 
 CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
-    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
+    const geometry::Position& target_mm, geometry::WorkingMode mode) {
   return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
 }
 
 CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode) {
+    CompensateBy by, const geometry::Position& target_mm, geometry::WorkingMode mode) {
   if (!found) {
-    throw Error(
-        ErrorCode::kBadData, found.error().message,
-        {{"target_mm", std::vector{target_mm.x(), target_mm.y()}}},
+    throw StudyError(
+        StudyErrorCode::kBadData, found.error().message,
+        {{"target_mm", std::vector<double>(target_mm.begin(), target_mm.end())}},
         "Choose a target inside the workspace, or another working mode.");
   }
   return {
       .target_mm = target_mm,
       .mode = mode,
       .by = by,
-      .theta_rad = {found->q_rad.begin(), found->q_rad.end()},
-      .nominal_theta_rad = {found->nominal_q_rad.begin(), found->nominal_q_rad.end()},
+      .theta_rad = {found->q.begin(), found->q.end()},
+      .nominal_theta_rad = {found->nominal_q.begin(), found->nominal_q.end()},
       .closure_mm = found->closure_mm,
       .iterations = found->iterations};
 }
 
 geometry::WorkingMode mode_of(
-    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, const Eigen::Vector2d& target_mm) {
-  const auto assembly = geometry::assembly_at(rig.robot.nominal, q_rad, target_mm);
+    const geometry::Rig& rig, const Eigen::VectorXd& q, const geometry::Position& target_mm) {
+  const geometry::Tool tool(rig);
+  const auto assembly = tool.assembly_at(rig.robot.nominal, q, target_mm);
   if (!assembly) return rig.robot.working_mode;
-  const auto mode = geometry::working_mode_of(rig.robot.nominal, q_rad, *assembly);
+  const auto mode = tool.mode_of(rig.robot.nominal, q, *assembly);
   return mode ? *mode : rig.robot.working_mode;
 }
 
@@ -119,7 +119,7 @@ session::Plan compensated_plan(
     const auto found = calibration::compensate(
         model, point.target_mm, mode_of(rig, point.q, point.target_mm), point.q);
     if (found) {
-      point.q = found->q_rad;
+      point.q = found->q;
     } else if (++troubles <= kMostNamed) {
       named += fmt::format(
           "{}{} {}.{} {}", named.empty() ? "" : "; ", point.set, point.point, point.repeat,
@@ -127,8 +127,8 @@ session::Plan compensated_plan(
     }
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

@@ -1,5 +1,12 @@
 // A calibration result put to use: the joint angles that bring the real robot to a target, for
 // one target or a whole plan. The same code for the service and for bundles.
+//
+// Example:
+//   const CalibrationResult result = calibrate(session, {.method = "lm"});
+//   const auto model = compensation_model(result, rig, CompensateBy::kKinematics);
+//   const CommandedTarget target = compensated_target(
+//       model, CompensateBy::kKinematics, Eigen::Vector2d(30.0, 45.0), rig.robot.working_mode);
+//   target.theta_rad.size();  // -> 2U
 #pragma once
 
 #include <optional>
@@ -22,14 +29,15 @@ enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
 [[nodiscard]] std::string_view to_string(CompensateBy by);
 [[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
 
-/// The robot of a calibration, not kExtended; kFull with the residual model that was trained,
-/// if the method has one. Throws Error bad_data where that cannot be loaded.
+/// The robot of a calibration of a session on this rig, not kExtended; kFull with the residual
+/// model that was trained, if the method has one. Throws StudyError bad_data where that cannot
+/// be loaded, or where the calibration has other parameters than the rig's robot.
 [[nodiscard]] calibration::CompensationModel compensation_model(
-    const CalibrationResult& result, CompensateBy by);
+    const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by);
 
-/// The joint angles to command for one target.
+/// The joint values to command for one target.
 struct CommandedTarget {
-  Eigen::Vector2d target_mm{0, 0};
+  geometry::Position target_mm;
   geometry::WorkingMode mode{};
   CompensateBy by = CompensateBy::kFull;
   std::vector<double> theta_rad{}, nominal_theta_rad{};  // joint by joint
@@ -37,24 +45,27 @@ struct CommandedTarget {
   int iterations = 0;
 };
 
-/// Throws Error bad_data for a trouble.
+/// Throws StudyError bad_data for a trouble.
 [[nodiscard]] CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+    CompensateBy by, const geometry::Position& target_mm, geometry::WorkingMode mode);
 
-/// Throws Error bad_data that says why the target cannot be had.
+/// Throws StudyError bad_data that says why the target cannot be had.
 [[nodiscard]] CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
-    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode);
+    const geometry::Position& target_mm, geometry::WorkingMode mode);
+
+/// So many points without a solution are named in an error.
+inline constexpr std::size_t kMostNamed = 10;
 
 /// The same points with the angles to command; each in the working mode of its own angles.
-/// Throws Error bad_data that names the points without a solution.
+/// Throws StudyError bad_data that names the points without a solution.
 [[nodiscard]] session::Plan compensated_plan(
     session::Plan plan, const calibration::CompensationModel& model, const geometry::Rig& rig);
 
 /// The working mode that a planned point's angles are in, by the nominal robot; the rig's where
 /// that cannot be said.
 [[nodiscard]] geometry::WorkingMode mode_of(
-    const geometry::Rig& rig, const Eigen::Vector2d& q_rad, const Eigen::Vector2d& target_mm);
+    const geometry::Rig& rig, const Eigen::VectorXd& q, const geometry::Position& target_mm);
 
 }  // namespace sixdial::studies

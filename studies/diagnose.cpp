@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/diagnosis_causes.h"
@@ -40,10 +41,10 @@ std::vector<bool> held_out_of(
 
 /// What robot and named causes leave if nothing smooth and nameless is fitted with them.
 Eigen::VectorXd left_without_the_unknown(
-    const Readings& readings, const diagnosis::Identification& identified) {
-  const diagnosis::JointFit& after = identified.extended;
-  if (identified.unknown.empty()) return after.residual_mm;
-  if (after.effects.empty()) return identified.baseline.residual_mm;
+    const Readings& readings, const diagnosis::NamedCauses& named) {
+  const diagnosis::JointFit& after = named.extended;
+  if (named.unknown.empty()) return after.residual_mm;
+  if (after.effects.empty()) return named.baseline.residual_mm;
   return diagnosis::fit_jointly(readings, after.model, after.effects, &after).residual_mm;
 }
 
@@ -117,7 +118,7 @@ Residuals residuals_of(const DiagnosedReadings& data) {
     result.measured_mm.push_back(data.readings.measured_mm()[row]);
     result.before_mm.push_back(data.before.residual_mm[row]);
     result.after_mm.push_back(data.left_mm[row]);
-    result.good.push_back(data.after.weight[row] > kGoodWeight);
+    result.good.push_back(data.after.weight[row] > diagnosis::kGoodWeight);
   }
   return result;
 }
@@ -133,7 +134,7 @@ void add_curves(
   const DiagnosisCurves curves(data);
   for (std::size_t i = 0; i < found.causes.size(); ++i) {
     const diagnosis::Hypothesis& own = found.causes[i].finding.hypothesis;
-    if (found.identified.swap && own == *found.identified.swap) {
+    if (found.named.swap && own == *found.named.swap) {
       result.causes[i].signature = curves.signature_of_swap(own);
       continue;
     }
@@ -168,7 +169,7 @@ DiagnosisResult result_of(
       .dependence = std::move(found.dependence),
       .gross_readings = gross_readings_of(found, readings, session),
       .parameters = std::move(found.parameters),
-      .baseline = summary_of(found.identified.baseline),
+      .baseline = summary_of(found.named.baseline),
       .extended = summary_of(data.after),
       .judged_on =
           {.samples = found.g2_samples,
@@ -203,24 +204,23 @@ DiagnosisResult diagnose(
   };
   const auto checked = [&] {
     if (!stop.stop_requested()) return;
-    throw Error(
-        ErrorCode::kCancelled, "the diagnosis was cancelled", {{"session", session.name}});
+    throw StudyError(
+        StudyErrorCode::kCancelled, "the diagnosis was cancelled", {{"session", session.name}});
   };
   Diagnosis found;
   try {
     found = diagnosis::diagnose(
         model, std::move(trials), std::move(held_out), settings, tell, stop);
   } catch (const std::invalid_argument& error) {
-    throw Error(
-        ErrorCode::kBadData, error.what(), {{"session", session.name}},
+    throw StudyError(
+        StudyErrorCode::kBadData, error.what(), {{"session", session.name}},
         "Measure more points, or check the rig file: a reading counts only while its plunger "
         "is inside its travel.");
   }
   checked();
   const DiagnosedReadings data{
-      *found.readings, found.identified.baseline, found.identified.extended,
-      left_without_the_unknown(*found.readings, found.identified),
-      !found.identified.unknown.empty()};
+      *found.readings, found.named.baseline, found.named.extended,
+      left_without_the_unknown(*found.readings, found.named), !found.named.unknown.empty()};
   DiagnosisResult result = result_of(found, data, session, request, settings);
   checked();
   add_curves(result, found, data);

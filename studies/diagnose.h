@@ -1,7 +1,10 @@
 // What the simulation gets wrong on one session, and why (spec 4). The same code for the
-// service's job and for `sixdial diagnose BUNDLE`:
-//   const studies::DiagnosisResult result = studies::diagnose(session, {.seed = 7});
-//   for (const studies::FoundCause& cause : result.causes) show(cause.id.name());
+// service's job and for `sixdial diagnose BUNDLE`.
+//
+// Example:
+//   const DiagnosisRequest request{.seed = 7, .bootstrap = 0, .with_gain = false};  // quick
+//   const DiagnosisResult result = diagnose(session, request);
+//   for (const FoundCause& cause : result.causes) show(cause.id.name());
 #pragma once
 
 #include <cstdint>
@@ -21,7 +24,7 @@ struct DiagnosisRequest {
   bool with_gain = true;  // trains networks
 };
 
-/// Throws Error: bad_data (too few readings), cancelled.
+/// Throws StudyError: bad_data (too few readings), cancelled.
 [[nodiscard]] DiagnosisResult diagnose(
     const session::Session& session, const DiagnosisRequest& request,
     const ProgressCallback& progress = {}, std::stop_token stop = {});

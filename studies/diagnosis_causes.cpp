@@ -93,7 +93,7 @@ std::vector<FoundCause> causes_of(const diagnosis::Diagnosis& found, const Readi
         .on_g1 = each.on_g1,
         .g2_log_odds = each.g2_log_odds,
         .visible_ratio = each.visible_ratio};
-    if (found.identified.swap && each.finding.hypothesis == *found.identified.swap) {
+    if (found.named.swap && each.finding.hypothesis == *found.named.swap) {
       // Exchanged dials have no size of their own.
       const double rms_mm = exchanged_rms(readings, each.finding.hypothesis);
       cause.estimate = {{"difference_rms", "mm", rms_mm, kNan}};
@@ -107,9 +107,9 @@ std::vector<FoundCause> causes_of(const diagnosis::Diagnosis& found, const Readi
 std::vector<GrossReading> gross_readings_of(
     const diagnosis::Diagnosis& found, const Readings& readings,
     const session::Session& session) {
-  const bool twice = handed_over_twice(readings, found.identified.gross);
+  const bool twice = handed_over_twice(readings, found.named.gross);
   std::vector<GrossReading> list;
-  for (const diagnosis::GrossReading& each : found.identified.gross) {
+  for (const diagnosis::GrossReading& each : found.named.gross) {
     const diagnosis::Row& row = readings.rows()[static_cast<std::size_t>(each.row)];
     const int index = readings.trials()[static_cast<std::size_t>(row.trial)].sample;
     const session::Sample& sample = session.samples[static_cast<std::size_t>(index)];

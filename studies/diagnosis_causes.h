@@ -19,7 +19,7 @@ namespace sixdial::studies {
 [[nodiscard]] std::vector<FoundCause> causes_of(
     const diagnosis::Diagnosis& found, const diagnosis::Readings& readings);
 
-/// Stale only where so many equal the reading before that it is no accident.
+/// A reading is called stale only if so many equal the reading before that it cannot be chance.
 [[nodiscard]] std::vector<GrossReading> gross_readings_of(
     const diagnosis::Diagnosis& found, const diagnosis::Readings& readings,
     const session::Session& session);

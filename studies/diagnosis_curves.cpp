@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "diagnosis/gain.h"
+#include "diagnosis/thresholds.h"
 #include "geometry/units.h"
 #include "studies/left_along.h"
 
@@ -95,30 +96,30 @@ std::optional<SignatureCurve> unless_empty(SignatureCurve curve) {
 }
 
 /// The axis that a row's picture is drawn against.
-Axis axis_of(simulation::Against against) {
+CurveAxis axis_of(simulation::Against against) {
   switch (against) {
     case simulation::Against::kJointAngle:
-      return Axis::kJointAngle;
+      return CurveAxis::kJointAngle;
     case simulation::Against::kTime:
-      return Axis::kTime;
+      return CurveAxis::kTime;
     case simulation::Against::kTemperature:
-      return Axis::kTemperature;
+      return CurveAxis::kTemperature;
     case simulation::Against::kTravel:
-      return Axis::kTravel;
+      return CurveAxis::kTravel;
     case simulation::Against::kForce:
-      return Axis::kForce;
+      return CurveAxis::kForce;
     case simulation::Against::kOtherCoordinate:
-      return Axis::kOtherCoordinate;
+      return CurveAxis::kOtherCoordinate;
     case simulation::Against::kRotation:
-      return Axis::kFaceRotation;
+      return CurveAxis::kFaceRotation;
     case simulation::Against::kReadingTimesRotation:
-      return Axis::kReadingTimesFace;
+      return CurveAxis::kReadingTimesFace;
     case simulation::Against::kReading:
-      return Axis::kReading;
+      return CurveAxis::kReading;
     case simulation::Against::kSimulatedReading:
-      return Axis::kSimulatedReading;
+      return CurveAxis::kSimulatedReading;
   }
-  return Axis::kSample;
+  return CurveAxis::kSample;
 }
 
 }  // namespace
@@ -128,7 +129,7 @@ struct DiagnosisCurves::Shape {
   using Shows = simulation::Shows;
   using Groups = simulation::Groups;
   Shows shows;
-  Axis against;
+  CurveAxis against;
   Groups groups;
   bool is_function;
 };
@@ -197,21 +198,21 @@ Eigen::VectorXd DiagnosisCurves::force_n(int axis) const {
 Eigen::VectorXd DiagnosisCurves::on_axis(const Along& along) const {
   const auto n = std::ssize(data_.readings.trials());
   switch (along.axis) {
-    case Axis::kJointAngle:
+    case CurveAxis::kJointAngle:
       return joint_deg(along.joint);
-    case Axis::kToolX:
+    case CurveAxis::kToolX:
       return known_.x_mm;
-    case Axis::kToolY:
+    case CurveAxis::kToolY:
       return known_.y_mm;
-    case Axis::kTime:
+    case CurveAxis::kTime:
       return known_.time_min;
-    case Axis::kSample:
+    case CurveAxis::kSample:
       return Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n) - 1.0);
-    case Axis::kTemperature:
+    case CurveAxis::kTemperature:
       return known_.temperature_degC;
-    case Axis::kTravel:
+    case CurveAxis::kTravel:
       return known_.travel_deg;
-    case Axis::kFaceRotation:
+    case CurveAxis::kFaceRotation:
       return known_.face_deg;
     default:
       return Eigen::VectorXd::Constant(n, kNan);  // not a number of a sample
@@ -243,7 +244,7 @@ SignatureCurve DiagnosisCurves::joint_curve(
   SignatureCurve curve{
       .quantity = Quantity::kJointAngleError,
       .joint = joint,
-      .along = {shape.against, shape.against == Axis::kJointAngle ? joint : -1},
+      .along = {shape.against, shape.against == CurveAxis::kJointAngle ? joint : -1},
       .is_function = shape.is_function,
       .panels = {{}}};
   const Eigen::VectorXd x = on_axis(curve.along);
@@ -273,9 +274,9 @@ SignatureCurve DiagnosisCurves::tool_curve(const Shape& shape, const Part& part)
       .along = {.axis = shape.against},
       .is_function = shape.is_function};
   for (const int axis : {0, 1}) {
-    const Axis other = axis == 0 ? Axis::kToolY : Axis::kToolX;
-    const Eigen::VectorXd x = shape.against == Axis::kForce ? force_n(axis)
-                              : shape.against == Axis::kOtherCoordinate
+    const CurveAxis other = axis == 0 ? CurveAxis::kToolY : CurveAxis::kToolX;
+    const Eigen::VectorXd x = shape.against == CurveAxis::kForce ? force_n(axis)
+                              : shape.against == CurveAxis::kOtherCoordinate
                                   ? on_axis({.axis = other})
                                   : on_axis(curve.along);
     CurvePanel panel{.of = axis == 0 ? CurvePanelOf::kToolX : CurvePanelOf::kToolY};
@@ -290,7 +291,7 @@ std::vector<CurveGroup> DiagnosisCurves::dial_groups(
   const Readings& readings = data_.readings;
   const auto good = [this, &readings, dial](Eigen::Index row) {
     return readings.rows()[static_cast<std::size_t>(row)].dial == dial &&
-           data_.after.weight[row] > kGoodWeight;
+           data_.after.weight[row] > diagnosis::kGoodWeight;
   };
   std::vector<CurveGroup> groups;
   if (shape.groups != Shape::Groups::kPlungerDirection) {
@@ -312,8 +313,8 @@ SignatureCurve DiagnosisCurves::dial_curve(
     const ActiveEffect& effect, const Shape& shape, const Part& part) const {
   const Readings& readings = data_.readings;
   const Eigen::VectorXd x =
-      shape.against == Axis::kReading ? readings.measured_mm()
-      : shape.against == Axis::kReadingTimesFace
+      shape.against == CurveAxis::kReading ? readings.measured_mm()
+      : shape.against == CurveAxis::kReadingTimesFace
           ? Eigen::VectorXd(
                 by_row(known_.face_deg).cwiseProduct(readings.measured_mm()) /
                 geometry::kDegPerRad)
@@ -338,8 +339,8 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of(std::size_t i) const
   Shape shape = shape_of(effect);
   if (shape.shows == Shape::Shows::kReading && !data_.readings.has_dials()) return std::nullopt;
   // The number of a sample stands for its time where that is not known.
-  if (shape.against == Axis::kTime && !known_.time_min.allFinite()) {
-    shape.against = Axis::kSample;
+  if (shape.against == CurveAxis::kTime && !known_.time_min.allFinite()) {
+    shape.against = CurveAxis::kSample;
   }
   const Part part = part_of(i);
   switch (shape.shows) {
@@ -358,7 +359,7 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
   const Readings& readings = data_.readings;
   const std::array pair{swap.place.dial, swap.place.other_dial};
   SignatureCurve curve{
-      .quantity = Quantity::kReading, .along = {.axis = Axis::kSimulatedReading}};
+      .quantity = Quantity::kReading, .along = {.axis = CurveAxis::kSimulatedReading}};
   for (std::size_t k = 0; k < pair.size(); ++k) {
     const int own = pair[k];
     const auto other = static_cast<std::size_t>(pair[1 - k]);
@@ -386,13 +387,14 @@ std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   LeftSorter sorter(data_);
   const auto joints = static_cast<int>(readings.trials().front().q.size());
   for (int joint = 0; joint < joints; ++joint) {
-    sorter.by_number({Axis::kJointAngle, joint}, by_row(joint_deg(joint)));
+    sorter.by_number({CurveAxis::kJointAngle, joint}, by_row(joint_deg(joint)));
   }
-  for (const Axis axis : {Axis::kToolX, Axis::kToolY, Axis::kTime, Axis::kTemperature}) {
+  for (const CurveAxis axis :
+       {CurveAxis::kToolX, CurveAxis::kToolY, CurveAxis::kTime, CurveAxis::kTemperature}) {
     sorter.by_number({.axis = axis}, by_row(on_axis({.axis = axis})));
   }
   if (readings.has_dials())
-    sorter.by_number({.axis = Axis::kAnyReading}, readings.measured_mm());
+    sorter.by_number({.axis = CurveAxis::kAnyReading}, readings.measured_mm());
   sorter.by_arrival();
   if (readings.has_dials()) {
     sorter.by_plunger_travel();

@@ -7,12 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "studies/diagnosis_result.h"
 
 namespace sixdial::studies {
-
-inline constexpr double kGoodWeight = 0.5;  // a reading below it is gross
 
 /// The fits of a verdict on the readings as they were explained.
 struct DiagnosedReadings {
@@ -23,7 +21,7 @@ struct DiagnosedReadings {
   bool has_unknown = false;             // after.residual_mm is less something smooth
 };
 
-/// Walks the session once for what all curves need. `data` must outlive it.
+/// Computes once what all curves need. `data` must outlive this object.
 class DiagnosisCurves {
  public:
   explicit DiagnosisCurves(const DiagnosedReadings& data);

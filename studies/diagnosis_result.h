@@ -49,7 +49,7 @@ struct Rival {
 };
 
 /// What is drawn along an axis, or what residuals are sorted by.
-enum class Axis {
+enum class CurveAxis {
   kJointAngle,        // [deg]
   kToolX,             // [mm]
   kToolY,             // [mm]
@@ -69,7 +69,7 @@ enum class Axis {
   kDial,
 };
 struct Along {
-  Axis axis = Axis::kSample;
+  CurveAxis axis = CurveAxis::kSample;
   int joint = -1;  // of kJointAngle
   friend bool operator==(const Along&, const Along&) = default;
 };
@@ -128,7 +128,8 @@ struct FoundCause {
   }
   /// Of the readings, not of the robot or the instruments.
   [[nodiscard]] bool is_data_fault() const { return kind != CauseKind::kEffect; }
-  /// It is there, by the odds, but not shown by fitted and other points alike.
+  /// The odds say that it is there, but the points that were fitted and those that were not do
+  /// not show it alike.
   [[nodiscard]] bool is_only_suspected() const {
     return !is_data_fault() && !is_doubtful() && standing == Standing::kSuspected;
   }
@@ -277,7 +278,8 @@ enum class VerdictKind {
   kNothing,
 };
 [[nodiscard]] VerdictKind verdict_kind(const DiagnosisResult& result);
-/// Not of the readings only: something the robot or the instruments have.
+/// True if the diagnosis names something that the robot or the instruments have, not only bad
+/// readings.
 [[nodiscard]] bool names_an_effect(const DiagnosisResult& result);
 /// The row of a model without a network, null if there is none.
 [[nodiscard]] const GainRow* gain_row(

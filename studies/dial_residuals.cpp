@@ -20,10 +20,10 @@ double median(std::vector<double> values) {
 /// By dial: reading minus simulated reading [mm].
 std::vector<std::vector<double>> residuals(
     const session::Session& session, const std::vector<simulation::Trial>& trials,
-    const geometry::ParameterVector& v) {
+    const Eigen::VectorXd& v) {
   const simulation::ForwardModel model(session.rig);
   simulation::ModelVector at = model.nominal();
-  at.head<geometry::kParameterCount>() = v;
+  at.head(v.size()) = v;
   const auto clamp = model.find("clamp");
   const bool free = session.rig.cuboid.mount == geometry::Mount::kFree;
   std::vector<double> turned_rad;
@@ -51,8 +51,9 @@ std::vector<std::vector<double>> residuals(
 }  // namespace
 
 std::vector<DialRow> dial_residuals(
-    const session::Session& session, const geometry::ParameterVector& nominal,
-    const geometry::ParameterVector& identified) {
+    const session::Session& session, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified) {
+  if (session.rig.dials.empty()) return {};
   const std::vector<simulation::Trial> trials = session::trials_of(session, "");
   const auto before = residuals(session, trials, nominal);
   const auto after = residuals(session, trials, identified);

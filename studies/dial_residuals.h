@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "geometry/robots/five_bar.h"
 #include "session/session.h"
 
 namespace sixdial::studies {
@@ -23,7 +22,7 @@ struct DialRow {
 /// one that the measured rotations ask for, by their median; with a free mount each sample's
 /// own rotation counts. Samples without a rotation are left out.
 [[nodiscard]] std::vector<DialRow> dial_residuals(
-    const session::Session& session, const geometry::ParameterVector& nominal,
-    const geometry::ParameterVector& identified);
+    const session::Session& session, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified);
 
 }  // namespace sixdial::studies

@@ -11,7 +11,7 @@
 
 namespace sixdial::studies {
 
-enum class ErrorCode {
+enum class StudyErrorCode {
   kInvalidParams,  // a choice that does not exist or contradicts another
   kBadData,        // the session or a result cannot be used for this
   kFile,           // a file cannot be written
@@ -23,16 +23,17 @@ using Evidence = std::map<std::string, std::variant<std::string, std::vector<dou
 
 /// what() says what is wrong; `hint` what to do about it, empty where nothing better than the
 /// code's own hint is known.
-class Error : public std::runtime_error {
+class StudyError : public std::runtime_error {
  public:
-  Error(ErrorCode code, const std::string& message, Evidence at = {}, std::string hint = {})
+  StudyError(
+      StudyErrorCode code, const std::string& message, Evidence at = {}, std::string hint = {})
       : std::runtime_error(message), code_(code), at_(std::move(at)), hint_(std::move(hint)) {}
-  [[nodiscard]] ErrorCode code() const { return code_; }
+  [[nodiscard]] StudyErrorCode code() const { return code_; }
   [[nodiscard]] const Evidence& at() const { return at_; }
   [[nodiscard]] const std::string& hint() const { return hint_; }
 
  private:
-  ErrorCode code_;
+  StudyErrorCode code_;
   Evidence at_;
   std::string hint_;
 };

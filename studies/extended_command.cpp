@@ -12,8 +12,8 @@ namespace {
 
 simulation::ModelVector model_from(const std::vector<double>& values, std::size_t parameters) {
   if (values.size() != parameters) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "the diagnosis has {} parameters where {} are needed", values.size(), parameters),
         {}, "Diagnose the session again.");
@@ -29,8 +29,8 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
       if (fitted.x.size() == effect->parameters.size()) return {effect, place, fitted.x};
     }
   }
-  throw Error(
-      ErrorCode::kBadData,
+  throw StudyError(
+      StudyErrorCode::kBadData,
       fmt::format(
           "this program does not know the cause {} at {}", fitted.id.cause, fitted.id.where),
       {}, "Diagnose the session again.");
@@ -56,7 +56,11 @@ simulation::Circumstance ExtendedCommand::circumstance(
   result.order = order_;
   result.time_h = moment.time_h.value_or(last_time_h_);
   result.temperature_degC = moment.temperature_c.value_or(last_temperature_degC_);
-  result.approach = Eigen::Vector2d(moment.approach[0], moment.approach[1]);
+  result.approach.setZero(base_.robot().joint_count());
+  for (Eigen::Index i = 0; i < result.approach.size(); ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    if (joint < moment.approach.size()) result.approach[i] = moment.approach[joint];
+  }
   result.travel = moment.travel;
   result.plunger_force_n = std::move(plunger_force_n);
   result.plunger_force_sd_n.assign(dials, 0.0);
@@ -69,10 +73,10 @@ simulation::Circumstance ExtendedCommand::circumstance(
 }
 
 std::vector<double> ExtendedCommand::forces_at(
-    const Eigen::Vector2d& q_rad, geometry::Assembly assembly) const {
+    const Eigen::VectorXd& q, geometry::Assembly assembly) const {
   const auto& dials = base_.rig().dials;
   std::vector<double> force_n(dials.size(), 0.0);
-  const auto seen = base_.predict(model_, q_rad, assembly);
+  const auto seen = base_.predict(model_, q, assembly);
   if (!seen) return force_n;
   for (std::size_t i = 0; i < dials.size(); ++i) {
     if (!seen->in_contact[i]) continue;
@@ -83,68 +87,79 @@ std::vector<double> ExtendedCommand::forces_at(
 }
 
 tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::position(
-    const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
-    const CommandMoment& moment) const {
+    const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
   const simulation::ExtendedModel extended(base_, effects_);
   simulation::Trial trial;
-  trial.q = q_rad;
+  trial.q = q;
   trial.assembly = assembly;
   simulation::Scene scene;
   const auto ran =
-      extended.run(model_, trial, circumstance(moment, forces_at(q_rad, assembly)), scene);
+      extended.run(model_, trial, circumstance(moment, forces_at(q, assembly)), scene);
   if (!ran) return tl::unexpected(ran.error());
   return scene.p_WE;
 }
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve(
-    const Eigen::Vector2d& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
-    std::optional<Eigen::Vector2d> near) const {
-  calibration::CompensationModel model;
-  model.nominal = base_.nominal().head<geometry::kParameterCount>();
-  model.v = model_.head<geometry::kParameterCount>();
-  const auto start = geometry::inverse(model.v, target_mm, mode, near);
+    const geometry::Position& target_mm, geometry::WorkingMode mode,
+    const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
+  const Eigen::Index robot = base_.robot_parameter_count();
+  // The extended model's tool moves in the plane of the dials.
+  calibration::CompensationModel model{
+      .tool = geometry::Tool(base_.rig().robot.model, 2),
+      .nominal = base_.nominal().head(robot),
+      .v = model_.head(robot)};
+  const auto start = model.tool.inverse(model.v, target_mm, mode, near);
   if (!start) return calibration::compensate(model, target_mm, mode, near);  // says why
-  const auto assembly = geometry::assembly_at(model.v, *start, target_mm);
+  const auto assembly = model.tool.assembly_at(model.v, *start, target_mm);
   if (!assembly) return calibration::compensate(model, target_mm, mode, near);
   // What the causes add to the plain robot at these angles; nothing where it has no pose.
-  model.correction = [this, v = model.v, moment,
-                      at = *assembly](const Eigen::Vector2d& q_rad) -> Eigen::Vector2d {
-    const auto extended = position(q_rad, at, moment);
-    const auto plain = geometry::forward(v, q_rad, at);
-    if (!extended || !plain) return Eigen::Vector2d::Zero();
-    return *extended - plain->p_WE;
+  model.correction = [this, tool = model.tool, v = model.v, moment,
+                      at = *assembly](const Eigen::VectorXd& q) -> Eigen::VectorXd {
+    const auto extended = position(q, at, moment);
+    const auto plain = tool.position(v, q, at);
+    if (!extended || !plain) return Eigen::VectorXd::Zero(2);
+    return *extended - *plain;
   };
   return calibration::compensate(model, target_mm, mode, near);
 }
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve_after(
-    const Eigen::Vector2d& previous_q_rad, const Eigen::Vector2d& target_mm,
-    geometry::WorkingMode mode, CommandMoment moment, const Eigen::Vector2d& near) const {
-  const auto moves = [&](const Eigen::Vector2d& q_rad) {
-    return std::array{sign(q_rad[0] - previous_q_rad[0]), sign(q_rad[1] - previous_q_rad[1])};
+    const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
+    geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const {
+  const auto joints = static_cast<std::size_t>(base_.robot().joint_count());
+  const auto moves = [&](const Eigen::VectorXd& q) {
+    std::vector<int> signs;
+    for (Eigen::Index i = 0; i < q.size(); ++i) signs.push_back(sign(q[i] - previous_q[i]));
+    return signs;
   };
-  const std::array asked = moment.approach;
-  const auto with = [&](const std::array<int, 2>& signs) {
-    for (std::size_t joint = 0; joint < 2; ++joint) {
+  moment.approach.resize(joints, 0);
+  const std::vector<int> asked = moment.approach;
+  const auto with = [&](const std::vector<int>& signs) {
+    for (std::size_t joint = 0; joint < joints; ++joint) {
       moment.approach[joint] = asked[joint] != 0 ? asked[joint] : signs[joint];
     }
     return solve(target_mm, mode, moment, near);
   };
   // A joint that comes from below stops at the upper of two angles, one that comes from above
-  // at the lower: one of the four always agrees with its own moves.
+  // at the lower: one of all combinations always agrees with its own moves.
   auto found = with(moves(near));
   const auto agrees = [&] {
-    const std::array now = moves(found->q_rad);
-    return (asked[0] != 0 || now[0] == moment.approach[0]) &&
-           (asked[1] != 0 || now[1] == moment.approach[1]);
-  };
-  for (const int first : {1, -1}) {
-    for (const int second : {1, -1}) {
-      if (!found || agrees()) return found;
-      found = with({first, second});
+    const std::vector<int> now = moves(found->q);
+    for (std::size_t joint = 0; joint < joints; ++joint) {
+      if (asked[joint] == 0 && now[joint] != moment.approach[joint]) return false;
     }
+    return true;
+  };
+  // All joints from below first, then the last joint from above, and so on.
+  for (std::size_t from_above = 0; from_above < (std::size_t{1} << joints); ++from_above) {
+    if (!found || agrees()) return found;
+    std::vector<int> signs(joints, 1);
+    for (std::size_t joint = 0; joint < joints; ++joint) {
+      if ((from_above >> (joints - 1 - joint)) % 2 != 0) signs[joint] = -1;
+    }
+    found = with(signs);
   }
   return found;
 }
@@ -152,7 +167,6 @@ ExtendedCommand::solve_after(
 session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set, std::optional<double> temperature_c) {
-  constexpr std::size_t kMostNamed = 10;
   std::string named;
   std::size_t troubles = 0;
   const session::PlanPoint* before = nullptr;
@@ -161,13 +175,11 @@ session::Plan extended_plan(
       before = &point;
       continue;
     }
-    CommandMoment moment{
-        .approach = {session::approach_of(point, 0), session::approach_of(point, 1)},
-        .temperature_c = temperature_c};
+    CommandMoment moment{.approach = point.approach, .temperature_c = temperature_c};
     const auto mode = mode_of(rig, point.q, point.target_mm);
     if (before != nullptr) {
       const auto assembly =
-          geometry::assembly_at(rig.robot.nominal, before->q, before->target_mm);
+          geometry::Tool(rig).assembly_at(rig.robot.nominal, before->q, before->target_mm);
       const auto stood = assembly ? command.position(before->q, *assembly, {})
                                   : tl::unexpected(assembly.error());
       const Eigen::Vector2d way =
@@ -180,7 +192,7 @@ session::Plan extended_plan(
             ? command.solve(point.target_mm, mode, moment, point.q)
             : command.solve_after(before->q, point.target_mm, mode, moment, point.q);
     if (found) {
-      point.q = found->q_rad;
+      point.q = found->q;
     } else if (++troubles <= kMostNamed) {
       named += fmt::format(
           "{}{} {}.{} {}", named.empty() ? "" : "; ", point.set, point.point, point.repeat,
@@ -189,8 +201,8 @@ session::Plan extended_plan(
     before = &point;
   }
   if (troubles > 0) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} points of the plan have no solution: {}", troubles, named), {},
         "Take these points out of the plan, or move them into the workspace.");
   }

@@ -1,11 +1,11 @@
-// Commanding with the extended model of a diagnosis: the joint angles at which robot and named
-// causes together put the tool on the target. What a cause depends on besides the angles - the
+// Commanding with the extended model of a diagnosis: the joint values at which robot and named
+// causes together put the tool on the target. What a cause depends on besides them - the
 // side that a joint arrives from, temperature, time - is taken from the command.
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <optional>
+#include <vector>
 
 #include "calibration/compensation.h"
 #include "session/plan.h"
@@ -17,40 +17,41 @@ namespace sixdial::studies {
 
 /// Circumstances of one command. Empty: as at the end of the diagnosed session.
 struct CommandMoment {
-  std::array<int, 2> approach{0, 0};  // sign of each joint's last move, 0: unknown
-  Eigen::Vector2d travel{0, 0};       // unit vector of the tool's last move, 0: unknown
+  std::vector<int> approach{};   // sign of each joint's last move, 0 or missing: unknown
+  Eigen::Vector2d travel{0, 0};  // unit vector of the tool's last move, 0: unknown
   std::optional<double> temperature_c{};
   std::optional<double> time_h{};  // since the first sample of the diagnosed session
 };
 
 class ExtendedCommand {
  public:
-  /// `fit`: of the diagnosis of a session on this rig. Throws Error bad_data where it has
+  /// `fit`: of the diagnosis of a session on this rig. Throws StudyError bad_data where it has
   /// other parameters, or a cause that this program or this rig does not have.
   ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig);
 
-  /// As calibration::compensate; dials that touch at the target push as they do in a session.
+  /// Solves for the joint values like calibration::compensate, with the forces of the dials
+  /// that would touch at the target.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
-      const Eigen::Vector2d& target_mm, geometry::WorkingMode mode, const CommandMoment& moment,
-      std::optional<Eigen::Vector2d> near = std::nullopt) const;
-  /// The same where the side of arrival follows from the angles before: the answer's own last
-  /// moves are those it was solved for.
+      const geometry::Position& target_mm, geometry::WorkingMode mode,
+      const CommandMoment& moment,
+      const std::optional<Eigen::VectorXd>& near = std::nullopt) const;
+  /// The same for a move from other joint values: the sides from which the joints arrive are
+  /// those of the solution itself.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
-      const Eigen::Vector2d& previous_q_rad, const Eigen::Vector2d& target_mm,
-      geometry::WorkingMode mode, CommandMoment moment, const Eigen::Vector2d& near) const;
+      const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
+      geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const;
 
   /// Where the extended model says the tool is [mm].
   [[nodiscard]] tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> position(
-      const Eigen::Vector2d& q_rad, geometry::Assembly assembly,
-      const CommandMoment& moment) const;
+      const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
 
  private:
   [[nodiscard]] simulation::Circumstance circumstance(
       const CommandMoment& moment, std::vector<double> plunger_force_n) const;
   /// Of each dial on the cuboid, along its axis.
   [[nodiscard]] std::vector<double> forces_at(
-      const Eigen::Vector2d& q_rad, geometry::Assembly assembly) const;
+      const Eigen::VectorXd& q, geometry::Assembly assembly) const;
 
   simulation::ForwardModel base_;
   simulation::ModelVector model_;
@@ -60,9 +61,9 @@ class ExtendedCommand {
   double last_temperature_degC_ = 20.0;
 };
 
-/// The points named by `set` (empty: all) with the angles to command; the others as they are.
-/// Each point's last moves are those from the point before, where the plan does not ask for a
-/// side. Throws Error bad_data that names the points without a solution.
+/// The points named by `set` (empty: all) with the joint values to command; the others as they
+/// are. Each point's last moves are those from the point before, where the plan does not ask
+/// for a side. Throws StudyError bad_data that names the points without a solution.
 [[nodiscard]] session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
     const std::string& set = "", std::optional<double> temperature_c = std::nullopt);

@@ -76,7 +76,7 @@ void LeftSorter::by_number(const Along& along, const Eigen::VectorXd& of_row) {
   all_.push_back(std::move(left));
 }
 
-void LeftSorter::by_key(Axis axis, const std::function<Key(Eigen::Index)>& key_of) {
+void LeftSorter::by_key(CurveAxis axis, const std::function<Key(Eigen::Index)>& key_of) {
   std::map<Key, Sums> classes;
   for (Eigen::Index row = 0; row < data_.readings.count(); ++row) {
     const Key key = key_of(row);
@@ -95,7 +95,7 @@ void LeftSorter::by_key(Axis axis, const std::function<Key(Eigen::Index)>& key_o
 }
 
 void LeftSorter::by_arrival() {
-  by_key(Axis::kJointArrival, [this](Eigen::Index row) -> Key {
+  by_key(CurveAxis::kJointArrival, [this](Eigen::Index row) -> Key {
     const simulation::Trial& trial = trial_of(row);
     Key key;
     bool known = false;
@@ -109,7 +109,7 @@ void LeftSorter::by_arrival() {
 }
 
 void LeftSorter::by_plunger_travel() {
-  by_key(Axis::kPlungerTravel, [this](Eigen::Index row) -> Key {
+  by_key(CurveAxis::kPlungerTravel, [this](Eigen::Index row) -> Key {
     const diagnosis::Row& each = data_.readings.rows()[static_cast<std::size_t>(row)];
     const auto& sample = data_.readings.circumstances()[static_cast<std::size_t>(each.trial)];
     const int sign = sign_of(sample.plunger_direction[static_cast<std::size_t>(each.dial)]);
@@ -119,7 +119,7 @@ void LeftSorter::by_plunger_travel() {
 }
 
 void LeftSorter::by_dial() {
-  by_key(Axis::kDial, [this](Eigen::Index row) -> Key {
+  by_key(CurveAxis::kDial, [this](Eigen::Index row) -> Key {
     const diagnosis::Row& each = data_.readings.rows()[static_cast<std::size_t>(row)];
     return {.dial = data_.readings.model().rig().dials[static_cast<std::size_t>(each.dial)].id};
   });

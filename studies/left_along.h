@@ -10,8 +10,8 @@
 
 namespace sixdial::studies {
 
-/// Collects one LeftAlong a call; nothing for an axis that does not vary. `data` must outlive
-/// it.
+/// Each call adds one LeftAlong to the list, or nothing if the axis does not vary. `data` must
+/// outlive it.
 class LeftSorter {
  public:
   explicit LeftSorter(const DiagnosedReadings& data) : data_(data) {}
@@ -33,7 +33,7 @@ class LeftSorter {
     friend auto operator<=>(const Key&, const Key&) = default;
     [[nodiscard]] bool empty() const { return signs.empty() && dial.empty(); }
   };
-  void by_key(Axis axis, const std::function<Key(Eigen::Index)>& key_of);
+  void by_key(CurveAxis axis, const std::function<Key(Eigen::Index)>& key_of);
   [[nodiscard]] const simulation::Trial& trial_of(Eigen::Index row) const;
 
   const DiagnosedReadings& data_;

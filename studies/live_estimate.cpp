@@ -21,11 +21,13 @@ void add_once(std::vector<geometry::WorkingMode>& modes, geometry::WorkingMode m
 
 WorkingArea working_area(const geometry::Rig& rig, std::span<const session::PlanPoint> points) {
   WorkingArea area;
-  area.low_mm = area.high_mm = rig.cuboid.reference_pose_mm;
+  area.low_mm.setZero(rig.instrument.dimensions);
+  area.low_mm.head<2>() = rig.cuboid.reference_pose_mm;
+  area.high_mm = area.low_mm;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector2d target = points[i].target_mm;
-    area.low_mm = i == 0 ? target : Eigen::Vector2d(area.low_mm.cwiseMin(target));
-    area.high_mm = i == 0 ? target : Eigen::Vector2d(area.high_mm.cwiseMax(target));
+    const geometry::Position& target = points[i].target_mm;
+    area.low_mm = i == 0 ? target : geometry::Position(area.low_mm.cwiseMin(target));
+    area.high_mm = i == 0 ? target : geometry::Position(area.high_mm.cwiseMax(target));
     add_once(area.measured, session::branch_of(rig, points[i]).mode);
   }
   const bool rigs_own =
@@ -41,7 +43,7 @@ WorkingArea working_area(const geometry::Rig& rig, std::span<const session::Plan
 std::vector<session::PlanPoint> points_of(const session::Session& session) {
   std::vector<session::PlanPoint> points;
   for (const session::Sample& sample : session.samples) {
-    std::optional<session::Point> place = sample.target_mm;
+    std::optional<session::Position> place = sample.target_mm;
     if (!place) {
       const auto measured = session::trial_of(session.rig, sample).position_mm;
       if (measured) place = *measured;
@@ -52,9 +54,8 @@ std::vector<session::PlanPoint> points_of(const session::Session& session) {
   return points;
 }
 
-double unusual_from(int samples) {
+double unusual_from(int freedom) {
   constexpr double kOnceIn = 1e6;
-  const int freedom = 2 * samples - geometry::kParameterCount;
   if (freedom < 1) return std::numeric_limits<double>::infinity();
   // P(F(2, n) > f) = (1 + 2 f / n)^(-n / 2)
   const double f = 0.5 * freedom * (std::pow(kOnceIn, 2.0 / freedom) - 1);
@@ -64,14 +65,16 @@ double unusual_from(int samples) {
 LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points)
     : rig_(rig),
       area_(working_area(rig, points)),
-      filter_(rig.robot.nominal),
+      filter_(geometry::Tool(rig), rig.robot.nominal),
       workspace_(calibration::workspace_grid(
-          rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid, area_.used)),
+          filter_.tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid,
+          area_.used)),
       uncertainty_(filter_.predicted(workspace_)) {}
 
 bool LiveEstimate::add(const session::Sample& sample) {
   if (sample.set != "G1") return false;
-  const double from = unusual_from(filter_.samples());
+  const int measured = filter_.tool().axes() * filter_.samples();
+  const double from = unusual_from(measured - filter_.tool().robot().parameter_count());
   const auto told = filter_.add(session::trial_of(rig_, sample));
   if (!told) return false;
   unusual_from_ = from;
@@ -94,20 +97,22 @@ EstimateSummary LiveEstimate::summary() const {
       .position_sd_max_mm = uncertainty_.max_mm,
       .last_times_usual = last_times_usual_,
       .last_unusual = last_unusual()};
-  for (std::size_t i = 0; i < geometry::kParameters.size(); ++i) {
+  const auto& infos = filter_.tool().robot().parameters;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    summary.parameters.push_back(
-        {.name = geometry::kParameters[i].name,
-         .unit = geometry::kParameters[i].unit,
-         .value = filter_.v()[k],
-         .sd = std::sqrt(filter_.P()(k, k))});
+    EstimatedParameter& row = summary.parameters.emplace_back(EstimatedParameter{
+        .name = infos[i].name,
+        .unit = infos[i].unit,
+        .value = filter_.v()[k],
+        .sd = std::sqrt(filter_.P()(k, k))});
+    if (!infos[i].plainly.empty()) row.meaning = infos[i].plainly;
   }
   if (uncertainty_.poses > 0) summary.worst_mm = workspace_[uncertainty_.worst].target_mm;
   if (const double condition = filter_.condition(); std::isfinite(condition)) {
     summary.condition = condition;
   }
   for (const int i : filter_.undetermined()) {
-    summary.undetermined.push_back(geometry::kParameters[static_cast<std::size_t>(i)].name);
+    summary.undetermined.push_back(infos[static_cast<std::size_t>(i)].name);
   }
   return summary;
 }

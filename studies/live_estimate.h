@@ -2,6 +2,12 @@
 // calibration/online.h over the samples of G1 as they come, and how well the tool's position
 // would be known over the workspace. The same for a session that is done: where plan next
 // begins.
+//
+// Example:
+//   LiveEstimate estimate(rig, points_of(session));
+//   for (const session::Sample& sample : session.samples) estimate.add(sample);
+//   show(estimate.uncertainty().max_mm);
+//   estimate.below(1.0);  // -> true
 #pragma once
 
 #include <optional>
@@ -15,10 +21,10 @@
 
 namespace sixdial::studies {
 
-/// Where the robot will be used: the rectangle of the targets, in the rig's working mode if
-/// points lie in it, else in the modes that they have.
+/// Where the robot will be used: the rectangle of the targets; in the rig's working mode if any
+/// point is in it, else in the modes of the points.
 struct WorkingArea {
-  Eigen::Vector2d low_mm{0, 0}, high_mm{0, 0};  // in W
+  geometry::Position low_mm, high_mm;  // in W
   std::vector<geometry::WorkingMode> used;
   std::vector<geometry::WorkingMode> measured;  // that any point has, in order of appearance
 };
@@ -30,13 +36,15 @@ struct WorkingArea {
 
 /// A sample whose residual is at least this many times the usual one is worth another look.
 inline constexpr double kUnusual = 6.0;
-/// The same while few samples say what is usual: what noise alone exceeds once in a million
-/// samples, by F with 2 and 2 `samples` - 10 degrees of freedom. Infinite below six samples.
-[[nodiscard]] double unusual_from(int samples);
+/// From how many times the usual residual on a sample is unusual: kUnusual, or more while few
+/// samples say what is usual, such that noise alone goes beyond it once in a million samples (F
+/// distribution with 2 and `freedom` degrees of freedom). Infinite without any.
+[[nodiscard]] double unusual_from(int freedom);
 
 struct EstimatedParameter {
   std::string name{};
-  std::string unit{};  // of value and sd: "mm" or "rad"
+  std::string unit{};                    // of value and sd: "mm" or "rad"
+  std::optional<std::string> meaning{};  // for who stands at the rig, if the kind has words
   double value = 0.0;
   double sd = 0.0;
 };
@@ -48,7 +56,7 @@ struct EstimateSummary {
   double noise_times = 0.0;  // the residuals' noise, in times of the dials' own
   std::vector<EstimatedParameter> parameters{};
   double position_sd_mean_mm = 0.0, position_sd_max_mm = 0.0;  // over the workspace
-  std::optional<Eigen::Vector2d>
+  std::optional<geometry::Position>
       worst_mm{};                            // where it is largest; empty: no pose is reachable
   std::optional<double> condition{};         // empty: infinite
   std::vector<std::string> undetermined{};   // parameters that nothing has told of yet
@@ -61,20 +69,21 @@ class LiveEstimate {
   /// `points`: what is, or was, to be measured.
   LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points);
 
-  /// Takes a sample of G1 in; true if it told something (G1, with a position).
+  /// Adds a sample; true if it told something (a sample of G1 with a position).
   bool add(const session::Sample& sample);
 
   /// Standard deviation of the tool's position over the workspace [mm].
   [[nodiscard]] const calibration::WorkspaceUncertainty& uncertainty() const {
     return uncertainty_;
   }
-  /// The largest of it is below the limit, by enough samples to judge their own noise.
+  /// True if the uncertainty at the worst place is below the limit, and there are enough
+  /// samples to judge their own noise.
   [[nodiscard]] bool below(double limit_mm) const;
 
-  /// Residual of the sample added last, in times of the usual; empty while nothing is usual
-  /// yet.
+  /// How many times the usual residual that of the newest sample is; empty as long as nothing
+  /// is usual yet.
   [[nodiscard]] std::optional<double> last_times_usual() const { return last_times_usual_; }
-  /// It is worth another look.
+  /// True if that sample is worth another look.
   [[nodiscard]] bool last_unusual() const {
     return last_times_usual_ && *last_times_usual_ > unusual_from_;
   }

@@ -30,8 +30,8 @@ calibration::MethodChoice chosen_method(const std::string& id, const std::string
   const auto nearest = session::nearest_name(unknown.word, unknown.known);
   const std::string shown = id.substr(0, 64);
   const std::string part = unknown.word.substr(0, 64);
-  throw Error(
-      ErrorCode::kInvalidParams,
+  throw StudyError(
+      StudyErrorCode::kInvalidParams,
       part == shown ? fmt::format("there is no method '{}'", shown)
                     : fmt::format("there is no '{}' for the method '{}'", part, shown),
       {{"param", param}},

@@ -16,8 +16,8 @@ namespace sixdial::studies {
 /// "ekf_dqpso" of "ekf_dqpso+anfis": the method that leaves the residual model out.
 [[nodiscard]] std::string without_residual_model(std::string_view id);
 
-/// Throws Error invalid_params, with the nearest, for a method or combination that does not
-/// exist. `param`: what the error calls the parameter.
+/// Throws StudyError invalid_params, with the nearest, for a method or combination that does
+/// not exist. `param`: what the error calls the parameter.
 [[nodiscard]] calibration::MethodChoice chosen_method(
     const std::string& id, const std::string& param);
 

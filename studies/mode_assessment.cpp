@@ -5,11 +5,11 @@
 #include <map>
 #include <vector>
 
+#include "calibration/identifiability.h"
+#include "geometry/tool.h"
+
 namespace sixdial::studies {
 namespace {
-
-// Beyond this nothing is left of a singular value but rounding.
-constexpr double kOpen = 1e10;
 
 std::optional<double> condition_of(
     const calibration::LeastSquaresFit& fit, const std::vector<int>& rows) {
@@ -24,7 +24,7 @@ std::optional<double> condition_of(
   }
   const Eigen::VectorXd values = A.jacobiSvd().singularValues();
   const double least = values[values.size() - 1];
-  if (!(least * kOpen > values[0])) return std::nullopt;
+  if (!(least * calibration::kOpenCondition > values[0])) return std::nullopt;
   return values[0] / least;
 }
 
@@ -35,6 +35,7 @@ std::vector<WorkingModeRow> working_modes_of(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
   std::map<int, const simulation::Trial*> by_sample;
   for (const simulation::Trial& trial : trials) by_sample[trial.sample] = &trial;
+  const geometry::Tool tool(rig);
   struct Rows {
     geometry::WorkingMode mode;
     int samples = 0;
@@ -46,7 +47,7 @@ std::vector<WorkingModeRow> working_modes_of(
     const auto found = by_sample.find(space.sample[k]);
     if (found == by_sample.end()) continue;
     const simulation::Trial& trial = *found->second;
-    const auto mode = geometry::working_mode_of(rig.robot.nominal, trial.q, trial.assembly);
+    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
     if (!mode) continue;
     auto here = std::ranges::find(modes, *mode, &Rows::mode);
     if (here == modes.end()) here = modes.insert(modes.end(), {*mode, 0, {}});

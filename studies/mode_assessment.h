@@ -16,8 +16,8 @@ namespace sixdial::studies {
 struct WorkingModeRow {
   geometry::WorkingMode mode{};
   int samples = 0;
-  /// Of the scaled Jacobian's rows of that mode at the fit's answer; empty where they leave a
-  /// direction open.
+  /// Condition number of the scaled Jacobian's rows of this mode, at the fit's result; empty
+  /// where they leave a direction open.
   std::optional<double> condition{};
 };
 

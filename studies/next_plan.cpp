@@ -16,7 +16,7 @@ constexpr double kRounding_mm = 1e6;
 constexpr double kRounding_rad = 1e9;
 
 // To what a plan file holds.
-Eigen::Vector2d rounded(const Eigen::Vector2d& v, double per_unit) {
+Eigen::VectorXd rounded(const Eigen::VectorXd& v, double per_unit) {
   return (v * per_unit).array().round() / per_unit;
 }
 
@@ -28,10 +28,10 @@ double robot_error_mm(
   constexpr double kSigmas = 3.0;
   const double usual_mm = session::PlanOptions{}.robot_error_mm;
   if (filter.samples() < kEnough) return usual_mm;
-  const auto there = geometry::forward(filter.v(), pose.q_rad, pose.assembly);
+  const auto there = filter.tool().position(filter.v(), pose.q, pose.assembly);
   if (!there) return usual_mm;
-  const double sd_mm = calibration::position_sd_mm(filter.v(), filter.P(), pose);
-  return std::max(usual_mm, (there->p_WE - pose.target_mm).norm() + kSigmas * sd_mm);
+  const double sd_mm = calibration::position_sd_mm(filter.tool(), filter.v(), filter.P(), pose);
+  return std::max(usual_mm, (*there - pose.target_mm).norm() + kSigmas * sd_mm);
 }
 
 std::vector<calibration::DesignCandidate> candidates_in(
@@ -41,22 +41,26 @@ std::vector<calibration::DesignCandidate> candidates_in(
   std::string why = "the robot cannot go there";
   const std::vector<geometry::WorkingMode> modes{mode};
   // Joint angles turn on from there without a jump at +-pi.
-  const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+  const auto home =
+      filter.tool().inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
   for (calibration::WorkspacePose& pose : calibration::workspace_grid(
-           rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates, modes)) {
+           filter.tool(), rig.robot.nominal, area.min_mm, area.max_mm, kCandidates, kCandidates,
+           modes)) {
     pose.target_mm = rounded(pose.target_mm, kRounding_mm);
     const auto q = session::measurable(
-        rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q_rad);
+        rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q);
     if (!q) {
       why = q.error().reason;
       continue;
     }
-    pose.q_rad = rounded(*q, kRounding_rad);
-    candidates.push_back({pose, filter.axis_variance_mm2() * Eigen::Matrix2d::Identity()});
+    pose.q = rounded(*q, kRounding_rad);
+    candidates.push_back(
+        {pose, filter.axis_variance_mm2() *
+                   Eigen::MatrixXd::Identity(filter.tool().axes(), filter.tool().axes())});
   }
   if (candidates.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format(
             "no pose of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm can be measured in working mode "
             "{}: {}",
@@ -82,7 +86,8 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     for (const Eigen::Vector2d& corner :
          {Eigen::Vector2d(usual.rectangle.min_mm + margin),
           Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
-      const auto q = geometry::inverse(rig.robot.nominal, corner, rig.robot.working_mode);
+      const auto q =
+          geometry::Tool(rig).inverse(rig.robot.nominal, corner, rig.robot.working_mode);
       if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
     }
   }
@@ -102,8 +107,8 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     candidates.insert(candidates.end(), more.begin(), more.end());
   }
   const auto steps = calibration::greedy_design(
-      estimate.filter().v(), estimate.filter().information(), candidates, estimate.workspace(),
-      request.points, request.criterion);
+      estimate.filter().tool(), estimate.filter().v(), estimate.filter().information(),
+      candidates, estimate.workspace(), request.points, request.criterion);
 
   NextPlan next;
   next.figures = {
@@ -116,7 +121,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     next.figures.after = sd_of(step.uncertainty);
     next.figures.steps.push_back(
         {.target_mm = pose.target_mm, .mode = pose.mode, .after = sd_of(step.uncertainty)});
-    next.plan.points.push_back({"G1", 0, 0, pose.target_mm, pose.q_rad, {}});
+    next.plan.points.push_back({"G1", 0, 0, pose.target_mm, pose.q, {}});
   }
   order_by_branch(rig, next.plan, first);
   return next;

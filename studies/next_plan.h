@@ -1,5 +1,10 @@
 // sixdial plan next: the poses that make the tool's position over the workspace best known,
 // given what a session has told so far, as a plan that is ready to be collected.
+//
+// Example:
+//   const NextPlan next = next_plan(session, {.points = 3});
+//   next.plan.points.size();  // -> 3U
+//   next.figures.after->max_mm < next.figures.now.max_mm;  // -> true
 #pragma once
 
 #include <optional>
@@ -15,10 +20,10 @@ struct NextPlanRequest {
   int points = 10;
   calibration::Criterion criterion = calibration::Criterion::kI;
   /// Working modes to measure in; empty: those of the session, else the rig's.
-  std::vector<geometry::WorkingMode> modes;
+  std::vector<geometry::WorkingMode> modes{};
   /// Where poses are taken from; empty: the rectangle of the session's targets, else that of
   /// plan grid.
-  std::optional<session::Rectangle> rectangle;
+  std::optional<session::Rectangle> rectangle{};
 };
 
 /// Standard deviation of the tool's position over the workspace.
@@ -49,12 +54,12 @@ struct NextPlan {
   NextPlanFigures figures;
 };
 
-/// Throws Error bad_data where no pose can be measured in a working mode, naming it.
+/// Throws StudyError bad_data where no pose can be measured in a working mode, naming it.
 [[nodiscard]] NextPlan next_plan(
     const session::Session& session, const NextPlanRequest& request);
 
-/// One stretch for each branch, in the order of their first points, so that the legs change
-/// over as seldom as can be; points numbered from `first`.
+/// Sorts the points by branch, in the order in which the branches appear, so that the legs
+/// change over as seldom as possible; numbers the points from `first` on.
 void order_by_branch(const geometry::Rig& rig, session::Plan& plan, int first);
 
 }  // namespace sixdial::studies

@@ -1,6 +1,7 @@
 // How far a study is, told while it runs.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -16,5 +17,15 @@ struct Progress {
   std::optional<double> eta_s{};    // of this stage
 };
 using ProgressCallback = std::function<void(Progress)>;
+
+/// How long a study still takes that has done `fraction` of its work since `began`; empty: it
+/// is too early to tell.
+[[nodiscard]] inline std::optional<double> time_left_s(
+    std::chrono::steady_clock::time_point began, double fraction) {
+  constexpr double kTooEarly = 0.02;
+  if (fraction < kTooEarly) return std::nullopt;
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  return spent.count() * (1.0 - fraction) / fraction;
+}
 
 }  // namespace sixdial::studies

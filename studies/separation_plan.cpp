@@ -10,6 +10,7 @@
 
 #include "diagnosis/limits.h"
 #include "diagnosis/separation.h"
+#include "geometry/tool.h"
 #include "session/trials.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
@@ -30,7 +31,7 @@ struct Question {
   bool assumed = false;  // the session does not show it; its size is a plausible one
 };
 
-std::optional<Question> tied_in(const diagnosis::Identification& found) {
+std::optional<Question> tied_in(const diagnosis::NamedCauses& found) {
   for (std::size_t i = 0; i < found.findings.size(); ++i) {
     if (found.findings[i].tied_with.empty()) continue;
     return Question{found.extended, i, found.findings[i].tied_with.front().fitted, false};
@@ -40,7 +41,7 @@ std::optional<Question> tied_in(const diagnosis::Identification& found) {
 
 /// The effect that would have to be largest, in its own plausible sizes, to be seen.
 std::optional<Question> blindest(
-    const diagnosis::Readings& readings, const diagnosis::Identification& found) {
+    const diagnosis::Readings& readings, const diagnosis::NamedCauses& found) {
   std::vector<diagnosis::NotTestable> ignored;
   std::vector<diagnosis::Hypothesis> open;
   for (const auto& each : diagnosis::hypotheses_for(readings, ignored)) {
@@ -84,11 +85,14 @@ std::vector<PosePoint> candidates_of(
   }
   std::vector<geometry::WorkingMode> modes = wanted;
   if (modes.empty()) {
-    modes.assign(geometry::kWorkingModes.begin(), geometry::kWorkingModes.end());
+    for (const geometry::BranchInfo& each : rig.robot.model->modes) {
+      modes.emplace_back(each.number);
+    }
   }
+  const geometry::Tool tool(rig);
   std::vector<PosePoint> result;
   for (const geometry::WorkingMode mode : modes) {
-    const auto home = geometry::inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
+    const auto home = tool.inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
     if (!home) continue;
     for (int i = 0; i < kCandidates; ++i) {
       for (int j = 0; j < kCandidates; ++j) {
@@ -100,7 +104,7 @@ std::vector<PosePoint> candidates_of(
         const auto q = session::measurable(
             rig, target, mode, session::PlanOptions{}.robot_error_mm, *home);
         if (!q) continue;
-        const auto assembly = geometry::assembly_at(rig.robot.nominal, *q, target);
+        const auto assembly = tool.assembly_at(rig.robot.nominal, *q, target);
         if (!assembly) continue;
         const Eigen::Vector2d rounded = (*q * 1e9).array().round() / 1e9;
         // The side of arrival is part of the question for backlash and its like.
@@ -124,23 +128,24 @@ SeparationPlan separation_plan(
   diagnosis::Readings readings(model, session::trials_of(session, ""));
   constexpr Eigen::Index kFewest = 40;
   if (readings.count() < kFewest) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("{} readings are too few to ask which causes are tied", readings.count()),
         {{"session", session.name}}, "Measure a first session, then ask again.");
   }
-  const diagnosis::Identification found = diagnosis::identify(readings);
+  const diagnosis::NamedCauses found = diagnosis::name_causes(readings);
   std::optional<Question> question = tied_in(found);
   if (!question) question = blindest(readings, found);
   if (!question) {
-    throw Error(
-        ErrorCode::kBadData, "there is nothing to separate: no tied causes, no hidden effect",
+    throw StudyError(
+        StudyErrorCode::kBadData,
+        "there is nothing to separate: no tied causes, no hidden effect",
         {{"session", session.name}}, "");
   }
   const std::vector<PosePoint> candidates = candidates_of(session, request.modes);
   if (candidates.empty()) {
-    throw Error(
-        ErrorCode::kBadData, "no pose can be measured in these working modes",
+    throw StudyError(
+        StudyErrorCode::kBadData, "no pose can be measured in these working modes",
         {{"session", session.name}}, "Leave --mode out.");
   }
   const diagnosis::Separation separation = diagnosis::separating_poses(

@@ -1,5 +1,9 @@
 // sixdial plan separate: the poses that would tell two tied causes apart, or make visible an
 // effect that this session cannot show, as a plan that is ready to be collected.
+//
+// Example:
+//   const SeparationPlan apart = separation_plan(session, {.points = 4});
+//   show(apart.figures.separates.cause, apart.figures.log_odds_after);
 #pragma once
 
 #include <optional>
@@ -14,7 +18,7 @@ namespace sixdial::studies {
 struct SeparationRequest {
   int points = 24;
   /// Working modes to measure in; empty: all that can be measured.
-  std::vector<geometry::WorkingMode> modes;
+  std::vector<geometry::WorkingMode> modes{};
 };
 
 struct PlacedCause {
@@ -45,9 +49,9 @@ struct SeparationPlan {
   SeparationFigures figures;
 };
 
-/// Diagnoses the session and takes its first tied set; without one, the effect that it is
-/// blindest to, at a plausible size. Throws Error bad_data where there are too few readings or
-/// no pose can be measured.
+/// Diagnoses the session and plans for its first set of tied causes; if there is none, for the
+/// effect that the session shows worst, at a plausible size. Throws StudyError bad_data where
+/// there are too few readings or no pose can be measured.
 [[nodiscard]] SeparationPlan separation_plan(
     const session::Session& session, const SeparationRequest& request);
 

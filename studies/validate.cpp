@@ -62,8 +62,8 @@ session::Plan validation_plan(
     targets.points.push_back(point);
   }
   if (targets.points.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
+    throw StudyError(
+        StudyErrorCode::kBadData,
         fmt::format("session {} has no targets in set {}", calibrated.name, request.set),
         {{"session", calibrated.name}},
         "Name a set whose samples have target_x_mm and target_y_mm.");
@@ -74,7 +74,8 @@ session::Plan validation_plan(
     ways.push_back(compensated_plan(
         targets,
         compensation_model(
-            calibration, by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
+            calibration, calibrated.rig,
+            by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
         calibrated.rig));
     for (session::PlanPoint& point : ways.back().points) {
       point.set = validation_set(request.set, by);
@@ -92,15 +93,14 @@ session::Plan validation_plan(
 
 std::optional<double> ValidatedWay::predicted_mean_mm() const {
   if (predicted) return predicted->mean_mm;
-  if (!predicted_gain.is_object() || !predicted_gain.contains("mean_mm")) return std::nullopt;
-  if (!predicted_gain["mean_mm"].is_number()) return std::nullopt;
-  return predicted_gain["mean_mm"].get<double>();
+  if (predicted_gain) return predicted_gain->mean_mm;
+  return std::nullopt;
 }
 
 ValidationResult validation_result(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosed_gain) {
+    const std::optional<GainRow>& diagnosed_gain) {
   ValidationResult result{
       .created_utc = session::now_utc_text(),
       .inputs = {

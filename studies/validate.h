@@ -1,6 +1,13 @@
 // Validation, Fig. 7: targets that were never fitted are commanded on the real robot with
 // nominal, identified and fully compensated angles, measured again, and the error really
 // reached is told, equation (41). A session of its own holds the samples, raw as any other.
+//
+// Example:
+//   const CalibrationResult result = calibrate(session, {.method = "lm"});
+//   const session::Plan plan = validation_plan(session, result, {});
+//   const session::Session again = measured(plan);  // by the rig, a session of its own
+//   const ValidationResult validated = validation_result(session, result, again, {});
+//   validated.methods.size();  // -> 3U
 #pragma once
 
 #include <cstdint>
@@ -11,7 +18,6 @@
 #include "session/session.h"
 #include "studies/compensate.h"
 #include "studies/diagnosis_result.h"
-#include "studies/json.h"
 
 namespace sixdial::studies {
 
@@ -26,9 +32,9 @@ struct ValidationRequest {
 /// "G2.full": the set that one way's samples are stored under.
 [[nodiscard]] std::string validation_set(const std::string& set, CompensateBy by);
 
-/// A target after the other, each commanded in all the ways asked for in turn, so that drift
-/// does not favour one. `diagnosis`: needed where the request has kExtended. Throws Error
-/// bad_data: no targets in that set, no solution.
+/// Each target is commanded in every way of the request before the next one, so that drift does
+/// not favour a way. `diagnosis` is needed if the request has kExtended. Throws StudyError
+/// bad_data: the set has no targets, or a target has no solution.
 [[nodiscard]] session::Plan validation_plan(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const DiagnosisResult* diagnosis = nullptr);
@@ -41,11 +47,11 @@ struct ReachedErrors {
 /// One way of commanding, and what came of it.
 struct ValidatedWay {
   CompensateBy by = CompensateBy::kBefore;
-  std::string set{};                      // that holds its samples
-  std::optional<ReachedErrors> errors{};  // empty: nothing was measured
-  std::optional<SetErrors> predicted{};   // by the calibration, on its G2
-  Json predicted_gain = nullptr;  // of kExtended: the row of the diagnosis that predicts them
-  int without_position = 0;       // samples whose dials give none
+  std::string set{};                        // that holds its samples
+  std::optional<ReachedErrors> errors{};    // empty: nothing was measured
+  std::optional<SetErrors> predicted{};     // by the calibration, on its G2
+  std::optional<GainRow> predicted_gain{};  // of kExtended: by the diagnosis
+  int without_position = 0;                 // samples whose dials give none
 
   [[nodiscard]] std::optional<double> predicted_mean_mm() const;
 };
@@ -86,11 +92,11 @@ struct ValidationResult {
   std::vector<NotMeasured> troubles{};
 };
 
-/// `diagnosed_gain`: what a diagnosis predicts of the extended model, a row of its "gain".
+/// `diagnosed_gain`: what a diagnosis predicts of the extended model.
 /// `validation`: what was measured. Numbers of results and troubles are the caller's to add.
 [[nodiscard]] ValidationResult validation_result(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const Json& diagnosed_gain = nullptr);
+    const std::optional<GainRow>& diagnosed_gain = std::nullopt);
 
 }  // namespace sixdial::studies

@@ -24,7 +24,7 @@ using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
 /// The parameters of the lanes in the form the forward kinematics needs.
-struct Robot {
+struct LaneRobot {
   V ca, sa;              // frame B in W
   V c1, s1, c2, s2;      // offsets
   V l11, l12, l21, l22;  // links
@@ -35,8 +35,8 @@ struct Robot {
 };
 
 template <class Get>
-HWY_INLINE HWY_ATTR Robot robot_of(D d, const Get& get) {
-  Robot r;
+HWY_INLINE HWY_ATTR LaneRobot robot_of(D d, const Get& get) {
+  LaneRobot r;
   r.l11 = get(geometry::kL11);
   r.l12 = get(geometry::kL12);
   r.l21 = get(geometry::kL21);
@@ -76,16 +76,16 @@ HWY_INLINE HWY_ATTR Robot robot_of(D d, const Get& get) {
   return r;
 }
 
-struct Tool {
+struct ToolLanes {
   V ux, uy, wx, wy;      // O3 -> E and O4 -> E in B
   V a1c, a1s, a2c, a2s;  // cos and sin of theta + offset
   V x, y;                // E in W, without x0, y0
 };
 
 /// c1 .. s2: cosine and sine of the encoder angles.
-HWY_INLINE HWY_ATTR Tool
-tool_of(D d, const Robot& r, V c1, V s1, V c2, V s2, V beta, M& reached) {
-  Tool t;
+HWY_INLINE HWY_ATTR ToolLanes
+tool_of(D d, const LaneRobot& r, V c1, V s1, V c2, V s2, V beta, M& reached) {
+  ToolLanes t;
   t.a1c = hn::NegMulAdd(r.s1, s1, hn::Mul(r.c1, c1));
   t.a1s = hn::MulAdd(r.c1, s1, hn::Mul(r.s1, c1));
   t.a2c = hn::NegMulAdd(r.s2, s2, hn::Mul(r.c2, c2));
@@ -114,7 +114,8 @@ tool_of(D d, const Robot& r, V c1, V s1, V c2, V s2, V beta, M& reached) {
 
 /// Equation (13): put(parameter, dx, dy) for each of the ten.
 template <class Put>
-HWY_INLINE HWY_ATTR void jacobian_of(D d, const Robot& r, const Tool& t, const Put& put) {
+HWY_INLINE HWY_ATTR void jacobian_of(
+    D d, const LaneRobot& r, const ToolLanes& t, const Put& put) {
   // u'(dE - dO3) = l12 dl12, w'(dE - dO4) = l22 dl22, turned into W: dE = A p + B q
   const V inverse = hn::Div(hn::Set(d, 1.0), hn::NegMulAdd(t.uy, t.wx, hn::Mul(t.ux, t.wy)));
   const V ax = hn::Mul(hn::MulAdd(r.ca, t.wy, hn::Mul(r.sa, t.wx)), inverse);

@@ -24,7 +24,7 @@ HWY_ATTR bool normal(
     double* HWY_RESTRICT sums) {
   const D d;
   const auto step = hn::Lanes(d);
-  const Robot r = robot_of(d, [&](int i) HWY_ATTR { return hn::Set(d, v[i]); });
+  const LaneRobot r = robot_of(d, [&](int i) HWY_ATTR { return hn::Set(d, v[i]); });
   if (!hn::AllTrue(d, r.usable)) return false;
   HWY_ALIGN double total[kSums * kLanes] = {};
   HWY_ALIGN double G[kN * kLanes];
@@ -34,7 +34,7 @@ HWY_ATTR bool normal(
     const PositionBlock& p = blocks[b];
     for (std::size_t lane = 0; lane < kLanes; lane += step) {
       const auto load = [&](const double* from) HWY_ATTR { return hn::LoadU(d, from + lane); };
-      const Tool t = tool_of(
+      const ToolLanes t = tool_of(
           d, r, load(p.cos1), load(p.sin1), load(p.cos2), load(p.sin2), load(p.beta), reached);
       const V weight = load(p.weight);
       jacobian_of(d, r, t, [&](int i, V gx, V gy) HWY_ATTR {

@@ -129,13 +129,15 @@ std::vector<ParameterInfo> parameter_infos() {
   return {geometry::kParameters.begin(), geometry::kParameters.end()};
 }
 
-std::vector<JointInfo> joint_infos() { return {{"theta1", "rad"}, {"theta2", "rad"}}; }
+std::vector<SpaceJoint> joint_infos() { return {{"theta1", "rad"}, {"theta2", "rad"}}; }
 
 /// The eleventh parameter of a cuboid that is clamped to a link.
 void add_clamp(ObservationSpace& space) {
   ParameterInfo clamp = geometry::kParameters[geometry::kAlpha];  // an angle like any other
   clamp.name = "clamp";
   clamp.rig_key.clear();
+  clamp.meaning = "clamp angle of the cuboid";
+  clamp.plainly.clear();
   clamp.change = kClampScale_rad;
   space.parameter_info.push_back(clamp);
   space.nominal.conservativeResize(kParameterCount + 1);
@@ -294,6 +296,7 @@ void add_rows(const PositionObservations& set, double noise_mm, ObservationSpace
     }
     space.covariance_mm2.emplace_back(C.diagonal().minCoeff() > 0.0 ? MatrixXd(C) : MatrixXd());
     space.first_row.push_back(2 * (i + 1));
+    if (!(C.diagonal().minCoeff() > 0.0)) space.sigma_is_assumed = true;
   }
 }
 
@@ -332,6 +335,7 @@ ObservationSpace position_space(
   ObservationSpace space;
   space.name = "positions";
   space.parameter_info = parameter_infos();
+  space.named_directions = geometry::five_bar_model()->named_directions;
   space.nominal = nominal;
   space.joint_info = joint_infos();
   space.channel_info = {{"x", "mm"}, {"y", "mm"}};
@@ -355,7 +359,7 @@ ObservationSpace position_space(
   return space;
 }
 
-ObservationSpace dial_space(
+ObservationSpace five_bar_dial_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
   auto data = std::make_shared<DialData>();
   data->rig = rig;
@@ -366,6 +370,7 @@ ObservationSpace dial_space(
   ObservationSpace space;
   space.name = "dials";
   space.parameter_info = parameter_infos();
+  space.named_directions = geometry::five_bar_model()->named_directions;
   space.nominal = rig.robot.nominal;
   if (!free) add_clamp(space);
   space.joint_info = joint_infos();
@@ -400,29 +405,9 @@ ObservationSpace dial_space(
   return space;
 }
 
-std::optional<RepeatNoise> repeat_noise(std::span<const simulation::Trial> trials, bool dials) {
-  ObservationSpace space;  // with what repeat_noise looks at, nothing more
-  space.joint_info = joint_infos();
-  std::vector<double> measured;
-  std::vector<Eigen::Vector2d> joints;
-  const auto add = [&](int channel, double value_mm) {
-    space.channel.push_back(channel);
-    measured.push_back(value_mm);
-  };
-  for (const simulation::Trial& trial : trials) {
-    for (int axis = 0; !dials && trial.position_mm && axis < 2; ++axis) {
-      add(axis, (*trial.position_mm)[axis]);
-    }
-    for (std::size_t k = 0; dials && k < trial.reading.size(); ++k) {
-      if (trial.reading[k]) add(static_cast<int>(k), *trial.reading[k]);
-    }
-    space.first_row.push_back(static_cast<int>(measured.size()));
-    space.point.push_back(trial.point);
-    joints.push_back(trial.q);
-  }
-  space.joints = matrix_of(joints);
-  space.measured_mm = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
-  return repeat_noise(space);
+ObservationSpace five_bar_position_space(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig, double noise_mm) {
+  return position_space(position_observations(trials), rig.robot.nominal, noise_mm);
 }
 
 }  // namespace sixdial::calibration

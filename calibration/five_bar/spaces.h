@@ -1,5 +1,5 @@
 // The five-bar's observation spaces: its tool positions, or the raw readings of all dials on
-// its cuboid. The only place above geometry/ where a method's numbers turn into this robot's;
+// its cuboid. rig_spaces.h makes those of any robot and asks for these where they are faster;
 // the vector kernels behind it are position_kernel.h and swarm_kernels.h.
 //
 //   const ObservationSpace space = position_space(position_observations(trials), nominal);
@@ -20,16 +20,11 @@ namespace sixdial::calibration {
     PositionObservations observations, const geometry::ParameterVector& nominal,
     double noise_mm = 0.003);
 
-/// Raw readings of all dials in contact: with the clamp angle as an eleventh parameter, or with
-/// the cuboid's rotation eliminated sample by sample where it is held freely. Trials with fewer
-/// readings than 2 (mounted) or 3 (free) are left out.
-[[nodiscard]] ObservationSpace dial_space(
+/// The spaces of a five-bar rig, as position_space and dial_space of rig_spaces.h.
+[[nodiscard]] ObservationSpace five_bar_position_space(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig, double noise_mm);
+[[nodiscard]] ObservationSpace five_bar_dial_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig);
-
-/// repeat_noise of trials, those too that no space would take: of dial readings, or of
-/// positions. Empty without repeats.
-[[nodiscard]] std::optional<RepeatNoise> repeat_noise(
-    std::span<const simulation::Trial> trials, bool dials);
 
 /// The ten parameters' names, in the order of geometry::kParameters.
 [[nodiscard]] std::vector<std::string_view> parameter_names();

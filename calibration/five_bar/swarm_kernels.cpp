@@ -20,7 +20,8 @@ constexpr int at(int i, int j) {
   return (i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i) * kLanes;
 }
 
-HWY_INLINE HWY_ATTR Tool tool_at(D d, const Robot& r, const SwarmPoint& p, M& reached) {
+HWY_INLINE HWY_ATTR ToolLanes
+tool_at(D d, const LaneRobot& r, const SwarmPoint& p, M& reached) {
   return tool_of(
       d, r, hn::Set(d, p.cos1), hn::Set(d, p.sin1), hn::Set(d, p.cos2), hn::Set(d, p.sin2),
       hn::Set(d, p.beta), reached);
@@ -30,12 +31,12 @@ HWY_ATTR void rmse(const SwarmTable& table, const double* v, double* out) {
   const D d;
   const auto step = hn::Lanes(d);
   for (std::size_t lane = 0; lane < kLanes; lane += step) {
-    const Robot r =
+    const LaneRobot r =
         robot_of(d, [&](int i) HWY_ATTR { return hn::LoadU(d, v + i * kLanes + lane); });
     M reached = r.usable;
     V sum = hn::Zero(d);
     for (const SwarmPoint& p : table.points) {
-      const Tool t = tool_at(d, r, p, reached);
+      const ToolLanes t = tool_at(d, r, p, reached);
       const V ex = hn::Sub(hn::Sub(hn::Set(d, p.x_mm), r.x0), t.x);
       const V ey = hn::Sub(hn::Sub(hn::Set(d, p.y_mm), r.y0), t.y);
       sum = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, sum));
@@ -157,11 +158,11 @@ HWY_ATTR void filter_estimate(
     M reached = hn::Eq(hn::Zero(d), hn::Zero(d));
     for (const SwarmPoint& p : table.points) {
       predict(d, noise + lane, P);
-      const Robot r = robot_of(d, [&](int i) HWY_ATTR {
+      const LaneRobot r = robot_of(d, [&](int i) HWY_ATTR {
         return hn::Add(hn::Set(d, nominal[i]), hn::Load(d, x + i * kLanes));
       });
       reached = hn::And(reached, r.usable);
-      const Tool t = tool_at(d, r, p, reached);
+      const ToolLanes t = tool_at(d, r, p, reached);
       jacobian_of(d, r, t, [&](int i, V gx, V gy) HWY_ATTR {
         hn::Store(gx, d, G + i * kLanes);
         hn::Store(gy, d, F + i * kLanes);

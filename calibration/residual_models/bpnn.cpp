@@ -164,8 +164,7 @@ TrainedResidual train(
   const Range out(residual_mm);
   const MatrixXd x = in.scaled(joints);
   const MatrixXd y = out.scaled(residual_mm);
-  const HoldoutSplit split =
-      holdout_split(static_cast<int>(joints.rows()), settings.holdout_fraction, settings.seed);
+  const HoldoutSplit split = holdout_split(joints, settings.holdout_fraction, settings.seed);
   const Samples training(x(split.train, Eigen::all), y(split.train, Eigen::all));
   const Samples checking(x(split.check, Eigen::all), y(split.check, Eigen::all));
   const double mm2 = out.half.squaredNorm() / static_cast<double>(shape.outputs);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/anfis_selection.h"
+#include "calibration/pose_groups.h"
 #include "calibration/residual_model.h"
 
 namespace sixdial::calibration {
@@ -57,13 +58,15 @@ struct Net {
   VectorXd weights;
 };
 
-Net fit(const MatrixXd& x, const MatrixXd& centres, const VectorXd& y) {
+Net fit(
+    const MatrixXd& x, const MatrixXd& centres, const VectorXd& y,
+    const std::vector<std::vector<int>>& poses) {
   const std::vector<double> ridges{1e-4, 1e-3, 1e-2, 1e-1, 1.0};
   Net best;
   for (const double width : kWidths) {
     const MatrixXd A = functions_at(x, centres, width);
     std::vector<double> effective;
-    const MatrixXd errors = leave_one_out_errors(A, y, ridges, effective);
+    const MatrixXd errors = leave_one_out_errors(A, y, ridges, poses, effective);
     for (std::size_t k = 0; k < ridges.size(); ++k) {
       const double loo = errors.col(static_cast<Eigen::Index>(k)).squaredNorm();
       if (loo >= best.loo) continue;
@@ -119,13 +122,14 @@ TrainedResidual train(
   const Standardiser standard(joints);
   const MatrixXd x = standard(joints);
   const MatrixXd centres = centres_of(x);
+  const std::vector<std::vector<int>> poses = rows_by_group(pose_groups(joints));
   std::vector<Net> nets;
   SavedResidual saved;
   standard.save(saved);
   saved["centres"] = centres;
   save_outputs(residual_mm.cols(), saved);
   for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
-    nets.push_back(fit(x, centres, residual_mm.col(k)));
+    nets.push_back(fit(x, centres, residual_mm.col(k), poses));
     save(nets.back(), output_prefix(k), saved);
   }
   TrainedResidual result = load(saved);

@@ -1,10 +1,13 @@
 // A ball-tipped dial indicator on a face of the cuboid, and the tool's pose from several of
 // them.
 //
-//   face k (0 right, 1 top, 2 left, 3 bottom) has the outward normal n_k = (cos, sin)(gamma + k
-//   pi/2) ball centre at zero displacement: p_WT = position - rho axis touching:  (p_WT - delta
-//   axis - p_WE) . n = h + rho,   h = side/2                spec 1 so         delta = (h + rho
-//   - (p_WT - p_WE) . n) / (-axis . n)
+//   face k: 0 right, 1 top, 2 left, 3 bottom; outward normal n_k = (cos, sin)(gamma + k pi/2)
+//
+//   centre of the ball at zero displacement:  p_WT = position - rho axis
+//
+//   it touches where  (p_WT - delta axis - p_WE) . n = h + rho,  with h = side / 2  (spec 1)
+//
+//   so  delta = (h + rho - (p_WT - p_WE) . n) / (-axis . n)
 //
 // Lengths mm, angles rad, frame W. Degenerate: an axis along the face, a tip beyond the face's
 // edge, two dials of a face whose balls coincide, an active three without a neighbouring face.

@@ -37,15 +37,17 @@ tl::expected<std::shared_ptr<const InstrumentModel>, std::string> of_rig(const R
   for (const Dial& dial : rig.dials) {
     result->channels.push_back({dial.id, "mm", reading_sd_mm(dial)});
   }
-  result->parameters = {{"clamp", "", "deg", kDegPerRad, "rad", kClampChange_rad}};
+  ParameterInfo clamp{"clamp", "", "deg", kDegPerRad, "rad", kClampChange_rad};
+  clamp.meaning = "clamp angle of the cuboid";
+  result->parameters = {std::move(clamp)};
   result->nominal = Eigen::VectorXd::Zero(1);
   result->known_to = Eigen::VectorXd::Constant(1, kClampKnown_rad);
   if (rig.cuboid.mount == Mount::kFree) {
     result->unknowns = {{"gamma", "rad"}};
   } else {
-    const auto* name = rig.cuboid.mount == Mount::kDistal1 ? "distal1" : "distal2";
-    const auto frame = rig.robot.model->find_frame(name);
-    if (!frame || rig.robot.model->kind != &five_bar) {
+    const auto frame = cuboid_link(rig);
+    if (!frame) {
+      const auto* name = rig.cuboid.mount == Mount::kDistal1 ? "distal1" : "distal2";
       return tl::unexpected("the robot has no link '" + std::string(name) + "' for the cuboid");
     }
     const auto reference = reference_link_angle(rig);

@@ -69,28 +69,47 @@ ForwardPose in_world(const ParameterVector& v, const Closure& closure) {
 
 namespace {
 
-ParameterInfo link(const char* name, const char* rig_key) {
-  return {name, rig_key, "mm", 1.0, "mm", 1.0, FileRange::kPositive};
+constexpr double kMade_mm = 1.0;      // what a workshop keeps
+constexpr double kPut_mm = 2.0;       // how well a robot is put onto its table
+constexpr double kTurned_rad = 0.03;  // and turned, and its encoders zeroed
+
+ParameterInfo with_words(
+    ParameterInfo info, double known_to, const char* meaning, const char* plainly) {
+  info.known_to = known_to;
+  info.meaning = meaning;
+  info.plainly = plainly;
+  return info;
 }
-ParameterInfo place(const char* name, const char* rig_key, FileRange range = FileRange::kAny) {
-  return {name, rig_key, "mm", 1.0, "mm", 1.0, range};
+
+ParameterInfo link(
+    const char* name, const char* rig_key, const char* meaning, const char* plainly) {
+  return with_words(
+      {name, rig_key, "mm", 1.0, "mm", 1.0, FileRange::kPositive}, kMade_mm, meaning, plainly);
 }
-ParameterInfo turn(const char* name, const char* rig_key) {
-  return {name, rig_key, "deg", kDegPerRad, "rad", kAngle_rad};
+ParameterInfo stand(
+    const char* name, const char* rig_key, const char* meaning, const char* plainly) {
+  return with_words({name, rig_key, "mm", 1.0, "mm", 1.0}, kPut_mm, meaning, plainly);
+}
+ParameterInfo turn(
+    const char* name, const char* rig_key, const char* meaning, const char* plainly) {
+  return with_words(
+      {name, rig_key, "deg", kDegPerRad, "rad", kAngle_rad}, kTurned_rad, meaning, plainly);
 }
 
 std::array<ParameterInfo, kParameterCount> parameters() {
   return {
-      link("l11", "l11_mm"),
-      link("l12", "l12_mm"),
-      link("l21", "l21_mm"),
-      link("l22", "l22_mm"),
-      place("d", "d_mm", FileRange::kNotNegative),
-      place("x0", "x0_mm"),
-      place("y0", "y0_mm"),
-      turn("alpha", "alpha_deg"),
-      turn("dtheta1", "theta1_offset_deg"),
-      turn("dtheta2", "theta2_offset_deg")};
+      link("l11", "l11_mm", "proximal link of leg 1", "motor link, leg 1"),
+      link("l12", "l12_mm", "distal link of leg 1", "far link, leg 1"),
+      link("l21", "l21_mm", "proximal link of leg 2", "motor link, leg 2"),
+      link("l22", "l22_mm", "distal link of leg 2", "far link, leg 2"),
+      with_words(
+          {"d", "d_mm", "mm", 1.0, "mm", 1.0, FileRange::kNotNegative}, kMade_mm,
+          "distance of the motor axes", "between the motors"),
+      stand("x0", "x0_mm", "base, along x", "robot stands at x"),
+      stand("y0", "y0_mm", "base, along y", "robot stands at y"),
+      turn("alpha", "alpha_deg", "base, rotation", "robot turned by"),
+      turn("dtheta1", "theta1_offset_deg", "encoder offset of joint 1", "zero of encoder 1"),
+      turn("dtheta2", "theta2_offset_deg", "encoder offset of joint 2", "zero of encoder 2")};
 }
 
 }  // namespace
@@ -309,6 +328,64 @@ tl::expected<Eigen::VectorXd, KinematicTrouble> joints_at(
   return Eigen::VectorXd(*q);
 }
 
+tl::expected<WorkingMode, KinematicTrouble> mode_at(
+    const RobotModel& /*robot*/, std::span<const double> v, std::span<const double> q,
+    Assembly assembly) {
+  return working_mode_of(vector_of(v), {q[0], q[1]}, assembly);
+}
+
+tl::expected<PlanarPose, KinematicTrouble> pose_in_plane(
+    const RobotModel& /*robot*/, std::span<const double> v, std::span<const double> q,
+    Assembly assembly, std::optional<int> link, Eigen::Matrix2Xd* J_q) {
+  const ParameterVector values = vector_of(v);
+  const Vector2d angles(q[0], q[1]);
+  const auto seen = [&](const ForwardPose& pose) {
+    return PlanarPose{
+        pose.p_WE, link ? pose.distal_angle(*link == static_cast<int>(kDistal1) ? 0 : 1) : 0.0};
+  };
+  if (J_q == nullptr) return forward(values, angles, assembly).map(seen);
+  const auto d = forward_derivative(values, angles, assembly);
+  if (!d) return tl::unexpected(d.error());
+  *J_q = d->J_q;
+  return seen(d->pose);
+}
+
+/// Motors, elbows and tool with the tool at p_WE.
+Sketch drawn(
+    const RobotModel& /*robot*/, std::span<const double> values, const Vector2d& p_WE,
+    WorkingMode mode) {
+  const ParameterVector v = vector_of(values);
+  Sketch sketch;
+  sketch.base = {v[kX0], v[kY0]};
+  sketch.base_rad = v[kAlpha];
+  const auto pose = inverse(v, p_WE, mode).and_then([&](const Vector2d& q) {
+    return assembly_at(v, q, p_WE).and_then([&](Assembly assembly) {
+      return forward(v, q, assembly);
+    });
+  });
+  if (!pose) {
+    sketch.trouble = pose.error();
+    return sketch;
+  }
+  const Vector2d along(std::cos(v[kAlpha]), std::sin(v[kAlpha]));
+  const Vector2d O1 = sketch.base + (-v[kD] / 2) * along;
+  const Vector2d O2 = sketch.base + (v[kD] / 2) * along;
+  using Part = Sketch::Part;
+  sketch.lines = {
+      {O1, O2, Part::kBase},
+      {O1, pose->p_WO3, Part::kProximal},
+      {O2, pose->p_WO4, Part::kProximal},
+      {pose->p_WO3, pose->p_WE, Part::kDistal},
+      {pose->p_WO4, pose->p_WE, Part::kDistal}};
+  sketch.dots = {
+      {O1, Part::kMotor, "O1, motor 1", {-7, -3}, "end"},
+      {O2, Part::kMotor, "O2, motor 2", {7, -3}, "start"},
+      {pose->p_WO3, Part::kJoint, "O3", {0, 5}, "middle"},
+      {pose->p_WO4, Part::kJoint, "O4", {0, 5}, "middle"},
+      {pose->p_WE, Part::kTool, "E tool", {5, 3}, "start"}};
+  return sketch;
+}
+
 std::shared_ptr<const RobotModel> make_model() {
   RobotModel robot;
   robot.kind = &five_bar;
@@ -324,6 +401,10 @@ std::shared_ptr<const RobotModel> make_model() {
     robot.modes.push_back({mode.number, to_string(mode)});
   }
   robot.mode_in_words = "the elbow side of leg 1 and leg 2";
+  // Coaxial motors: the whole robot turned in its frame is the frame turned.
+  robot.named_directions = {
+      {{{"alpha", 1.0}, {"dtheta1", -1.0}, {"dtheta2", -1.0}},
+       "the frame's rotation against a common shift of both motors, exact where d = 0"}};
   return std::make_shared<const RobotModel>(std::move(robot));
 }
 
@@ -341,6 +422,9 @@ extern constinit const RobotKind five_bar{
     .forward = frames_of,
     .forward_derivative = frame_derivatives,
     .inverse = joints_at,
+    .mode_of = mode_at,
+    .in_plane = pose_in_plane,
+    .sketch = drawn,
 };
 
 }  // namespace sixdial::geometry

@@ -4,8 +4,7 @@
 //            E            tool            E = p_W0 + R(alpha) p_BE                        (1)
 //     l12  /   \  l22     distal links    |E - O3| = l12, |E - O4| = l22                  (2)
 //        O3     O4        elbows          frame B: origin midway between O1 and O2, Bx O1 -> O2
-//     l11 |     | l21     proximal links  frame W: the table; B sits at (x0, y0), turned by
-//     alpha
+//     l11 |     | l21     proximal links  frame W: the table; B is at (x0, y0), turned by alpha
 //        O1--B--O2        motors, d apart
 //
 // Millimetres and radians; angles counter-clockwise and continuous (never wrapped at +-pi).

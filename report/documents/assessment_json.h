@@ -7,7 +7,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ParameterRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::ParameterRow>& row) {
   at("name", row.name);
   at("unit", row.unit);
   at("nominal", row.nominal);
@@ -20,14 +20,14 @@ void describe(Fields& at, Of<Fields, studies::ParameterRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CorrelationRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::CorrelationRow>& row) {
   at("first", row.first);
   at("second", row.second);
   at("coefficient", row.coefficient);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
   at.named(
       "mode", row.mode, [](const geometry::WorkingMode& mode) { return to_string(mode); },
       geometry::working_mode_from);
@@ -36,7 +36,7 @@ void describe(Fields& at, Of<Fields, studies::WorkingModeRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
+void describe_keys(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
   at("sigma_mm", noise.sigma_mm);
   at("degrees_of_freedom", noise.degrees_of_freedom);
 }
@@ -44,14 +44,14 @@ void describe(Fields& at, Of<Fields, calibration::RepeatNoise>& noise) {
 [[nodiscard]] inline std::optional<calibration::NoiseSource> noise_source_from(
     std::string_view text) {
   using enum calibration::NoiseSource;
-  for (const calibration::NoiseSource each : {kRepeats, kResidual, kRigFile}) {
+  for (const calibration::NoiseSource each : {kRepeats, kResidual, kRigFile, kAssumed}) {
     if (calibration::to_string(each) == text) return each;
   }
   return std::nullopt;
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
+void describe_keys(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
   at.named(
       "source", noise.source,
       [](calibration::NoiseSource source) { return calibration::to_string(source); },
@@ -62,11 +62,39 @@ void describe(Fields& at, Of<Fields, calibration::NoiseEstimate>& noise) {
   at("residual", noise.residual);
   at("rig_file_mm", noise.rig_file_mm);
   at("lack_of_fit", noise.lack_of_fit);
+  // Early results know neither these nor structure, and are written as they were.
+  if (Fields::kReads ? at.has("spread_mm") : noise.spread_mm > 0.0) {
+    at("over_rig_file", noise.over_rig_file);
+    at("spread_mm", noise.spread_mm);
+    at("spread_freedom", noise.spread_freedom);
+    at("known", noise.known);
+  }
   at("words", noise.words);
 }
 
+[[nodiscard]] inline std::optional<calibration::SmoothOver> structure_over_from(
+    std::string_view text) {
+  using enum calibration::SmoothOver;
+  for (const calibration::SmoothOver each : {kJoints, kOrder}) {
+    if (calibration::to_string(each) == text) return each;
+  }
+  return std::nullopt;
+}
+
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::PositionMap>& map) {
+void describe_keys(Fields& at, Of<Fields, calibration::Structure>& structure) {
+  at.named(
+      "over", structure.over,
+      [](calibration::SmoothOver over) { return calibration::to_string(over); },
+      structure_over_from);
+  at("sd_mm", structure.sd_mm);
+  at("length", structure.length);
+  at("noise_mm", structure.noise_mm);
+  at("log_gain", structure.log_gain);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::PositionMap>& map) {
   at("x_mm", map.x_mm);
   at("y_mm", map.y_mm);
   at("sd_x_mm", map.sd_x_mm);
@@ -80,7 +108,7 @@ void describe(Fields& at, Of<Fields, studies::PositionMap>& map) {
 
 /// Of an assessment; "held" of the identification has no effect_mm.
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::HeldRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::HeldRow>& row) {
   at("words", row.words);
   at("direction", row.direction);
   at("singular_value", row.singular_value);
@@ -88,7 +116,7 @@ void describe(Fields& at, Of<Fields, studies::HeldRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
   at("singular_values", row.singular_values);
   at("condition", row.condition);
   at("condition_determined", row.condition_determined);
@@ -100,11 +128,14 @@ void describe(Fields& at, Of<Fields, studies::IdentifiabilityRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Assessment>& assessment) {
+void describe_keys(Fields& at, Of<Fields, studies::Assessment>& assessment) {
   at("space", assessment.space);
   at("samples", assessment.samples);
   at("readings", assessment.readings);
   at("noise", assessment.noise);
+  if (Fields::kReads ? at.has("structure") : assessment.noise.spread_mm > 0.0) {
+    at("structure", assessment.structure);
+  }
   at("parameters", assessment.parameters);
   // Results of early versions know one working mode only.
   if (at.has("working_modes")) at("working_modes", assessment.working_modes);
@@ -113,7 +144,7 @@ void describe(Fields& at, Of<Fields, studies::Assessment>& assessment) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Precision::Row>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::Precision::Row>& row) {
   at("name", row.name);
   at("unit", row.unit);
   at("positions_sd", row.positions_sd);
@@ -122,13 +153,13 @@ void describe(Fields& at, Of<Fields, studies::Precision::Row>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Precision>& precision) {
+void describe_keys(Fields& at, Of<Fields, studies::Precision>& precision) {
   at("parameters", precision.parameters);
   at("geometric_mean_ratio", precision.geometric_mean_ratio);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
+void describe_keys(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
   at("sample", found.sample);
   at("set", found.set);
   at("point", found.point);
@@ -145,7 +176,7 @@ void describe(Fields& at, Of<Fields, studies::GrossErrors::Found>& found) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GrossErrors>& errors) {
+void describe_keys(Fields& at, Of<Fields, studies::GrossErrors>& errors) {
   at("found", errors.found);
   at("readings", errors.readings);
   at("sigma_mm", errors.sigma_mm);

@@ -4,6 +4,7 @@
 #include "report/documents/inputs_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
+#include "report/documents/swarm_size_json.h"
 #include "report/words/comparison_words.h"
 #include "studies/method_name.h"
 
@@ -31,13 +32,7 @@ void flags(Fields& at, const char* key, Flags& values) {
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::SwarmSize>& size) {
-  at("particles", size.particles);
-  at("iterations", size.iterations);
-}
-
-template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::Settings>& settings) {
+void describe_keys(Fields& at, Of<Fields, calibration::PipelineSettings>& settings) {
   using calibration::Linearisation;
   using calibration::SearchCoordinates;
   at.named(
@@ -69,7 +64,7 @@ void describe(Fields& at, Of<Fields, calibration::Settings>& settings) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::MethodRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::MethodRow>& row) {
   at("id", row.id);
   if constexpr (!Fields::kReads) at("name", studies::method_name(row.id));
   at("g1", row.g1);
@@ -78,7 +73,7 @@ void describe(Fields& at, Of<Fields, studies::MethodRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::StageRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::StageRow>& row) {
   at("name", row.name);
   at("parameters", row.parameters);
   at("rmse_g1_mm", row.rmse_g1_mm);
@@ -86,20 +81,20 @@ void describe(Fields& at, Of<Fields, studies::StageRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Convergence>& convergence) {
+void describe_keys(Fields& at, Of<Fields, studies::Convergence>& convergence) {
   at("name", convergence.name);
   at("best_mm", convergence.best_mm);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Trace>& trace) {
+void describe_keys(Fields& at, Of<Fields, studies::Trace>& trace) {
   at("name", trace.name);
   at("step", trace.step);
   at("error", trace.error);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Identification>& known) {
+void describe_keys(Fields& at, Of<Fields, studies::Identification>& known) {
   at("sigma_mm", known.sigma_mm);
   at("degrees_of_freedom", known.degrees_of_freedom);
   at("covariance", known.covariance);
@@ -126,19 +121,19 @@ void describe(Fields& at, Of<Fields, studies::Identification>& known) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::FilterNoise>& noise) {
+void describe_keys(Fields& at, Of<Fields, calibration::FilterNoise>& noise) {
   at("q", noise.q);
   at("r", noise.r);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Networks>& networks) {
+void describe_keys(Fields& at, Of<Fields, studies::Networks>& networks) {
   at("x", networks.x);
   at("y", networks.y);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::StoredResidualModel>& model) {
+void describe_keys(Fields& at, Of<Fields, studies::StoredResidualModel>& model) {
   at("name", model.name);
   at("note", model.note);
   at("effective_parameters", model.effective_parameters);
@@ -146,7 +141,7 @@ void describe(Fields& at, Of<Fields, studies::StoredResidualModel>& model) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::PointResiduals>& point) {
+void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
   at("sample", point.sample);
   at("set", point.set);
   at("point", point.point);
@@ -156,14 +151,14 @@ void describe(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
+void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) {
     at("schema_version", result.networks ? kCalibrationSchemaVersion : kAnyMethodSchemaVersion);
   }
   at("created_utc", result.created_utc);
   at.inner("inputs", [&](auto& inputs) {
-    describe(inputs, result.inputs);
+    describe_keys(inputs, result.inputs);
     inputs("settings", result.settings);
   });
   if constexpr (Fields::kReads) result.settings.seed = result.inputs.seed;
@@ -200,6 +195,6 @@ studies::CalibrationResult calibration_from_json(const Json& json) {
   return read<studies::CalibrationResult>(json, kSchema);
 }
 
-Json settings_json(const calibration::Settings& settings) { return write(settings); }
+Json settings_json(const calibration::PipelineSettings& settings) { return write(settings); }
 
 }  // namespace sixdial::report

@@ -2,6 +2,7 @@
 
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/swarm_size_json.h"
 #include "report/words/comparison_words.h"
 
 namespace sixdial::report {
@@ -20,13 +21,7 @@ std::optional<calibration::FitStatus> fit_status_from(std::string_view text) {
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::SwarmSize>& size) {
-  at("particles", size.particles);
-  at("iterations", size.iterations);
-}
-
-template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ComparisonChoices>& choices) {
+void describe_keys(Fields& at, Of<Fields, studies::ComparisonChoices>& choices) {
   at("space", choices.space);
   at.named(
       "profile", choices.profile,
@@ -46,7 +41,7 @@ void describe(Fields& at, Of<Fields, studies::ComparisonChoices>& choices) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::ErrorStats>& stats) {
+void describe_keys(Fields& at, Of<Fields, calibration::ErrorStats>& stats) {
   at("mean_mm", stats.mean_mm);
   at("std_mm", stats.std_mm);
   at("max_mm", stats.max_mm);
@@ -56,13 +51,13 @@ void describe(Fields& at, Of<Fields, calibration::ErrorStats>& stats) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ComparedParameter>& parameter) {
+void describe_keys(Fields& at, Of<Fields, studies::ComparedParameter>& parameter) {
   at("value", parameter.value);
   at("sd", parameter.sd);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ComparedRow>& row) {
+void describe_keys(Fields& at, Of<Fields, studies::ComparedRow>& row) {
   at("id", row.id);
   at("name", row.name);
   at("description", row.description);
@@ -96,12 +91,12 @@ void describe(Fields& at, Of<Fields, studies::ComparedRow>& row) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ComparisonResult>& result) {
+void describe_keys(Fields& at, Of<Fields, studies::ComparisonResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) at("schema_version", studies::kComparisonSchemaVersion);
   at("created_utc", result.created_utc);
   at.inner("inputs", [&](auto& inputs) {
-    describe(inputs, result.inputs);
+    describe_keys(inputs, result.inputs);
     inputs("settings", result.choices);
   });
   one_of_two(

@@ -7,7 +7,7 @@
 namespace sixdial::report {
 
 [[nodiscard]] Json to_json(const studies::ComparisonResult& result);
-/// Throws studies::Error bad_data: another schema or version, or it names the key which is
+/// Throws studies::StudyError bad_data: another schema or version, or it names the key which is
 /// missing or of the wrong kind.
 [[nodiscard]] studies::ComparisonResult comparison_from_json(const Json& json);
 

@@ -5,7 +5,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CommandedTarget>& commanded) {
+void describe_keys(Fields& at, Of<Fields, studies::CommandedTarget>& commanded) {
   at("target_mm", commanded.target_mm);
   at.named(
       "mode", commanded.mode,

@@ -6,9 +6,9 @@
 
 namespace sixdial::report {
 
-/// Without schema and version, which who hands it out adds.
+/// The document without schema and version; the caller adds these.
 [[nodiscard]] Json to_json(const studies::CommandedTarget& commanded);
-/// Throws studies::Error bad_data: it names the key which is missing or of the wrong kind.
+/// Throws studies::StudyError bad_data: it names the key which is missing or of the wrong kind.
 [[nodiscard]] studies::CommandedTarget commanded_target_from_json(const Json& json);
 
 }  // namespace sixdial::report

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "report/documents/diagnosis_parts_json.h"
+#include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
@@ -16,17 +17,7 @@ namespace sixdial::report {
 namespace {
 
 using namespace diagnosis_document;
-using diagnosis::GainModel;
 using studies::HypothesisId;
-
-constexpr std::string_view kNetwork = " + ANFIS";
-
-/// "joint_backlash@joint2"; nothing for an empty name.
-std::optional<HypothesisId> id_from(std::string_view name) {
-  const std::size_t at = name.find('@');
-  if (at == std::string_view::npos) return std::nullopt;
-  return HypothesisId{std::string(name.substr(0, at)), std::string(name.substr(at + 1))};
-}
 
 /// Why something is not testable, from what it needs: each reason needs something else.
 std::optional<diagnosis::WhyNotTestable> why_from_needs(std::string_view needs) {
@@ -40,18 +31,10 @@ std::optional<diagnosis::WhyNotTestable> why_from_needs(std::string_view needs) 
   return std::nullopt;
 }
 
-std::optional<GainModel> gain_model_from(std::string_view name) {
-  for (const GainModel model :
-       {GainModel::kNominal, GainModel::kCalibrated, GainModel::kExtended}) {
-    if (name == gain_row_name({.model = model})) return model;
-  }
-  return name.starts_with("without ") ? std::optional(GainModel::kWithout) : std::nullopt;
-}
-
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GrossReading>& gross) {
+void describe_keys(Fields& at, Of<Fields, studies::GrossReading>& gross) {
   at("sample", gross.sample);
   at("set", gross.set);
   at("point", gross.point);
@@ -63,14 +46,14 @@ void describe(Fields& at, Of<Fields, studies::GrossReading>& gross) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, diagnosis::NoisyDial>& noisy) {
+void describe_keys(Fields& at, Of<Fields, diagnosis::NoisyDial>& noisy) {
   at("dial", noisy.dial);
   at("sigma_mm", noisy.sigma_mm);
   at("expected_mm", noisy.expected_mm);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Unexplained>& left) {
+void describe_keys(Fields& at, Of<Fields, studies::Unexplained>& left) {
   at("significant", left.significant);
   at("depends_on", left.depends_on);
   at("rms_mm", left.rms_mm);
@@ -79,7 +62,7 @@ void describe(Fields& at, Of<Fields, studies::Unexplained>& left) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, diagnosis::Dependence>& each) {
+void describe_keys(Fields& at, Of<Fields, diagnosis::Dependence>& each) {
   as_text(
       at, "covariate", each.covariates, joined,
       [](std::string_view text, std::vector<std::string>& covariates) {
@@ -94,8 +77,8 @@ void describe(Fields& at, Of<Fields, diagnosis::Dependence>& each) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Limit>& limit) {
-  describe(at, limit.id);
+void describe_keys(Fields& at, Of<Fields, studies::Limit>& limit) {
+  describe_keys(at, limit.id);
   at("detect", limit.detect);
   at("name", limit.name);
   at("unit", limit.unit);
@@ -119,41 +102,14 @@ void describe(Fields& at, Of<Fields, studies::Limit>& limit) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::GainRow>& row) {
-  as_text(at, "name", row, gain_row_name, [](std::string_view text, studies::GainRow& into) {
-    into.network = text.ends_with(kNetwork);
-    if (into.network) text.remove_suffix(kNetwork.size());
-    const auto model = gain_model_from(text);
-    into.model = model.value_or(GainModel::kNominal);
-    return model.has_value();
-  });
-  as_text(
-      at, "without", row.without,
-      [](const std::optional<HypothesisId>& id) { return id ? id->name() : std::string(); },
-      [](std::string_view text, std::optional<HypothesisId>& id) {
-        id = id_from(text);
-        return id.has_value() || text.empty();
-      });
-  at("mean_mm", row.mean_mm);
-  at("std_mm", row.std_mm);
-  at("max_mm", row.max_mm);
-  at("rms_mm", row.rms_mm);
-  at("rms_by_dial_mm", row.rms_by_dial_mm);
-  at("difference_mm", row.difference_mm);
-  at("low_mm", row.low_mm);
-  at("high_mm", row.high_mm);
-  at("removed_share", row.removed_share);
-}
-
-template <class Fields>
-void describe(Fields& at, Of<Fields, studies::JudgedOn>& on) {
+void describe_keys(Fields& at, Of<Fields, studies::JudgedOn>& on) {
   at("samples", on.samples);
   at("fitted_samples", on.fitted_samples);
   at("held_out_by_program", on.held_out_by_program);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::FitSummary>& fit) {
+void describe_keys(Fields& at, Of<Fields, studies::FitSummary>& fit) {
   at("noise_mm", fit.noise_mm);
   at("gross_share", fit.gross_share);
   at("fitted", fit.fitted);
@@ -161,13 +117,13 @@ void describe(Fields& at, Of<Fields, studies::FitSummary>& fit) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::FittedEffect>& effect) {
-  describe(at, effect.id);
+void describe_keys(Fields& at, Of<Fields, studies::FittedEffect>& effect) {
+  describe_keys(at, effect.id);
   at("x", effect.x);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
+void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at("model", fit.model);
   at("effects", fit.effects);
   at("last_order", fit.last_order);
@@ -176,7 +132,7 @@ void describe(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Residuals>& residuals) {
+void describe_keys(Fields& at, Of<Fields, studies::Residuals>& residuals) {
   at("sample", residuals.sample);
   at("dial", residuals.dial);
   at("measured_mm", residuals.measured_mm);
@@ -186,7 +142,7 @@ void describe(Fields& at, Of<Fields, studies::Residuals>& residuals) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ToolShifts>& shifts) {
+void describe_keys(Fields& at, Of<Fields, studies::ToolShifts>& shifts) {
   at("sample", shifts.sample);
   at("x_mm", shifts.x_mm);
   at("y_mm", shifts.y_mm);
@@ -196,7 +152,7 @@ void describe(Fields& at, Of<Fields, studies::ToolShifts>& shifts) {
 
 /// What the search was told, without the keys that say how long it takes.
 template <class Fields>
-void describe(Fields& at, Of<Fields, diagnosis::DiagnosisSettings>& settings) {
+void describe_keys(Fields& at, Of<Fields, diagnosis::DiagnosisSettings>& settings) {
   at("null_draws", settings.null_draws);
   at("gain_draws", settings.gain_draws);
   at("with_gain", settings.with_gain);
@@ -210,7 +166,7 @@ void describe(Fields& at, Of<Fields, diagnosis::DiagnosisSettings>& settings) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, diagnosis::Noise>& noise) {
+void describe_keys(Fields& at, Of<Fields, diagnosis::Noise>& noise) {
   one_of(
       at, "source", noise.source, diagnosis::NoiseSource::kRepeats, "repeats",
       diagnosis::NoiseSource::kRigFile, "rig_file");
@@ -278,14 +234,14 @@ Json not_testable_json(const studies::DiagnosisResult& result) {
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::NotTestable>& each) {
-  describe(at, each.id);
+void describe_keys(Fields& at, Of<Fields, studies::NotTestable>& each) {
+  describe_keys(at, each.id);
   at.named(
       "needs", each.why, [](auto) { return std::string_view(); }, why_from_needs);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, FittedParameter>& parameter) {
+void describe_keys(Fields& at, Of<Fields, FittedParameter>& parameter) {
   at("name", parameter.name);
   at("unit", parameter.unit);
   at("nominal", parameter.nominal);
@@ -307,11 +263,11 @@ void describe_fits(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
     after = with_causes(result);
   }
   at.inner("baseline", [&](auto& fit) {
-    describe(fit, result.baseline);
+    describe_keys(fit, result.baseline);
     fit("parameters", before);
   });
   at.inner("extended", [&](auto& fit) {
-    describe(fit, result.extended);
+    describe_keys(fit, result.extended);
     fit("parameters", after);
   });
   if constexpr (Fields::kReads) {
@@ -324,24 +280,24 @@ void describe_fits(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
+void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) at("schema_version", kDiagnosisSchemaVersion);
   at("created_utc", result.created_utc);
   at.inner("inputs", [&](auto& inputs) {
-    describe(inputs, result.inputs);
+    describe_keys(inputs, result.inputs);
     inputs.inner("settings", [&](auto& settings) {
       one_of(settings, "space", result.has_dials, true, "dials", false, "positions");
-      describe(settings, result.settings);
+      describe_keys(settings, result.settings);
     });
   });
   at("causes", result.causes);
   at.inner("noise", [&](auto& noise) {
-    describe(noise, result.noise);
+    describe_keys(noise, result.noise);
     if constexpr (!Fields::kReads) noise("in_words", noise_in_words(result));
   });
   at.inner("unexplained", [&](auto& left) {
-    describe(left, result.unexplained);
+    describe_keys(left, result.unexplained);
     if constexpr (!Fields::kReads) left("noise_mm", result.noise.sigma_mm);
   });
   at("dependence", result.dependence);
@@ -366,7 +322,9 @@ void describe(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
 
 Json to_json(const studies::DiagnosisResult& result) { return write(result); }
 
-Json to_json(const studies::GainRow& row) { return write(row); }
+Json settings_json(const studies::DiagnosisResult& result) {
+  return write(result).at("inputs").at("settings");
+}
 
 studies::DiagnosisResult diagnosis_from_json(const Json& json) {
   expect_schema(

@@ -12,11 +12,11 @@ inline constexpr int kDiagnosisSchemaVersion = 1;
 
 [[nodiscard]] Json to_json(const studies::DiagnosisResult& result);
 
-/// Throws studies::Error bad_data: another schema or version, or it names the key which is
+/// Throws studies::StudyError bad_data: another schema or version, or it names the key which is
 /// missing or of the wrong kind.
 [[nodiscard]] studies::DiagnosisResult diagnosis_from_json(const Json& json);
 
-/// One row of "gain", as other documents quote it.
-[[nodiscard]] Json to_json(const studies::GainRow& row);
+/// What was asked for: "settings" of the document's inputs.
+[[nodiscard]] Json settings_json(const studies::DiagnosisResult& result);
 
 }  // namespace sixdial::report

@@ -26,7 +26,6 @@ inline constexpr std::string_view kNothing = "none";
 inline constexpr std::string_view kUnsettled = "unsettled_fit";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
-inline constexpr std::string_view kBetween = ", ";
 
 /// "x, y" as a list.
 inline std::vector<std::string> split(std::string_view text) {
@@ -77,16 +76,16 @@ void as_text(Fields& at, const char* key, Value& value, ToText to_text, Take tak
 }  // namespace diagnosis_document
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::HypothesisId>& id) {
+void describe_keys(Fields& at, Of<Fields, studies::HypothesisId>& id) {
   at("cause", id.cause);
   at("where", id.where);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Rival>& rival) {
+void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
   at("log_odds", rival.log_odds);
   if constexpr (Fields::kReads) {
-    describe(at, rival.id);
+    describe_keys(at, rival.id);
     rival.kind = rival.id.cause == diagnosis_document::kUnknown   ? studies::RivalKind::kUnknown
                  : rival.id.cause == diagnosis_document::kNothing ? studies::RivalKind::kNothing
                  : rival.id.cause == diagnosis_document::kUnsettled
@@ -98,16 +97,16 @@ void describe(Fields& at, Of<Fields, studies::Rival>& rival) {
   } else {
     switch (rival.kind) {
       case studies::RivalKind::kEffect:
-        describe(at, rival.id);
+        describe_keys(at, rival.id);
         break;
       case studies::RivalKind::kUnknown:
-        describe(
+        describe_keys(
             at, studies::HypothesisId{
                     std::string(diagnosis_document::kUnknown),
                     diagnosis_document::joined(rival.depends_on)});
         break;
       case studies::RivalKind::kNothing:
-        describe(at, studies::HypothesisId{std::string(diagnosis_document::kNothing), ""});
+        describe_keys(at, studies::HypothesisId{std::string(diagnosis_document::kNothing), ""});
         break;
       case studies::RivalKind::kUnsettled:
         describe(at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
@@ -117,7 +116,7 @@ void describe(Fields& at, Of<Fields, studies::Rival>& rival) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, diagnosis::Estimate>& estimate) {
+void describe_keys(Fields& at, Of<Fields, diagnosis::Estimate>& estimate) {
   at("name", estimate.name);
   at("value", estimate.value);
   at("unit", estimate.unit);
@@ -125,7 +124,7 @@ void describe(Fields& at, Of<Fields, diagnosis::Estimate>& estimate) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CurveGroup>& group) {
+void describe_keys(Fields& at, Of<Fields, studies::CurveGroup>& group) {
   at.named("name", group.of, group_name, group_from);
   at("x", group.x);
   at("measured", group.measured);
@@ -133,13 +132,13 @@ void describe(Fields& at, Of<Fields, studies::CurveGroup>& group) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::CurvePanel>& panel) {
+void describe_keys(Fields& at, Of<Fields, studies::CurvePanel>& panel) {
   diagnosis_document::as_text(at, "title", panel, panel_name, panel_from);
   at("groups", panel.groups);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::SignatureCurve>& curve) {
+void describe_keys(Fields& at, Of<Fields, studies::SignatureCurve>& curve) {
   diagnosis_document::as_text(at, "quantity", curve, quantity_name, quantity_from);
   at.named("covariate", curve.along, axis_name, axis_from);
   at("is_function", curve.is_function);
@@ -151,8 +150,8 @@ void describe(Fields& at, Of<Fields, studies::SignatureCurve>& curve) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::FoundCause>& cause) {
-  describe(at, cause.id);
+void describe_keys(Fields& at, Of<Fields, studies::FoundCause>& cause) {
+  describe_keys(at, cause.id);
   if constexpr (Fields::kReads) {
     cause.kind = cause.id.cause == diagnosis_document::kOutliers ? studies::CauseKind::kOutliers
                  : cause.id.cause == diagnosis_document::kStale
@@ -195,7 +194,7 @@ void column(
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::LeftAlong>& left) {
+void describe_keys(Fields& at, Of<Fields, studies::LeftAlong>& left) {
   at.named("covariate", left.along, axis_name, axis_from);
   if constexpr (!Fields::kReads) {
     at("unit", axis_unit(left.along));

@@ -5,15 +5,16 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::EstimatedParameter>& parameter) {
+void describe_keys(Fields& at, Of<Fields, studies::EstimatedParameter>& parameter) {
   at("name", parameter.name);
   at("unit", parameter.unit);
   at("value", parameter.value);
   at("sd", parameter.sd);
+  at.maybe("meaning", parameter.meaning);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::EstimateSummary>& estimate) {
+void describe_keys(Fields& at, Of<Fields, studies::EstimateSummary>& estimate) {
   at("samples", estimate.samples);
   at("set_aside", estimate.set_aside);
   at("noise_times", estimate.noise_times);

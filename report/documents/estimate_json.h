@@ -7,7 +7,8 @@
 namespace sixdial::report {
 
 [[nodiscard]] Json to_json(const studies::EstimateSummary& estimate);
-/// Throws studies::Error bad_data that names the key which is missing or of the wrong kind.
+/// Throws studies::StudyError bad_data that names the key which is missing or of the wrong
+/// kind.
 [[nodiscard]] studies::EstimateSummary estimate_from_json(const Json& json);
 
 }  // namespace sixdial::report

@@ -2,18 +2,18 @@
 //
 //   // studies::Noise {double sigma_mm; std::optional<int> repeats;}
 //   template <class Fields>
-//   void describe(Fields& at, Of<Fields, studies::Noise>& noise) {
+//   void describe_keys(Fields& at, Of<Fields, studies::Noise>& noise) {
 //     at("sigma_mm", noise.sigma_mm);
 //     at("repeats", noise.repeats);
 //   }
 //   const Json json = write(noise);
 //   const auto again = read<studies::Noise>(json, "sixdial.diagnosis");
 //
-// `describe` stands in namespace sixdial::report (not in an unnamed one: it is found by the
-// type of its first argument) and may use `describe` of the members' types. What a member may
-// be: bool, whole numbers, double, string, an enum by names(), optional, vector, array, pair,
-// a map or a list of pairs by text, Eigen vectors and matrices (rows), Json, and any type that
-// has a `describe`.
+// `describe_keys` stands in namespace sixdial::report (not in an unnamed one: it is found by
+// the type of its first argument) and may use `describe_keys` of the members' types. What a
+// member may be: bool, whole numbers, double, string, an enum by names(), optional, vector,
+// array, pair, a map or a list of pairs by text, Eigen vectors and matrices (rows), Json, and
+// any type that has a `describe_keys`.
 //
 // A number that is not finite and an empty optional are null in JSON; null is read as NaN.
 #pragma once
@@ -38,7 +38,7 @@
 
 namespace sixdial::report {
 
-/// What a `describe` gets: the value itself to read into it, a constant one to write it.
+/// What `describe_keys` gets: the value itself to read into it, a constant one to write it.
 template <class Fields, class T>
 using Of = std::conditional_t<Fields::kReads, T, const T>;
 
@@ -93,8 +93,8 @@ struct DocumentPlace {
 
 [[noreturn]] inline void refuse_document(
     std::string_view document, const DocumentPlace& at, std::string_view trouble) {
-  throw studies::Error(
-      studies::ErrorCode::kBadData,
+  throw studies::StudyError(
+      studies::StudyErrorCode::kBadData,
       fmt::format("this {} document cannot be read: {} {}", document, at.words(), trouble), {},
       "Make the result again with this version.");
 }
@@ -210,12 +210,12 @@ template <class T>
   } else {
     Json json = Json::object();
     Writer writer(json);
-    describe(writer, value);
+    describe_keys(writer, value);
     return json;
   }
 }
 
-/// Throws studies::Error kBadData that names the key and what is wrong with it.
+/// Throws studies::StudyError kBadData that names the key and what is wrong with it.
 template <class T>
 void read_into(T& value, const Json& json, std::string_view document, const DocumentPlace& at) {
   using namespace fields;
@@ -292,7 +292,7 @@ void read_into(T& value, const Json& json, std::string_view document, const Docu
     }
   } else {
     Reader reader(json, document, at);
-    describe(reader, value);
+    describe_keys(reader, value);
   }
 }
 
@@ -344,8 +344,8 @@ inline void expect_schema(
                           ? json["schema_version"].get<int>()
                           : 0;
   if (text("schema") == schema && version >= least && version <= most) return;
-  throw studies::Error(
-      studies::ErrorCode::kBadData,
+  throw studies::StudyError(
+      studies::StudyErrorCode::kBadData,
       fmt::format(
           "a {} document of version {} is needed, this is {} {}", schema,
           least == most ? fmt::format("{}", most) : fmt::format("{} to {}", least, most),

@@ -1,6 +1,6 @@
 // "inputs" of a document, without its settings: each document has settings of its own.
 //   at.inner("inputs", [&](auto& inputs) {
-//     describe(inputs, result.inputs);
+//     describe_keys(inputs, result.inputs);
 //     inputs("settings", result.settings);
 //   });
 #pragma once
@@ -11,7 +11,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::Inputs>& inputs) {
+void describe_keys(Fields& at, Of<Fields, studies::Inputs>& inputs) {
   at("session", inputs.session);
   at("rig_name", inputs.rig_name);
   at("rig_hash", inputs.rig_hash);

@@ -4,8 +4,8 @@ namespace sixdial::report {
 
 void check_network(const calibration::AnfisModel& model) {
   const auto refuse = [](const std::string& what) {
-    throw studies::Error(
-        studies::ErrorCode::kBadData, "a stored network cannot be used: " + what, {},
+    throw studies::StudyError(
+        studies::StudyErrorCode::kBadData, "a stored network cannot be used: " + what, {},
         "Calibrate the session again.");
   };
   const int inputs = model.inputs;

@@ -1,8 +1,8 @@
 // A trained ANFIS in a calibration's document. What is read gives the same output as what was
 // written, bit for bit.
-//   const Json json = write(report);                                  //
-//   calibration::AnfisReport const auto again = read<calibration::AnfisReport>(json,
-//   "network");
+//
+//   const Json json = write(report);  // a calibration::AnfisReport
+//   const auto again = read<calibration::AnfisReport>(json, "network");
 #pragma once
 
 #include "calibration/anfis_learning.h"
@@ -10,11 +10,11 @@
 
 namespace sixdial::report {
 
-/// Throws studies::Error bad_data that names the matrix which does not fit the others.
+/// Throws studies::StudyError bad_data that names the matrix which does not fit the others.
 void check_network(const calibration::AnfisModel& model);
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::AnfisCandidate>& candidate) {
+void describe_keys(Fields& at, Of<Fields, calibration::AnfisCandidate>& candidate) {
   at("functions", candidate.functions);
   at("ridge", candidate.ridge);
   at("loo_rmse_mm", candidate.loo_rmse);
@@ -22,7 +22,7 @@ void describe(Fields& at, Of<Fields, calibration::AnfisCandidate>& candidate) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::AnfisSelection>& selection) {
+void describe_keys(Fields& at, Of<Fields, calibration::AnfisSelection>& selection) {
   at("functions", selection.chosen.functions);
   at("ridge", selection.chosen.ridge);
   at("loo_rmse_mm", selection.chosen.loo_rmse);
@@ -49,7 +49,7 @@ void describe_kind(Fields& at, Kind& kind) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, calibration::AnfisReport>& report) {
+void describe_keys(Fields& at, Of<Fields, calibration::AnfisReport>& report) {
   auto& model = report.model;
   describe_kind(at, model.kind);
   at("functions", model.functions);

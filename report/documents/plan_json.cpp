@@ -21,20 +21,20 @@ Json with_plan(Json figures, const session::Plan& plan, const geometry::Rig& rig
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::PositionSd>& sd) {
+void describe_keys(Fields& at, Of<Fields, studies::PositionSd>& sd) {
   at("mean_mm", sd.mean_mm);
   at("max_mm", sd.max_mm);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::NextStep>& step) {
+void describe_keys(Fields& at, Of<Fields, studies::NextStep>& step) {
   at("target_mm", step.target_mm);
   mode_key(at, step.mode);
-  describe(at, step.after);
+  describe_keys(at, step.after);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::NextPlanFigures>& figures) {
+void describe_keys(Fields& at, Of<Fields, studies::NextPlanFigures>& figures) {
   at("samples", figures.samples);
   at("points", figures.points);
   at.named(
@@ -47,20 +47,20 @@ void describe(Fields& at, Of<Fields, studies::NextPlanFigures>& figures) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::PlacedCause>& placed) {
+void describe_keys(Fields& at, Of<Fields, studies::PlacedCause>& placed) {
   at("cause", placed.cause);
   at("where", placed.where);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::SeparationPoint>& point) {
+void describe_keys(Fields& at, Of<Fields, studies::SeparationPoint>& point) {
   at("target_mm", point.target_mm);
   mode_key(at, point.mode);
   at("log_odds", point.log_odds);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::SeparationFigures>& figures) {
+void describe_keys(Fields& at, Of<Fields, studies::SeparationFigures>& figures) {
   at("separates", figures.separates);
   at("rival", figures.rival);
   at("size_assumed", figures.size_assumed);

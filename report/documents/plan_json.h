@@ -15,7 +15,7 @@ namespace sixdial::report {
 [[nodiscard]] Json plan_answer(const studies::NextPlan& made, const geometry::Rig& rig);
 [[nodiscard]] Json plan_answer(const studies::SeparationPlan& made, const geometry::Rig& rig);
 
-/// Throw studies::Error bad_data that names the key which is missing or of the wrong kind.
+/// Throw studies::StudyError bad_data that names the key which is missing or of the wrong kind.
 [[nodiscard]] studies::NextPlanFigures next_plan_from_json(const Json& json);
 [[nodiscard]] studies::SeparationFigures separation_from_json(const Json& json);
 

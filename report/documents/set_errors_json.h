@@ -7,7 +7,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::SetErrors>& errors) {
+void describe_keys(Fields& at, Of<Fields, studies::SetErrors>& errors) {
   at("mean_mm", errors.mean_mm);
   at("std_mm", errors.std_mm);
   at("max_mm", errors.max_mm);

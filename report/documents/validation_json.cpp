@@ -1,6 +1,7 @@
 #include "report/documents/validation_json.h"
 
 #include "report/documents/fields.h"
+#include "report/documents/gain_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/words/validation_words.h"
 
@@ -19,7 +20,7 @@ void way_key(Fields& at, const char* key, By& by) {
 }  // namespace
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ReachedErrors>& errors) {
+void describe_keys(Fields& at, Of<Fields, studies::ReachedErrors>& errors) {
   at("mean_mm", errors.mean_mm);
   at("std_mm", errors.std_mm);
   at("max_mm", errors.max_mm);
@@ -28,7 +29,7 @@ void describe(Fields& at, Of<Fields, studies::ReachedErrors>& errors) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ValidatedWay>& way) {
+void describe_keys(Fields& at, Of<Fields, studies::ValidatedWay>& way) {
   way_key(at, "id", way.by);
   at("set", way.set);
   at("errors", way.errors);
@@ -41,7 +42,7 @@ void describe(Fields& at, Of<Fields, studies::ValidatedWay>& way) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ValidatedPoint>& point) {
+void describe_keys(Fields& at, Of<Fields, studies::ValidatedPoint>& point) {
   way_key(at, "method", point.by);
   at("point", point.point);
   at("target_mm", point.target_mm);
@@ -50,7 +51,7 @@ void describe(Fields& at, Of<Fields, studies::ValidatedPoint>& point) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::NotMeasured>& point) {
+void describe_keys(Fields& at, Of<Fields, studies::NotMeasured>& point) {
   at("set", point.set);
   at("point", point.point);
   at("repeat", point.repeat);
@@ -58,7 +59,7 @@ void describe(Fields& at, Of<Fields, studies::NotMeasured>& point) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ValidationInputs>& inputs) {
+void describe_keys(Fields& at, Of<Fields, studies::ValidationInputs>& inputs) {
   at("session", inputs.session);
   at("set", inputs.set);
   at("calibration_data_hash", inputs.calibration_data_hash);
@@ -72,7 +73,7 @@ void describe(Fields& at, Of<Fields, studies::ValidationInputs>& inputs) {
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, studies::ValidationResult>& result) {
+void describe_keys(Fields& at, Of<Fields, studies::ValidationResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) at("schema_version", studies::kValidationSchemaVersion);
   at("created_utc", result.created_utc);

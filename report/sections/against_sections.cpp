@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "geometry/robots/five_bar.h"
+#include "geometry/tool.h"
 #include "geometry/units.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -56,16 +56,16 @@ struct Shift {
 
 /// The tool by the one against the other parameters, at the joint angles of this session.
 Shift shift_of(const Calibrated& here, const Calibrated& other) {
-  constexpr auto kBy = studies::CompensateBy::kKinematics;
-  const auto v = studies::compensation_model(here.result, kBy).v;
-  const auto w = studies::compensation_model(other.result, kBy).v;
+  const geometry::Tool tool(here.session.rig);
+  const Eigen::VectorXd v = here.result.identified();
+  const Eigen::VectorXd w = other.result.identified();
   Shift shift;
   for (const session::Sample& sample : here.session.samples) {
     const auto assembly = session::assembly_of(here.session.rig, sample);
-    const auto a = geometry::forward(v, sample.q, assembly);
-    const auto b = geometry::forward(w, sample.q, assembly);
+    const auto a = tool.position(v, sample.q, assembly);
+    const auto b = tool.position(w, sample.q, assembly);
     if (!a || !b) continue;
-    const double apart_mm = (a->p_WE - b->p_WE).norm();
+    const double apart_mm = (*a - *b).norm();
     shift.mean_mm += apart_mm;
     shift.max_mm = std::max(shift.max_mm, apart_mm);
     ++shift.poses;

@@ -21,7 +21,6 @@ using report::Column;
 using report::number;
 using report::whole;
 
-constexpr double kDeg = geometry::kDegPerRad;
 constexpr int kCurvePoints = 61;
 constexpr int kStyles = 8;
 
@@ -129,8 +128,8 @@ report::Figure membership_plot(const studies::Networks& networks) {
       panel.x = {
           .label = fmt::format("theta{}", input + 1),
           .unit = "deg",
-          .low = kDeg * low,
-          .high = kDeg * high};
+          .low = geometry::kDegPerRad * low,
+          .high = geometry::kDegPerRad * high};
       panel.y = {.label = "membership", .unit = "", .low = 0.0, .high = 1.0};
       for (int k = 0; k < model.functions; ++k) {
         panel.series.push_back({.name = "", .mark = report::Mark::kLine, .style = k % kStyles});
@@ -138,10 +137,10 @@ report::Figure membership_plot(const studies::Networks& networks) {
         figure.table.rows.push_back(
             {std::string(axis), fmt::format("theta{}", input + 1), whole(k + 1),
              number(
-                 kDeg * (model.input_mean[input] +
-                         model.input_scale[input] * model.centre(k, input)),
+                 geometry::kDegPerRad * (model.input_mean[input] +
+                                         model.input_scale[input] * model.centre(k, input)),
                  3),
-             number(kDeg * model.input_scale[input] * model.width(k, input), 3),
+             number(geometry::kDegPerRad * model.input_scale[input] * model.width(k, input), 3),
              bell ? number(model.slope(k, input), 3) : report::Cell{}});
       }
       for (int i = 0; i < kCurvePoints; ++i) {
@@ -150,7 +149,7 @@ report::Figure membership_plot(const studies::Networks& networks) {
         least_cover = std::min(least_cover, mu.maxCoeff());
         for (int k = 0; k < model.functions; ++k) {
           report::Series& series = panel.series[static_cast<std::size_t>(k)];
-          series.x.push_back(kDeg * at);
+          series.x.push_back(geometry::kDegPerRad * at);
           series.y.push_back(mu[k]);
         }
       }

@@ -61,7 +61,7 @@ report::Table parameter_table(const studies::Assessment& assessment) {
   return table;
 }
 
-report::Figure uncertainty_map(const studies::PositionMap& map) {
+report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) {
   const std::vector<double>& x = map.x_mm;
   const std::vector<double>& y = map.y_mm;
   const std::vector<double>& radius = map.radius_95_mm;
@@ -72,9 +72,10 @@ report::Figure uncertainty_map(const studies::PositionMap& map) {
       "Lines of equal uncertainty: with 95 % the identified robot stands within this distance "
       "[mm] of where its parameters say. From the parameters' covariance alone; what the model "
       "does not know comes on top.";
-  figure.good =
-      "A few times smaller than the dials' noise, and even; rising towards an edge means that "
-      "points are missing there.";
+  figure.good = fmt::format(
+      "A few times smaller than the {} noise, and even; rising towards an edge means that "
+      "points are missing there.",
+      has_dials ? "dials'" : "positions'");
   figure.here = fmt::format(
       "Root mean square {:.4f} mm; at worst {:.4f} mm (95 %) near ({:.0f}, {:.0f}) mm.",
       map.mean_sd_mm, map.max_radius_95_mm, map.worst_mm.x(), map.worst_mm.y());
@@ -143,7 +144,7 @@ report::Table precision_table(const studies::Precision& precision) {
   return table;
 }
 
-report::Section uncertainty(const studies::Assessment& assessment) {
+report::Section uncertainty(const studies::Assessment& assessment, bool has_dials) {
   report::Section section{.id = "uncertainty", .heading = "What the numbers are worth"};
   section.blocks.emplace_back(fmt::format(
       "Least-squares fit of {} {} from {} samples of G1. Standard deviations: {}.",
@@ -152,7 +153,7 @@ report::Section uncertainty(const studies::Assessment& assessment) {
       assessment.samples, assessment.noise.words));
   section.blocks.emplace_back(parameter_table(assessment));
   if (assessment.position_uncertainty) {
-    section.blocks.emplace_back(uncertainty_map(*assessment.position_uncertainty));
+    section.blocks.emplace_back(uncertainty_map(*assessment.position_uncertainty, has_dials));
   }
   return section;
 }
@@ -242,8 +243,8 @@ report::Section outliers(const studies::GrossErrors& errors) {
 
 std::vector<report::Section> assessment_sections(
     const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
-    const studies::GrossErrors& gross_errors) {
-  report::Section worth = uncertainty(assessment);
+    const studies::GrossErrors& gross_errors, bool has_dials) {
+  report::Section worth = uncertainty(assessment, has_dials);
   if (precision) worth.blocks.emplace_back(precision_table(*precision));
   return {std::move(worth), cannot_tell(assessment), outliers(gross_errors)};
 }

@@ -10,6 +10,7 @@
 
 #include "geometry/units.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/summary.h"
 #include "report/html_report.h"
 #include "report/report_run.h"
 #include "report/sections/diagnosis_figures.h"
@@ -141,7 +142,10 @@ Section gross_section(const DiagnosisResult& result) {
 }
 
 Table classes_table(const DiagnosisResult& result) {
-  Table table{.id = "left_by_class", .caption = "What is left by dial and direction (rms)"};
+  Table table{
+      .id = "left_by_class",
+      .caption = result.has_dials ? "What is left by dial and direction (rms)"
+                                  : "What is left by coordinate and direction (rms)"};
   table.columns = {
       column("by", "by"), column("class", "class"), column("readings", "readings"),
       column("before_mm", "before", "mm"), column("after_mm", "after", "mm")};
@@ -235,7 +239,10 @@ Table gain_table(const DiagnosisResult& result) {
 }
 
 Table gain_by_dial_table(const DiagnosisResult& result) {
-  Table table{.id = "gain_by_dial", .caption = "Held-out residual by dial (rms)"};
+  Table table{
+      .id = "gain_by_dial",
+      .caption = result.has_dials ? "Held-out residual by dial (rms)"
+                                  : "Held-out residual by coordinate (rms)"};
   table.columns = {column("model", "model")};
   for (const auto& [dial, rms_mm] : result.gain.front().rms_by_dial_mm) {
     table.columns.push_back(column(fmt::format("rms_{}_mm", dial), dial, "mm"));
@@ -415,7 +422,8 @@ std::string diagnosis_page(
     const DiagnosisResult& result, const session::Session& session,
     const std::string& operator_name) {
   report::ReportData data;
-  data.head = report_head(to_json(result), session, operator_name);
+  data.head =
+      report_head(result.inputs, settings_rows(settings_json(result)), session, operator_name);
   data.head.title = "Diagnosis report";
   data.opening = opening_of(result, verdict_in_words(result));
   data.sections = diagnosis_sections(result);

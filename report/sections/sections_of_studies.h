@@ -17,7 +17,7 @@ namespace sixdial::report {
 /// may be empty), what the data cannot tell, gross errors.
 [[nodiscard]] std::vector<Section> assessment_sections(
     const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
-    const studies::GrossErrors& gross_errors);
+    const studies::GrossErrors& gross_errors, bool has_dials = true);
 
 /// The report's section with Table 6 of all methods and what each identified.
 [[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "calibration/identifiability.h"
 #include "geometry/units.h"
 #include "studies/method_name.h"
 
@@ -14,12 +15,10 @@ namespace {
 
 using studies::GrossErrors;
 
-// Beyond this nothing is left of a singular value but rounding.
-constexpr double kOpen = 1e10;
-
 std::string mode_condition_words(std::optional<double> condition) {
-  return condition && *condition < kOpen ? fmt::format("{:.0f}", *condition)
-                                         : std::string("infinite");
+  return condition && *condition < calibration::kOpenCondition
+             ? fmt::format("{:.0f}", *condition)
+             : std::string("infinite");
 }
 
 /// "166"; "3.1e+16 (64 without what is held)".

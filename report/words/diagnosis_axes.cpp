@@ -10,35 +10,35 @@ namespace sixdial::report {
 namespace {
 
 using studies::Along;
-using studies::Axis;
+using studies::CurveAxis;
 using studies::CurveGroupOf;
 using studies::CurvePanelOf;
 using studies::LeftInClass;
 using studies::Quantity;
 
 struct AxisWords {
-  Axis axis;
+  CurveAxis axis;
   std::string_view name;  // of kJointAngle what stands before the number of the joint
   std::string_view unit;
 };
 constexpr std::array kAxes{
-    AxisWords{Axis::kJointAngle, "theta", "deg"},
-    AxisWords{Axis::kToolX, "x", "mm"},
-    AxisWords{Axis::kToolY, "y", "mm"},
-    AxisWords{Axis::kTime, "time", "min"},
-    AxisWords{Axis::kSample, "sample", ""},
-    AxisWords{Axis::kTemperature, "temperature", "degC"},
-    AxisWords{Axis::kTravel, "direction of the last move", "deg"},
-    AxisWords{Axis::kForce, "force of the plungers along the same axis", "N"},
-    AxisWords{Axis::kOtherCoordinate, "the other coordinate of the tool", "mm"},
-    AxisWords{Axis::kFaceRotation, "rotation of the face", "deg"},
-    AxisWords{Axis::kReadingTimesFace, "reading times rotation of the face", "mm rad"},
-    AxisWords{Axis::kReading, "reading", "mm"},
-    AxisWords{Axis::kAnyReading, "reading of the dial", "mm"},
-    AxisWords{Axis::kSimulatedReading, "what the simulation says", "mm"},
-    AxisWords{Axis::kJointArrival, "arrival of the joints", ""},
-    AxisWords{Axis::kPlungerTravel, "travel of the plunger", ""},
-    AxisWords{Axis::kDial, "dial", ""}};
+    AxisWords{CurveAxis::kJointAngle, "theta", "deg"},
+    AxisWords{CurveAxis::kToolX, "x", "mm"},
+    AxisWords{CurveAxis::kToolY, "y", "mm"},
+    AxisWords{CurveAxis::kTime, "time", "min"},
+    AxisWords{CurveAxis::kSample, "sample", ""},
+    AxisWords{CurveAxis::kTemperature, "temperature", "degC"},
+    AxisWords{CurveAxis::kTravel, "direction of the last move", "deg"},
+    AxisWords{CurveAxis::kForce, "force of the plungers along the same axis", "N"},
+    AxisWords{CurveAxis::kOtherCoordinate, "the other coordinate of the tool", "mm"},
+    AxisWords{CurveAxis::kFaceRotation, "rotation of the face", "deg"},
+    AxisWords{CurveAxis::kReadingTimesFace, "reading times rotation of the face", "mm rad"},
+    AxisWords{CurveAxis::kReading, "reading", "mm"},
+    AxisWords{CurveAxis::kAnyReading, "reading of the dial", "mm"},
+    AxisWords{CurveAxis::kSimulatedReading, "what the simulation says", "mm"},
+    AxisWords{CurveAxis::kJointArrival, "arrival of the joints", ""},
+    AxisWords{CurveAxis::kPlungerTravel, "travel of the plunger", ""},
+    AxisWords{CurveAxis::kDial, "dial", ""}};
 
 struct QuantityWords {
   Quantity quantity;
@@ -66,7 +66,7 @@ constexpr std::string_view kGoingIn = "going in";
 constexpr std::string_view kComingOut = "coming out";
 constexpr std::string_view kTo = " to ";
 
-const AxisWords& words_of(Axis axis) {
+const AxisWords& words_of(CurveAxis axis) {
   for (const AxisWords& each : kAxes) {
     if (each.axis == axis) return each;
   }
@@ -110,7 +110,6 @@ std::string arrival_name(const std::vector<int>& signs) {
 }
 
 bool arrival_from(std::string_view name, std::vector<int>& signs) {
-  constexpr std::string_view kBetween = ", ";
   while (!name.empty()) {
     const std::string_view one = name.substr(0, name.find(kBetween));
     name.remove_prefix(std::min(name.size(), one.size() + kBetween.size()));
@@ -141,12 +140,12 @@ bool range_from(std::string_view name, LeftInClass& each) {
 
 std::string axis_name(const Along& along) {
   const std::string name(words_of(along.axis).name);
-  return along.axis == Axis::kJointAngle ? name + std::to_string(along.joint + 1) : name;
+  return along.axis == CurveAxis::kJointAngle ? name + std::to_string(along.joint + 1) : name;
 }
 
 std::optional<Along> axis_from(std::string_view name) {
   for (const AxisWords& each : kAxes) {
-    if (each.axis == Axis::kJointAngle) {
+    if (each.axis == CurveAxis::kJointAngle) {
       if (const auto joint = index_after(each.name, name)) return Along{each.axis, *joint};
     } else if (each.name == name) {
       return Along{.axis = each.axis};
@@ -157,8 +156,9 @@ std::optional<Along> axis_from(std::string_view name) {
 
 std::string_view axis_unit(const Along& along) { return words_of(along.axis).unit; }
 
-bool is_number(Axis axis) {
-  return axis != Axis::kJointArrival && axis != Axis::kPlungerTravel && axis != Axis::kDial;
+bool is_number(CurveAxis axis) {
+  return axis != CurveAxis::kJointArrival && axis != CurveAxis::kPlungerTravel &&
+         axis != CurveAxis::kDial;
 }
 
 std::string quantity_name(const studies::SignatureCurve& curve) {
@@ -221,27 +221,27 @@ std::optional<CurveGroupOf> group_from(std::string_view name) {
   return std::nullopt;
 }
 
-std::string class_name(Axis axis, const LeftInClass& each) {
+std::string class_name(CurveAxis axis, const LeftInClass& each) {
   switch (axis) {
-    case Axis::kJointArrival:
+    case CurveAxis::kJointArrival:
       return arrival_name(each.signs);
-    case Axis::kPlungerTravel:
+    case CurveAxis::kPlungerTravel:
       return std::string(each.signs.front() > 0 ? kGoingIn : kComingOut);
-    case Axis::kDial:
+    case CurveAxis::kDial:
       return each.dial;
     default:
       return fmt::format("{:.3g}{}{:.3g}", each.low, kTo, each.high);
   }
 }
 
-bool class_from(Axis axis, std::string_view name, LeftInClass& each) {
+bool class_from(CurveAxis axis, std::string_view name, LeftInClass& each) {
   switch (axis) {
-    case Axis::kJointArrival:
+    case CurveAxis::kJointArrival:
       return arrival_from(name, each.signs);
-    case Axis::kPlungerTravel:
+    case CurveAxis::kPlungerTravel:
       each.signs = {name == kGoingIn ? 1 : -1};
       return name == kGoingIn || name == kComingOut;
-    case Axis::kDial:
+    case CurveAxis::kDial:
       each.dial = name;
       return true;
     default:

@@ -11,13 +11,16 @@
 
 namespace sixdial::report {
 
+/// Between the names of a list: "x, y".
+inline constexpr std::string_view kBetween = ", ";
+
 /// "theta2", "the other coordinate of the tool".
 [[nodiscard]] std::string axis_name(const studies::Along& along);
 [[nodiscard]] std::optional<studies::Along> axis_from(std::string_view name);
 /// "deg", "mm"; empty for kinds and for the number of a sample.
 [[nodiscard]] std::string_view axis_unit(const studies::Along& along);
 /// A number, not a kind of arrival, travel or dial.
-[[nodiscard]] bool is_number(studies::Axis axis);
+[[nodiscard]] bool is_number(studies::CurveAxis axis);
 
 /// "angle error of joint 2", "shift of the tool".
 [[nodiscard]] std::string quantity_name(const studies::SignatureCurve& curve);
@@ -33,8 +36,8 @@ namespace sixdial::report {
 [[nodiscard]] std::optional<studies::CurveGroupOf> group_from(std::string_view name);
 
 /// "-12.3 to 4.56", "joint 1 up, joint 2 down", "going in", "C".
-[[nodiscard]] std::string class_name(studies::Axis axis, const studies::LeftInClass& each);
+[[nodiscard]] std::string class_name(studies::CurveAxis axis, const studies::LeftInClass& each);
 [[nodiscard]] bool class_from(
-    studies::Axis axis, std::string_view name, studies::LeftInClass& each);
+    studies::CurveAxis axis, std::string_view name, studies::LeftInClass& each);
 
 }  // namespace sixdial::report

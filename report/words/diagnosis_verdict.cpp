@@ -149,7 +149,9 @@ std::string remainder_sentence(const DiagnosisResult& result) {
     return fmt::format("What is left: {} rms. The noise is {}.", rms, noise);
   }
   if (!left.significant) {
-    return fmt::format("What is left ({} rms) is the dials' noise ({}).", rms, noise);
+    return fmt::format(
+        "What is left ({} rms) is the {} noise ({}).", rms,
+        result.has_dials ? "dials'" : "positions'", noise);
   }
   if (left.depends_on.empty() && !left.noisy_dials.empty()) {
     return fmt::format("What is left: {} rms.{}", rms, noisy_dials_sentence(result));

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "geometry/units.h"
@@ -18,6 +19,40 @@ using diagnosis::WhyNotTestable;
 using studies::CauseKind;
 using studies::FoundCause;
 using studies::HypothesisId;
+
+/// Faults of the data are no effects of the catalogue: their words stand here.
+struct DataFaultWords {
+  CauseKind kind;
+  std::string_view in_words;
+  CauseTexts texts;
+};
+
+const DataFaultWords* data_fault_words(CauseKind kind) {
+  static const std::array kWords{
+      DataFaultWords{
+          CauseKind::kOutliers,
+          "gross reading errors",
+          {.signature =
+               "Single readings that are far from everything else; their neighbours are not.",
+           .consequence =
+               "None on parts, as they are not fitted; if they were, they would pull the "
+               "parameters.",
+           .advice =
+               "Nothing, if they are few. Else look at the dials in the list: cable, battery, "
+               "dirt on the face, a tip that leaves the face at its edge."}},
+      DataFaultWords{
+          CauseKind::kStaleReadings,
+          "readings handed over twice",
+          {.signature =
+               "A reading is the same, digit for digit, as at the sample before, though the "
+               "tool had moved.",
+           .consequence = "None on parts, as they are not fitted.",
+           .advice =
+               "Let the dial's connection ask for a new value at each sample; look at its time "
+               "stamps and time-outs."}}};
+  const auto* found = std::ranges::find(kWords, kind, &DataFaultWords::kind);
+  return found == kWords.end() ? nullptr : found;
+}
 
 std::string data_fault_size(const FoundCause& cause) {
   const auto count = static_cast<int>(cause.estimate.at(0).value);
@@ -34,15 +69,8 @@ std::string named(const HypothesisId& id) {
 }
 
 std::string named(const FoundCause& cause) {
-  switch (cause.kind) {
-    case CauseKind::kOutliers:
-      return "gross reading errors";
-    case CauseKind::kStaleReadings:
-      return "readings handed over twice";
-    case CauseKind::kEffect:
-      break;
-  }
-  return named(cause.id);
+  const DataFaultWords* fault = data_fault_words(cause.kind);
+  return fault != nullptr ? std::string(fault->in_words) : named(cause.id);
 }
 
 std::string named(const studies::Rival& rival) {
@@ -61,29 +89,7 @@ std::string named(const studies::Rival& rival) {
 }
 
 CauseTexts texts_of(const FoundCause& cause) {
-  switch (cause.kind) {
-    case CauseKind::kOutliers:
-      return {
-          .signature =
-              "Single readings that are far from everything else; their neighbours are not.",
-          .consequence =
-              "None on parts, as they are not fitted; if they were, they would pull the "
-              "parameters.",
-          .advice =
-              "Nothing, if they are few. Else look at the dials in the list: cable, battery, "
-              "dirt on the face, a tip that leaves the face at its edge."};
-    case CauseKind::kStaleReadings:
-      return {
-          .signature =
-              "A reading is the same, digit for digit, as at the sample before, though the "
-              "tool had moved.",
-          .consequence = "None on parts, as they are not fitted.",
-          .advice =
-              "Let the dial's connection ask for a new value at each sample; look at its time "
-              "stamps and time-outs."};
-    case CauseKind::kEffect:
-      break;
-  }
+  if (const DataFaultWords* fault = data_fault_words(cause.kind)) return fault->texts;
   const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
   if (effect == nullptr) return {};  // of another version of this program
   return {effect->signature, effect->consequence, effect->advice, effect->why_not_learned};

@@ -226,26 +226,28 @@ constexpr std::string_view kStatus =
     "and move_to [{joint, unit, value}] (a person is to move the robot there), error, "
     "ended_because, estimate (null before the "
     "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
-    "noise_times, parameters [{name, unit, value, sd}], position_sd_mm {mean, max, worst_mm} "
+    "noise_times, parameters [{name, unit, value, sd, meaning}], position_sd_mm {mean, max, "
+    "worst_mm} "
     "over the workspace, condition, undetermined [names], last_times_usual, "
     "last_unusual)";
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "collect.start",
         .summary = "Measures the open points of a session's plan on the rig; goes on where an "
                    "earlier run ended.",
         .params = kStartParams,
         .result = kStatus,
         .example = R"({"session": "demo"})",
+        .command = "sixdial collect PLAN --session {session}",
         .run = start},
-    Method{
+    RpcMethod{
         .name = "collect.status",
         .summary = "How far the collection is.",
         .result = kStatus,
         .example = "{}",
         .run = status},
-    Method{
+    RpcMethod{
         .name = "collect.wait",
         .summary =
             "As collect.status, but answers when the collection has ended or the time is "
@@ -254,52 +256,54 @@ constexpr std::array kMethods{
         .result = kStatus,
         .example = R"({"timeout_s": 60})",
         .wait = wait},
-    Method{
+    RpcMethod{
         .name = "collect.pause",
         .summary = "Pauses after the point in hand.",
         .result = kStatus,
         .example = "{}",
         .run = command<&Collection::pause>},
-    Method{
+    RpcMethod{
         .name = "collect.resume",
         .summary =
             "Goes on after a pause; measures the point again that was the reason for it.",
         .result = kStatus,
         .example = "{}",
         .run = command<&Collection::resume>},
-    Method{
+    RpcMethod{
         .name = "collect.skip",
         .summary = "Leaves out the point in hand, or the next one while paused.",
         .result = kStatus,
         .example = "{}",
         .run = command<&Collection::skip>},
-    Method{
+    RpcMethod{
         .name = "collect.retake",
         .summary = "Measures the point in hand again, or the last stored one, as a new row.",
         .result = kStatus,
         .example = "{}",
+        .command = "sixdial collection retake",
         .run = command<&Collection::retake>},
-    Method{
+    RpcMethod{
         .name = "collect.accept",
         .summary = "While paused for a dial fault: stores the point as it is.",
         .result = kStatus,
         .example = "{}",
         .run = command<&Collection::accept>},
-    Method{
+    RpcMethod{
         .name = "collect.moved",
         .summary = "A person has moved a robot without a controller to move_to_rad, or cannot.",
         .params = kMovedParams,
         .result = kStatus,
         .example = R"({"reached": true, "temperature_c": 20.5})",
         .run = moved},
-    Method{
+    RpcMethod{
         .name = "collect.stop",
         .summary =
             "Ends the collection; the point in hand is rolled back, what is stored stays.",
         .result = kStatus,
         .example = "{}",
+        .command = "sixdial collection stop",
         .run = command<&Collection::stop>},
-    Method{
+    RpcMethod{
         .name = "plan.next",
         .summary = "The poses to measure next: a plan that makes the tool's position over the "
                    "workspace best known, given the session's samples so far.",
@@ -309,7 +313,7 @@ constexpr std::array kMethods{
                   "(text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "points": 5, "criterion": "I"})",
         .run = plan_next},
-    Method{
+    RpcMethod{
         .name = "plan.separate",
         .summary = "The poses that would tell tied causes apart, or show the effect that the "
                    "session is blindest to: a plan ready to be collected.",
@@ -324,6 +328,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> collect_methods() { return kMethods; }
+std::span<const RpcMethod> collect_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -56,7 +56,7 @@ constexpr std::array kParams{
     params::kAnfisEpochs,
     params::count("bpnn_epochs", "instead of 40000", 1)};
 
-constexpr std::array kMethods{Method{
+constexpr std::array kMethods{RpcMethod{
     .name = "compare.start",
     .summary = "Runs all methods on a session's samples as a job: Table 6 for G1 and G2 with "
                "times. Answers at once.",
@@ -67,6 +67,6 @@ constexpr std::array kMethods{Method{
 
 }  // namespace
 
-std::span<const Method> compare_methods() { return kMethods; }
+std::span<const RpcMethod> compare_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -65,7 +65,7 @@ Json target(const Call& call) {
   } else {
     const auto calibrated = report::calibration_from_json(Json::parse(record.json));
     answer = report::to_json(studies::compensated_target(
-        studies::compensation_model(calibrated, by), by, target_mm, *mode));
+        studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
   return answer;
@@ -91,7 +91,8 @@ Json plan(const Call& call) {
                     report::diagnosis_from_json(document).extended_fit, rig),
                 rig, "", temperature_c)
           : studies::compensated_plan(
-                asked, studies::compensation_model(report::calibration_from_json(document), by),
+                asked,
+                studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
   Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   if (!call.params.contains("path")) {
@@ -145,7 +146,7 @@ void follow(const JobControl& control, Collection& collection) {
     ended = collection.wait_for_end(control.stop_token(), kLookEvery);
     const Json status = collection.status();
     std::string stage = "measuring";
-    if (status["state"] == "paused" || status["move_to_rad"].is_array()) {
+    if (collect_state_of(status) == CollectState::kPaused || status["move_to_rad"].is_array()) {
       stage = fmt::format("paused: {}", status["message"].get<std::string>());
     }
     control.report(
@@ -161,11 +162,33 @@ void follow(const JobControl& control, Collection& collection) {
   }
 }
 
-/// What a diagnosis says of the extended model on points that were not fitted, or null.
-Json predicted_by(const std::optional<studies::DiagnosisResult>& diagnosis) {
-  if (!diagnosis) return nullptr;
+/// What a diagnosis says of the extended model on points that were not fitted; empty: nothing.
+std::optional<studies::GainRow> predicted_by(
+    const std::optional<studies::DiagnosisResult>& diagnosis) {
+  if (!diagnosis) return std::nullopt;
   const auto* row = studies::gain_row(*diagnosis, diagnosis::GainModel::kExtended);
-  return row == nullptr ? Json(nullptr) : report::to_json(*row);
+  return row == nullptr ? std::nullopt : std::optional(*row);
+}
+
+/// Throws Error bad_data where this rig cannot be measured on from here.
+void check_can_measure(const geometry::Rig& rig, const std::string& session) {
+  if (rig.dials.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "session {} was measured by an instrument that is not connected here: this rig "
+            "reads no position of the tool",
+            session),
+        {{"session", session}},
+        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
+  }
+  if (rig.robot.connection.empty()) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format("the rig of session {} is not connected to a robot", session),
+        {{"session", session}},
+        "Give rig_toml with connections, or validate on the machine that has the rig.");
+  }
 }
 
 Json start_validation(const Call& call) {
@@ -191,13 +214,7 @@ Json start_validation(const Call& call) {
         ErrorCode::kWrongState, "the rig is in use: a session is being collected", {},
         "Wait for its end, or stop it: collect.stop.");
   }
-  if (session::parse_rig(rig_text, "rig.toml").robot.connection.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
-        fmt::format("the rig of session {} is not connected to a robot", calibrated.name),
-        {{"session", calibrated.name}},
-        "Give rig_toml with connections, or validate on the machine that has the rig.");
-  }
+  check_can_measure(session::parse_rig(rig_text, "rig.toml"), calibrated.name);
   const std::string name =
       wanted.empty() ? free_name(service.reader(), calibrated.name) : wanted;
 
@@ -222,7 +239,7 @@ Json start_validation(const Call& call) {
             service.collection().start({.session = name, .plan = plan, .caller = caller}));
         follow(control, service.collection());
         const Json status = service.collection().status();
-        if (status["session"] != name || status["state"] != "done") {
+        if (status["session"] != name || collect_state_of(status) != CollectState::kDone) {
           throw Error(
               ErrorCode::kJobFailed,
               fmt::format(
@@ -316,7 +333,7 @@ constexpr std::array kValidateParams{
         .doc = "text of a rig file with today's connections; default: the session's own rig"}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "compensate.target",
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
@@ -324,7 +341,7 @@ constexpr std::array kMethods{
                   "result",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
-    Method{
+    RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
@@ -332,7 +349,7 @@ constexpr std::array kMethods{
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
         .run = plan},
-    Method{
+    RpcMethod{
         .name = "validate.start",
         .summary = "Commands the targets of a set on the robot before, after kinematics, after "
                    "ANFIS and by the extended model of a diagnosis, measures them into a "
@@ -346,6 +363,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> compensation_methods() { return kMethods; }
+std::span<const RpcMethod> compensation_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -68,14 +68,14 @@ constexpr std::array kParams{
         .doc = "false: without the gain on G2, which trains networks"}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "diagnose.report",
         .summary = "Writes the page of a diagnosis: one HTML file.",
         .params = kPageParams,
         .result = "path, result",
         .example = R"({"session": "demo", "path": "/srv/rig/diagnosis.html"})",
         .run = write_page},
-    Method{
+    RpcMethod{
         .name = "diagnose.start",
         .summary =
             "Finds what the simulation gets wrong on a session and names the cause, as a "
@@ -83,10 +83,11 @@ constexpr std::array kMethods{
         .params = kParams,
         .result = "as job.status; the job's result is a sixdial.diagnosis document",
         .example = R"({"session": "demo", "seed": 7, "bootstrap": 20, "gain": false})",
+        .command = "sixdial diagnose {session}",
         .run = start_diagnosis}};
 
 }  // namespace
 
-std::span<const Method> diagnosis_methods() { return kMethods; }
+std::span<const RpcMethod> diagnosis_methods() { return kMethods; }
 
 }  // namespace sixdial::service

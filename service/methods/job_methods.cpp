@@ -75,28 +75,28 @@ constexpr std::string_view kJobResult =
     "finished_utc, result (number for result.get), error";
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "job.status",
         .summary = "How far a job is, and what came of it.",
         .params = kJobParams,
         .result = kJobResult,
         .example = R"({"job": 1})",
         .run = status},
-    Method{
+    RpcMethod{
         .name = "job.wait",
         .summary = "As job.status, but answers when the job has ended or the time is over.",
         .params = kWaitParams,
         .result = kJobResult,
         .example = R"({"job": 1, "timeout_s": 60})",
         .wait = wait},
-    Method{
+    RpcMethod{
         .name = "job.cancel",
         .summary = "Asks a job to end; it stops at its next step.",
         .params = kJobParams,
         .result = "as job.status, and cancelling: false if it had ended already",
         .example = R"({"job": 1})",
         .run = cancel},
-    Method{
+    RpcMethod{
         .name = "job.list",
         .summary = "The newest jobs first, also those of earlier runs of the service.",
         .params = kListParams,
@@ -107,6 +107,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> job_methods() { return kMethods; }
+std::span<const RpcMethod> job_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -10,14 +10,14 @@
 namespace sixdial::service {
 namespace {
 
-std::vector<const Method*> collect_rows() {
-  std::vector<const Method*> rows;
+std::vector<const RpcMethod*> collect_rows() {
+  std::vector<const RpcMethod*> rows;
   for (const auto group :
        {service_methods(), session_methods(), collect_methods(), job_methods(),
         result_methods(), compare_methods(), diagnosis_methods(), compensation_methods()}) {
-    for (const Method& method : group) rows.push_back(&method);
+    for (const RpcMethod& method : group) rows.push_back(&method);
   }
-  std::ranges::sort(rows, {}, &Method::name);
+  std::ranges::sort(rows, {}, &RpcMethod::name);
   return rows;
 }
 
@@ -93,17 +93,17 @@ std::string_view to_string(ParamType type) {
   return "";
 }
 
-std::span<const Method* const> all_methods() {
-  static const std::vector<const Method*> rows = collect_rows();
+std::span<const RpcMethod* const> all_methods() {
+  static const std::vector<const RpcMethod*> rows = collect_rows();
   return rows;
 }
 
-const Method& find_method(std::string_view name) {
+const RpcMethod& find_method(std::string_view name) {
   const auto rows = all_methods();
-  const auto found = std::ranges::lower_bound(rows, name, {}, &Method::name);
+  const auto found = std::ranges::lower_bound(rows, name, {}, &RpcMethod::name);
   if (found != rows.end() && (*found)->name == name) return **found;
   std::vector<std::string_view> names;
-  for (const Method* method : rows) names.push_back(method->name);
+  for (const RpcMethod* method : rows) names.push_back(method->name);
   const auto nearest = session::nearest_name(name, names);
   throw Error(
       ErrorCode::kUnknownMethod, fmt::format("there is no method '{}'", name.substr(0, 64)),
@@ -112,7 +112,7 @@ const Method& find_method(std::string_view name) {
               : std::string{});
 }
 
-void check_params(const Method& method, const Json& params) {
+void check_params(const RpcMethod& method, const Json& params) {
   std::vector<std::string_view> names;
   for (const Param& param : method.params) names.push_back(param.name);
   for (const auto& [key, value] : params.items()) {
@@ -139,7 +139,7 @@ void check_params(const Method& method, const Json& params) {
   }
 }
 
-Json params_schema(const Method& method) {
+Json params_schema(const RpcMethod& method) {
   Json properties = Json::object();
   Json required = Json::array();
   for (const Param& param : method.params) {

@@ -1,5 +1,6 @@
-// One row a method: the table that the service dispatches by, that checks parameters, that
-// rpc.discover and doc/protocol.md print, and whose examples a test runs.
+// The methods of the socket (JSON-RPC), one row each: the service dispatches by this table and
+// checks parameters by it, rpc.discover and doc/protocol.md print it, and a test runs its
+// examples.
 #pragma once
 
 #include <chrono>
@@ -60,44 +61,48 @@ struct Wait {
   std::chrono::milliseconds timeout{0};
 };
 
-enum class Place {
+enum class RunsOn {
   kLoop,    // at once on the socket's loop: microseconds, touches no file
   kWorker,  // on a worker thread: may read and write files and the database
 };
 
-struct Method {
+struct RpcMethod {
   std::string_view name;
   std::string_view summary;
   std::span<const Param> params{};
   std::string_view result;   // what the answer holds, in words
   std::string_view example;  // params as JSON text; paths begin with /srv/rig
-  Place place = Place::kWorker;
+  RunsOn runs_on = RunsOn::kWorker;
+  /// The command that calls it, for people at a terminal: a hint that names this method names
+  /// the command there. "{session}" is the session in question. Empty: none.
+  std::string_view command{};
   Json (*run)(const Call&) = nullptr;
   Wait (*wait)(const Call&) = nullptr;  // instead of run
 };
 
 /// Sorted by name.
-[[nodiscard]] std::span<const Method* const> all_methods();
+[[nodiscard]] std::span<const RpcMethod* const> all_methods();
 /// Throws Error unknown_method, naming the nearest one.
-[[nodiscard]] const Method& find_method(std::string_view name);
+[[nodiscard]] const RpcMethod& find_method(std::string_view name);
 /// Throws Error invalid_params: required, type, range, choice, unknown name with the nearest.
-void check_params(const Method& method, const Json& params);
+void check_params(const RpcMethod& method, const Json& params);
 /// JSON Schema of the parameters.
-[[nodiscard]] Json params_schema(const Method& method);
+[[nodiscard]] Json params_schema(const RpcMethod& method);
 /// doc/protocol.md: limits, errors, events and every method.
 [[nodiscard]] std::string protocol_markdown();
 
 // The groups of rows, one file each.
-[[nodiscard]] std::span<const Method> service_methods();
-[[nodiscard]] std::span<const Method> session_methods();
-[[nodiscard]] std::span<const Method> collect_methods();
-[[nodiscard]] std::span<const Method> job_methods();
-[[nodiscard]] std::span<const Method> result_methods();
-[[nodiscard]] std::span<const Method> compare_methods();
-[[nodiscard]] std::span<const Method> diagnosis_methods();
-[[nodiscard]] std::span<const Method> compensation_methods();
+[[nodiscard]] std::span<const RpcMethod> service_methods();
+[[nodiscard]] std::span<const RpcMethod> session_methods();
+[[nodiscard]] std::span<const RpcMethod> collect_methods();
+[[nodiscard]] std::span<const RpcMethod> job_methods();
+[[nodiscard]] std::span<const RpcMethod> result_methods();
+[[nodiscard]] std::span<const RpcMethod> compare_methods();
+[[nodiscard]] std::span<const RpcMethod> diagnosis_methods();
+[[nodiscard]] std::span<const RpcMethod> compensation_methods();
 
-/// params[name] or a default, for a row that declares it.
+/// params[name], or `otherwise` if it is absent or null. Only for a name that the method's row
+/// declares.
 template <typename T>
 [[nodiscard]] T param_or(const Json& params, std::string_view name, T otherwise) {
   const auto found = params.find(name);

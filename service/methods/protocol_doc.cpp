@@ -81,7 +81,7 @@ The last column is the exit code of `sixdial`.
 |---|---|---|---|---|
 )";
 
-std::string parameter_table(const Method& method) {
+std::string parameter_table(const RpcMethod& method) {
   if (method.params.empty()) return "No parameters.\n";
   std::string text = "| parameter | type | | what |\n|---|---|---|---|\n";
   for (const Param& param : method.params) {
@@ -107,7 +107,7 @@ std::string protocol_markdown() {
         kind.meaning, static_cast<int>(kind.exit_code));
   }
   text += "\n## Methods\n";
-  for (const Method* method : all_methods()) {
+  for (const RpcMethod* method : all_methods()) {
     const Json example{
         {"jsonrpc", "2.0"},
         {"id", 1},

@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "report/documents/calibration_json.h"
+#include "report/documents/comparison_json.h"
+#include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
@@ -101,9 +103,10 @@ Json write(const Call& call) {
   const session::Session session = reader.load_session(record.session);
   const auto comparison = companion_of(call, record, "comparison");
   const auto diagnosis = companion_of(call, record, "diagnosis");
-  const auto document_of = [](const std::optional<db::ResultRecord>& result) {
-    return result ? Json::parse(result->json) : Json(nullptr);
-  };
+  std::optional<studies::ComparisonResult> compared;
+  if (comparison) compared = report::comparison_from_json(Json::parse(comparison->json));
+  std::optional<studies::DiagnosisResult> diagnosed;
+  if (diagnosis) diagnosed = report::diagnosis_from_json(Json::parse(diagnosis->json));
   const studies::CalibrationResult result =
       report::calibration_from_json(Json::parse(record.json));
   std::vector<report::Section> more;
@@ -119,7 +122,9 @@ Json write(const Call& call) {
   }
   const auto files = report::write_report(
       result, session, reader.session_info(record.session).who.name, path,
-      document_of(comparison), document_of(diagnosis), std::move(more));
+      {.comparison = compared ? &*compared : nullptr,
+       .diagnosis = diagnosed ? &*diagnosed : nullptr},
+      std::move(more));
   return {
       {"path", path.string()},
       {"files", files},
@@ -180,7 +185,7 @@ constexpr std::array kWriteParams{
         .doc = "another session, whose newest calibration is compared: as found, as left"}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "calibrate.start",
         .summary =
             "Calibrates a session as a job: EKF, two QPSO searches, ANFIS, or by any other "
@@ -189,8 +194,9 @@ constexpr std::array kMethods{
         .result = "as job.status",
         .example =
             R"({"session": "demo", "seed": 7, "particles": 20, "qpso1_iterations": 10, "qpso2_iterations": 40, "anfis_epochs": 20})",
+        .command = "sixdial calibrate {session}",
         .run = start_calibration},
-    Method{
+    RpcMethod{
         .name = "result.get",
         .summary =
             "A stored result: its summary, a page of the whole document, or the document "
@@ -201,7 +207,7 @@ constexpr std::array kMethods{
             "bytes; and summary, or text and next_offset (null: the last page), or path",
         .example = R"({"session": "demo", "offset": 0})",
         .run = get},
-    Method{
+    RpcMethod{
         .name = "result.list",
         .summary = "The results of a session, newest first.",
         .params = kListParams,
@@ -209,7 +215,7 @@ constexpr std::array kMethods{
                   "data_hash, bytes}]",
         .example = R"({"session": "demo"})",
         .run = list},
-    Method{
+    RpcMethod{
         .name = "report.write",
         .summary =
             "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
@@ -224,6 +230,6 @@ constexpr std::array kMethods{
 
 }  // namespace
 
-std::span<const Method> result_methods() { return kMethods; }
+std::span<const RpcMethod> result_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -31,7 +31,7 @@ Json hello(const Call& call) {
 Json discover(const Call& call) {
   const auto only = param_or<std::string>(call.params, "method", "");
   Json methods = Json::array();
-  for (const Method* method : all_methods()) {
+  for (const RpcMethod* method : all_methods()) {
     if (!only.empty() && method->name != only) continue;
     methods.push_back(
         {{"name", method->name},
@@ -88,7 +88,7 @@ constexpr std::array kSubscribeParams{
         .min = 0}};
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "hello",
         .summary = "Versions, limits and who you are to the service.",
         .result = "service, version, protocol, database, out_folder (where it may write), "
@@ -96,18 +96,18 @@ constexpr std::array kMethods{
                   "the service), last_seq, operator, "
                   "limits {request_bytes, nesting, clients, batch, line_bytes}",
         .example = "{}",
-        .place = Place::kLoop,
+        .runs_on = RunsOn::kLoop,
         .run = hello},
-    Method{
+    RpcMethod{
         .name = "rpc.discover",
         .summary = "Every method with its schema and an example, and the table of errors.",
         .params = kDiscoverParams,
         .result = "version, methods [{name, summary, params (JSON Schema), result, example}], "
                   "errors [{number, code, retry, meaning}]",
         .example = R"({"method": "hello"})",
-        .place = Place::kLoop,
+        .runs_on = RunsOn::kLoop,
         .run = discover},
-    Method{
+    RpcMethod{
         .name = "events.subscribe",
         .summary = "Streams numbered events on this connection, beginning after `since_seq`.",
         .params = kSubscribeParams,
@@ -115,20 +115,20 @@ constexpr std::array kMethods{
             "epoch, last_seq, replayed, lost; then notifications events.event {seq, topic, "
             "time_utc, data} and events.gap {from_seq, to_seq, count, live}",
         .example = R"({"topics": ["job", "sample"], "since_seq": 0})",
-        .place = Place::kLoop,
+        .runs_on = RunsOn::kLoop,
         .run = subscribe},
-    Method{
+    RpcMethod{
         .name = "shutdown",
         .summary = "Ends the service: the point in hand is finished or rolled back, jobs are "
                    "cancelled, queued lines are sent.",
         .result = "stopping",
         .example = "{}",
-        .place = Place::kLoop,
+        .runs_on = RunsOn::kLoop,
         .run = shutdown},
 };
 
 }  // namespace
 
-std::span<const Method> service_methods() { return kMethods; }
+std::span<const RpcMethod> service_methods() { return kMethods; }
 
 }  // namespace sixdial::service

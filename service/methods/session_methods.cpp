@@ -340,7 +340,7 @@ constexpr std::string_view kInfo =
     "rejected_rows";
 
 constexpr std::array kMethods{
-    Method{
+    RpcMethod{
         .name = "session.create",
         .summary = "A new, empty session with its rig file.",
         .params = kCreateParams,
@@ -348,14 +348,14 @@ constexpr std::array kMethods{
         .example =
             R"({"name": "monday", "rig_toml": "name = \"a tracker\"\n[robot]\nmodel = \"five_bar\"\nworking_mode = \"++\"\nassembly = 1\nl11_mm = 60.0\nl12_mm = 60.0\nl21_mm = 60.0\nl22_mm = 60.0\nd_mm = 90.0\nx0_mm = 0.0\ny0_mm = 0.0\nalpha_deg = 0.0\ntheta1_offset_deg = 0.0\ntheta2_offset_deg = 0.0\n[cuboid]\nside_mm = 80.0\nmount = \"distal2\"\nreference_pose_mm = [28.0, 48.0]\n"})",
         .run = create},
-    Method{
+    RpcMethod{
         .name = "session.list",
         .summary = "The sessions in the store, newest first.",
         .params = kListParams,
         .result = "sessions [as session.show], total",
         .example = R"({"limit": 20})",
         .run = list},
-    Method{
+    RpcMethod{
         .name = "session.plan",
         .summary = "The session's planned points and which of them are measured, by page.",
         .params = kPlannedParams,
@@ -364,7 +364,7 @@ constexpr std::array kMethods{
                   "unusual), why}]",
         .example = R"({"session": "demo", "limit": 200, "offset": 0})",
         .run = planned},
-    Method{
+    RpcMethod{
         .name = "session.show",
         .summary = "One session, with a page of its samples if `limit` says so.",
         .params = kShowParams,
@@ -376,21 +376,21 @@ constexpr std::array kMethods{
             "where no times are known, page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
-    Method{
+    RpcMethod{
         .name = "session.import",
         .summary = "Takes a session bundle into the store, all or nothing.",
         .params = kImportParams,
         .result = "as session.show, and rejected [{line, reason}]",
         .example = R"({"path": "/srv/rig/bundle", "name": "imported"})",
         .run = import_bundle},
-    Method{
+    RpcMethod{
         .name = "session.export",
         .summary = "Writes a session as a bundle; an imported one gets its own bytes back.",
         .params = kExportParams,
         .result = "path, files, samples",
         .example = R"({"session": "demo", "path": "/srv/rig/exported"})",
         .run = export_bundle},
-    Method{
+    RpcMethod{
         .name = "session.undo",
         .summary =
             "Withdraws the newest sample; its row stays in the store, and its point is open "
@@ -399,7 +399,7 @@ constexpr std::array kMethods{
         .result = "as session.show, and undone: the sample's number, null if there was none",
         .example = R"({"session": "demo", "reason": "the dial slipped"})",
         .run = undo},
-    Method{
+    RpcMethod{
         .name = "session.choices",
         .summary = "What can be done with a session now, and what each of the rest waits for.",
         .params = kOnlySession,
@@ -407,24 +407,26 @@ constexpr std::array kMethods{
                   "cannot be done now}, report_of (calibration, diagnosis or null)",
         .example = R"({"session": "demo"})",
         .run = choices},
-    Method{
+    RpcMethod{
         .name = "plan.grid",
         .summary = "A plan over a grid of targets that the session's rig can measure.",
         .params = kGridParams,
         .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "nx": 10, "ny": 10, "set": "G1", "seed": 1})",
+        .command = "sixdial plan grid",
         .run = plan_grid},
-    Method{
+    RpcMethod{
         .name = "plan.random",
         .summary = "A plan of random targets that the session's rig can measure.",
         .params = kRandomParams,
         .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "count": 50, "set": "G2", "seed": 2})",
+        .command = "sixdial plan random",
         .run = plan_random},
 };
 
 }  // namespace
 
-std::span<const Method> session_methods() { return kMethods; }
+std::span<const RpcMethod> session_methods() { return kMethods; }
 
 }  // namespace sixdial::service

@@ -1,5 +1,10 @@
 // The other end of the socket: asks a service, one line out and one line back, and takes
 // events.
+//
+// Example:
+//   Client client(socket_path);
+//   client.call("session.create", {{"name", "monday"}, {"rig_toml", rig_text}});
+//   client.call("session.list")["sessions"].size();  // -> 1U
 #pragma once
 
 #include <chrono>

@@ -30,7 +30,7 @@ bool asks_to_wait(const Json& request) {
   if (method == request.end() || !method->is_string()) return false;
   const auto rows = all_methods();
   const auto found =
-      std::ranges::find(rows, method->get_ref<const std::string&>(), &Method::name);
+      std::ranges::find(rows, method->get_ref<const std::string&>(), &RpcMethod::name);
   return found != rows.end() && (*found)->wait != nullptr;
 }
 
@@ -227,7 +227,7 @@ asio::awaitable<Json> Connection::answer_one(Json json) {
   try {
     Request request = parse_request(json);
     notification = request.notification;
-    const Method& method = find_method(request.method);
+    const RpcMethod& method = find_method(request.method);
     check_params(method, request.params);
     result = co_await run(method, std::move(request.params));
   } catch (...) {
@@ -238,7 +238,7 @@ asio::awaitable<Json> Connection::answer_one(Json json) {
   co_return result_reply(id, std::move(result));
 }
 
-asio::awaitable<Json> Connection::run(const Method& method, Json params) {
+asio::awaitable<Json> Connection::run(const RpcMethod& method, Json params) {
   Service& service = host_.service;
   if (service.stopping()) throw Error(ErrorCode::kShuttingDown, "the service is going down");
   const Call call{service, params, caller_, this};
@@ -255,7 +255,7 @@ asio::awaitable<Json> Connection::run(const Method& method, Json params) {
     }
     co_return wait.answer();
   }
-  if (method.place == Place::kLoop) co_return method.run(call);
+  if (method.runs_on == RunsOn::kLoop) co_return method.run(call);
   co_return co_await asio::co_spawn(
       host_.workers,
       [&method, &call]() -> asio::awaitable<Json> { co_return method.run(call); },

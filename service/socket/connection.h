@@ -41,7 +41,7 @@ class Connection final : public EventSink, public std::enable_shared_from_this<C
   asio::awaitable<void> take_line(std::string line);
   asio::awaitable<void> answer_line(Json json);
   asio::awaitable<Json> answer_one(Json json);
-  asio::awaitable<Json> run(const Method& method, Json params);
+  asio::awaitable<Json> run(const RpcMethod& method, Json params);
   asio::awaitable<void> write_lines();
   void send_error(const Json& id, const std::exception_ptr& thrown);
   void send_reply(const Json& reply);

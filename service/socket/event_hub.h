@@ -50,7 +50,8 @@ class EventHub {
   [[nodiscard]] std::uint64_t last_seq() const;
   /// Tells one run of the service from the next: numbers begin at 1 in each.
   [[nodiscard]] const std::string& epoch() const { return epoch_; }
-  /// Called under the hub's lock, in order: it must only hand over. Empty: none.
+  /// Called under the hub's lock, in order: it must do no more than pass the event on. Empty:
+  /// nobody listens.
   void set_listener(std::function<void(const EventPtr&)> listener);
 
  private:

@@ -18,7 +18,8 @@ class Outbox {
 
   void push_answer(std::string line);
   void push_event(EventPtr event);
-  /// Says that these were lost before they could be queued (a replay that begins too late).
+  /// Queues a line that says which events were lost before they could be queued (a replay that
+  /// begins too late).
   void push_gap(std::uint64_t from_seq, std::uint64_t to_seq, std::uint64_t count);
   void drop_events();
 

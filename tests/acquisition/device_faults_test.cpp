@@ -13,6 +13,7 @@
 #include "acquisition/dial_bank.h"
 #include "acquisition/robot.h"
 #include "mock_devices/mock_rig.h"
+#include "tests/acquisition/device_fault_cases.h"
 #include "tests/acquisition/wire.h"
 #include "tests/support/figure.h"
 
@@ -27,126 +28,9 @@ using test::eventually;
 using test::TemporaryFolder;
 using testing::HasSubstr;
 
-struct Case {
-  Fault fault;
-  const char* connection;
-  Quality stored;
-  std::set<std::string> reasons;      // any of them; "" is good
-  double amount = 0.0;                // of the order; 0: the fault's own
-  bool felt = true;                   // a single reading shows it; else only a moved robot does
-  std::optional<std::size_t> dial{};  // else each in its turn
-};
-
-constexpr Quality kGood = Quality::kGood;
-constexpr Quality kUncertain = Quality::kUncertain;
-constexpr Quality kBad = Quality::kBad;
-using Reasons = std::set<std::string>;
-
-// What must be stored for the dial at a point while the fault lasts: every fault on every cable
-// that can show it. In order of the faults; what is not here, the cable has no way to show.
-const std::vector<Case>& cases() {
-  static const Reasons kMoved{"implausible", "no contact", "range"};
-  static const Reasons kDamaged{"parse",   "range",     "unit",
-                                "channel", "unsettled", "implausible"};
-  static const std::vector<Case> kCases{
-      {Fault::kSilent, "sylvac", kBad, {"timeout"}},
-      {Fault::kSilent, "mahr", kBad, {"timeout"}},
-      {Fault::kSilent, "mux10", kBad, {"timeout"}},
-      {Fault::kSilent, "mw", kBad, {"timeout"}},
-      {Fault::kSilent, "modbus_rtu", kBad, {"timeout"}},
-      {Fault::kSilent, "modbus-tcp", kBad, {"timeout"}},
-      {Fault::kLate, "sylvac", kBad, {"timeout"}, 0.4},
-      {Fault::kLate, "mahr", kBad, {"timeout"}, 0.4},
-      {Fault::kLate, "mux10", kBad, {"timeout"}, 0.4},
-      {Fault::kLate, "mw", kBad, {"timeout"}, 0.4},
-      {Fault::kLate, "modbus_rtu", kBad, {"timeout"}, 0.4},
-      {Fault::kLate, "modbus-tcp", kBad, {"timeout"}, 0.4},
-      {Fault::kTruncated, "sylvac", kBad, {"parse"}},
-      {Fault::kTruncated, "mahr", kBad, {"parse"}},
-      {Fault::kTruncated, "mux10", kBad, {"parse"}},
-      {Fault::kTruncated, "mw", kBad, {"parse"}},
-      {Fault::kTruncated, "modbus_rtu", kBad, {"parse", "timeout"}},
-      {Fault::kTruncated, "modbus-tcp", kBad, {"parse", "timeout"}},
-      // A line feed more is passed over, between lines and between frames.
-      {Fault::kStrayLf, "sylvac", kGood, {""}, 0, false},
-      {Fault::kStrayLf, "mahr", kGood, {""}, 0, false},
-      {Fault::kStrayLf, "mux10", kGood, {""}, 0, false},
-      {Fault::kStrayLf, "mw", kGood, {""}, 0, false},
-      {Fault::kStrayLf, "modbus_rtu", kGood, {""}, 0, false},
-      // On TCP it shifts every later byte of the stream.
-      {Fault::kStrayLf, "modbus-tcp", kBad, {"parse", "timeout"}},
-      {Fault::kErrorLine, "sylvac", kBad, {"device", "range"}},
-      {Fault::kErrorLine, "mahr", kBad, {"device"}},
-      {Fault::kErrorLine, "mux10", kBad, {"device", "no dial"}},
-      {Fault::kErrorLine, "mw", kBad, {"no dial"}},
-      {Fault::kErrorLine, "modbus_rtu", kBad, {"identity"}},  // status 246, wrong probe
-      {Fault::kErrorLine, "modbus-tcp", kBad, {"identity"}},
-      {Fault::kBusy, "sylvac", kBad, {"device"}},  // as while the spindle moves
-      {Fault::kBusy, "mahr", kBad, {"device"}},
-      {Fault::kBusy, "mux10", kBad, {"busy"}},
-      {Fault::kBusy, "mw", kBad, {"no dial"}},
-      {Fault::kBusy, "modbus_rtu", kBad, {"busy", "device"}},
-      {Fault::kBusy, "modbus-tcp", kBad, {"busy", "device"}},
-      {Fault::kWrongChannel, "mux10", kBad, {"channel"}},
-      {Fault::kWrongChannel, "mw", kBad, {"channel"}},
-      // A cable or a plug of the box in the wrong place: no byte tells, the value does, unless
-      // both dials stand side by side on one face (C and D, E and F) and read nearly the same.
-      {Fault::kWrongChannel, "sylvac", kUncertain, kMoved, 0, false, 1},
-      {Fault::kWrongChannel, "mahr", kUncertain, kMoved, 0, false, 3},
-      {Fault::kWrongChannel, "modbus_rtu", kUncertain, kMoved, 0, false, 0},
-      {Fault::kWrongChannel, "modbus-tcp", kUncertain, kMoved, 0, false, 5},
-      {Fault::kInch, "sylvac", kBad, {"unit"}},
-      {Fault::kInch, "mahr", kBad, {"unit"}},
-      {Fault::kInch, "mux10", kBad, {"unit"}},
-      {Fault::kInch, "mw", kBad, {"unit"}},
-      // The box counts steps of the display: 0.01 mil instead of 1 um, a value 39 times as
-      // large.
-      {Fault::kInch, "modbus_rtu", kUncertain, kMoved, 0, false},
-      {Fault::kInch, "modbus-tcp", kUncertain, kMoved, 0, false},
-      {Fault::kFrozen, "sylvac", kBad, {"frozen"}, 0, false},
-      {Fault::kFrozen, "mahr", kBad, {"frozen"}, 0, false},
-      {Fault::kFrozen, "mux10", kBad, {"frozen"}, 0, false},
-      {Fault::kFrozen, "mw", kBad, {"frozen"}, 0, false},
-      {Fault::kFrozen, "modbus_rtu", kBad, {"frozen"}, 0, false},
-      {Fault::kFrozen, "modbus-tcp", kBad, {"frozen"}, 0, false},
-      // The key also freezes the display. A box has no key to its dials.
-      {Fault::kUnsolicitedLine, "sylvac", kBad, {"frozen"}, 0, false},
-      {Fault::kUnsolicitedLine, "mahr", kBad, {"frozen"}, 0, false},
-      {Fault::kUnsolicitedLine, "mux10", kBad, {"frozen"}, 0, false},
-      {Fault::kUnsolicitedLine, "mw", kBad, {"frozen"}, 0, false},
-      {Fault::kPowerOnLine, "sylvac", kGood, {""}, 0, false},
-      // sylvac has a test of its own below; mahr, mux10 and mw do not tell.
-      {Fault::kLowBattery, "modbus_rtu", kUncertain, {"low battery"}},
-      {Fault::kLowBattery, "modbus-tcp", kUncertain, {"low battery"}},
-      {Fault::kZeroPressed, "sylvac", kUncertain, kMoved, 0, false},
-      {Fault::kZeroPressed, "mahr", kUncertain, kMoved, 0, false},
-      {Fault::kZeroPressed, "mux10", kUncertain, kMoved, 0, false},
-      {Fault::kZeroPressed, "mw", kUncertain, kMoved, 0, false},
-      {Fault::kZeroPressed, "modbus_rtu", kUncertain, kMoved, 0, false},
-      {Fault::kZeroPressed, "modbus-tcp", kUncertain, kMoved, 0, false},
-      {Fault::kHangUp, "sylvac", kBad, {"disconnected"}, 8.0},
-      {Fault::kHangUp, "mahr", kBad, {"disconnected"}, 8.0},
-      {Fault::kHangUp, "mux10", kBad, {"disconnected"}, 8.0},
-      {Fault::kHangUp, "mw", kBad, {"disconnected"}, 8.0},
-      {Fault::kHangUp, "modbus_rtu", kBad, {"disconnected"}, 8.0},
-      {Fault::kHangUp, "modbus-tcp", kBad, {"disconnected", "timeout"}, 8.0},
-      {Fault::kNoiseByte, "sylvac", kBad, kDamaged},
-      {Fault::kNoiseByte, "mahr", kBad, kDamaged},
-      {Fault::kNoiseByte, "mux10", kBad, kDamaged},
-      {Fault::kNoiseByte, "mw", kBad, kDamaged},
-      {Fault::kNoiseByte, "modbus_rtu", kBad, {"parse", "timeout", "channel"}},
-      {Fault::kCrcError, "modbus_rtu", kBad, {"parse", "timeout"}},
-      {Fault::kCrcError, "modbus-tcp", kBad, {"parse", "timeout"}},  // another transaction
-      {Fault::kWrongUnitId, "modbus_rtu", kBad, {"channel", "timeout"}},
-      {Fault::kWrongUnitId, "modbus-tcp", kBad, {"channel"}},
-      {Fault::kException, "modbus_rtu", kBad, {"device"}},
-      {Fault::kException, "modbus-tcp", kBad, {"device"}}};
-  return kCases;
-}
-
 // Each dial has its turn; the first of a fault is the same dial in every run.
 std::size_t dial_of(const Case& each) {
-  return each.dial.value_or(static_cast<std::size_t>(&each - cases().data()) % 6);
+  return each.dial.value_or(static_cast<std::size_t>(&each - kCases.data()) % 6);
 }
 
 std::string name_of(const Case& each) {
@@ -358,16 +242,16 @@ TEST(DeviceFaults, EachOfTheEighteenIsNoticedStoredWithItsReasonAndGotOverOnEver
   std::set<std::size_t> dials;
   std::vector<double> all_recovered;
   const geometry::Rig rig = geometry::default_rig();
-  for (std::size_t from = 0; from < cases().size(); from += at_once) {
-    const std::size_t to = std::min(from + at_once, cases().size());
+  for (std::size_t from = 0; from < kCases.size(); from += at_once) {
+    const std::size_t to = std::min(from + at_once, kCases.size());
     std::vector<std::future<Outcome>> running;
     for (std::size_t i = from; i < to; ++i) {
       running.push_back(std::async(std::launch::async, [i, repeats, speed] {
-        return try_fault(cases()[i], repeats, speed);
+        return try_fault(kCases[i], repeats, speed);
       }));
     }
     for (std::size_t i = from; i < to; ++i) {
-      const Case& each = cases()[i];
+      const Case& each = kCases[i];
       tried.insert(each.fault);
       dials.insert(dial_of(each));
       const Outcome outcome = running[i - from].get();
@@ -380,7 +264,7 @@ TEST(DeviceFaults, EachOfTheEighteenIsNoticedStoredWithItsReasonAndGotOverOnEver
   EXPECT_EQ(tried.size(), mock_devices::fault_names().size());
   EXPECT_EQ(dials.size(), 6U) << "any dial";
   test::figure("faults.orderable", mock_devices::fault_names().size());
-  test::figure("faults.pairs", cases().size());
+  test::figure("faults.pairs", kCases.size());
   test::figure("faults.recoveries", all_recovered.size());
   test::figure("faults.recovery_median_ms", quantile(all_recovered, 0.5));
   test::figure("faults.recovery_p99_ms", quantile(all_recovered, 0.99));

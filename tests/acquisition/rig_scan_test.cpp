@@ -1,4 +1,4 @@
-// Finding dials nobody told about, and comparing a rig file with what answers.
+// Mistake dials nobody told about, and comparing a rig file with what answers.
 #include "acquisition/rig_scan.h"
 
 #include <fmt/format.h>

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "mock_devices/session_generator.h"
 #include "session/trials.h"
 
@@ -25,6 +25,32 @@ struct Site {
   double noise_mm = 0.002;
   int points_g1 = 100, points_g2 = 50;
 };
+
+/// Whether the site's robot keeps away from singular poses, and most dials touch at most
+/// points.
+bool is_measurable(const Site& site, std::uint64_t seed) {
+  const geometry::Rig& rig = site.rig;
+  const simulation::ForwardModel model(rig);  // throws for a rig that cannot be
+  mock_devices::World world;
+  world.rig = rig;
+  world.robot = mock_devices::drawn_robot(rig, seed);
+  world.dials = mock_devices::kIdealDials;
+  const auto session = mock_devices::generate_session(
+      world, mock_devices::random_plan(
+                 rig, seed, site.points_g1, site.points_g2, site.low_mm, site.high_mm));
+  std::size_t seen = 0;
+  for (const auto& row : session.rows) {
+    for (const auto& value : row.noise_free_mm) seen += value.has_value() ? 1U : 0U;
+    // Nobody measures beside a singularity.
+    constexpr double kWorstTransmission = 6.0;
+    const auto pose = geometry::forward_derivative(
+        rig.robot.nominal, row.planned.q_rad, row.planned.assembly);
+    if (!pose) return false;
+    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(pose->J_q);
+    if (svd.singularValues()[0] > kWorstTransmission * svd.singularValues()[1]) return false;
+  }
+  return seen * 10 >= session.rows.size() * rig.dials.size() * 8;
+}
 
 /// Another rig: links, base, cuboid, dials, mount, working mode, noise, number of points. A
 /// draw that its robot cannot measure is drawn again.
@@ -78,34 +104,7 @@ Site drawn_site(std::uint64_t seed) {
     site.points_g1 = 80 + below(120);
     site.points_g2 = 30 + below(50);
     try {
-      const simulation::ForwardModel model(rig);
-      mock_devices::World world;
-      world.rig = rig;
-      world.robot = mock_devices::drawn_robot(rig, seed);
-      world.dials = mock_devices::kIdealDials;
-      const auto session = mock_devices::generate_session(
-          world, mock_devices::random_plan(
-                     rig, seed, site.points_g1, site.points_g2, site.low_mm, site.high_mm));
-      std::size_t seen = 0;
-      for (const auto& row : session.rows) {
-        for (const auto& value : row.noise_free_mm) seen += value.has_value() ? 1U : 0U;
-      }
-      // Nobody measures beside a singularity.
-      constexpr double kWorstTransmission = 6.0;
-      bool singular = false;
-      for (const auto& row : session.rows) {
-        const auto pose = geometry::forward_derivative(
-            rig.robot.nominal, row.planned.q_rad, row.planned.assembly);
-        if (!pose) {
-          singular = true;
-          break;
-        }
-        const Eigen::JacobiSVD<Eigen::Matrix2d> svd(pose->J_q);
-        singular =
-            singular || svd.singularValues()[0] > kWorstTransmission * svd.singularValues()[1];
-      }
-      if (singular) continue;
-      if (seen * 10 >= session.rows.size() * rig.dials.size() * 8) return site;
+      if (is_measurable(site, seed)) return site;
     } catch (const std::exception&) {
       continue;
     }
@@ -146,6 +145,143 @@ std::string name_of(const HiddenEffect& effect) {
   return effect.cause + "@" + effect.where;
 }
 
+/// What one blind try hides its effects in.
+struct Hiding {
+  const Challenge& options;
+  const Site& site;
+  const simulation::ForwardModel& model;
+  const mock_devices::World& ideal;  // dials without errors
+  const std::vector<mock_devices::PlannedPose>& plan;
+  int count = 0;  // effects to hide
+};
+
+/// An effect and what it leaves of the readings after a refit, over the noise.
+struct DrawnEffect {
+  HiddenEffect effect;
+  double ratio = 0.0;
+};
+
+double ratio_of(const Hiding& hiding, const HiddenEffect& effect) {
+  mock_devices::World one = hiding.ideal;
+  one.effects = {effect};
+  return visible_ratio(
+      hiding.model, generate_session(mock_devices::WorldModel(one).world(), hiding.plan),
+      hiding.options.xy_only, hiding.site.noise_mm);
+}
+
+/// The effect that `draw` gives, as strong as `wanted`. Empty where it cannot be: there
+/// already, a fault of the data, or ten times as large as a rig of this kind shows.
+std::optional<DrawnEffect> drawn_effect(
+    const Hiding& hiding, const std::vector<HiddenEffect>& there, std::uint64_t draw,
+    double wanted) {
+  const geometry::Rig& rig = hiding.site.rig;
+  const auto pool = hiding.options.kind == "outside" ? mock_devices::Pool::kOutside
+                                                     : mock_devices::Pool::kCatalogue;
+  HiddenEffect effect = hiding.options.cause.empty()
+                            ? mock_devices::draw_effect(rig, draw, pool)
+                            : mock_devices::draw_effect_of(rig, hiding.options.cause, draw);
+  const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
+  if (row.is_data_fault) return std::nullopt;
+  for (const HiddenEffect& each : there) {
+    if (each.cause == effect.cause && each.where == effect.where) return std::nullopt;
+  }
+  if (row.swaps_cables) {
+    if (hiding.count > 1) return std::nullopt;
+    // Millimetres: the refit of exchanged readings means nothing.
+    return DrawnEffect{effect, 1000.0};
+  }
+  constexpr double kMostEnlarged = 10;
+  double ratio = ratio_of(hiding, effect);
+  if (!(ratio > 1e-3)) return std::nullopt;
+  const double factor = wanted / ratio;
+  if (factor > kMostEnlarged) return std::nullopt;
+  effect = mock_devices::enlarged(effect, factor);
+  ratio = ratio_of(hiding, effect);
+  if (!(ratio > 0.5 * wanted && ratio < 2 * wanted)) return std::nullopt;
+  return DrawnEffect{effect, ratio};
+}
+
+/// How many of the hidden effects were named, alone or in a tie.
+struct Hits {
+  std::size_t exact = 0, tied = 0;
+};
+
+bool is_tied_with(const diagnosis::Finding& finding, const std::string& name) {
+  return std::ranges::any_of(finding.tied_with, [&](const diagnosis::Rival& rival) {
+    return rival.hypothesis.name() == name;
+  });
+}
+
+Hits hits_of(const diagnosis::NamedCauses& verdict, const std::vector<std::string>& hidden) {
+  Hits hits;
+  for (const std::string& truth : hidden) {
+    bool is_exact = false, is_tied = false;
+    for (const diagnosis::Finding& finding : verdict.findings) {
+      if (finding.hypothesis.name() == truth) (finding.certain() ? is_exact : is_tied) = true;
+      if (is_tied_with(finding, truth)) is_tied = true;
+    }
+    if (verdict.swap && verdict.swap->name() == truth) is_exact = true;
+    hits.exact += is_exact ? 1U : 0U;
+    hits.tied += is_exact || is_tied ? 1U : 0U;
+  }
+  return hits;
+}
+
+/// "joint_backlash@joint1|joint_second_harmonic@joint1(1.2)(35.1 0.9) ": sizes in plausible
+/// ones.
+std::string said_of(const diagnosis::Finding& finding) {
+  std::string said = finding.hypothesis.name();
+  for (const diagnosis::Rival& rival : finding.tied_with) {
+    said += "|" + rival.hypothesis.name() + fmt::format("({:.1f})", rival.log_odds);
+  }
+  said += fmt::format("({:.1f}", finding.evidence);
+  for (std::size_t k = 0; k < finding.fitted.x.size(); ++k) {
+    said += fmt::format(
+        " {:.2g}", finding.fitted.x[k] / finding.fitted.effect->parameters[k].sigma);
+  }
+  return said + ") ";
+}
+
+void judge_unknown(
+    const diagnosis::NamedCauses& verdict, const std::optional<std::string>& right,
+    Outcome& outcome) {
+  if (verdict.unknown.empty()) return;
+  outcome.said += fmt::format(
+      "UNKNOWN({:.1f}, {}:", verdict.unknown.front().evidence, verdict.unknown.front().enters);
+  for (const auto& each : verdict.depends_on()) outcome.said += " " + each;
+  outcome.said += ")";
+  for (const auto& each : verdict.depends_on()) {
+    outcome.unknown = outcome.unknown || each == right;
+  }
+}
+
+/// `right`: the covariate of an effect outside of the catalogue.
+void judge(
+    const diagnosis::NamedCauses& verdict, const std::optional<std::string>& right,
+    Outcome& outcome) {
+  const Hits hits = hits_of(verdict, outcome.truth);
+  for (const diagnosis::Finding& finding : verdict.findings) {
+    outcome.said += said_of(finding);
+    if (!finding.certain()) continue;
+    outcome.named_causes.push_back(finding.hypothesis.name());
+    const bool touches = std::ranges::any_of(outcome.truth, [&](const std::string& truth) {
+      return finding.hypothesis.name() == truth || is_tied_with(finding, truth);
+    });
+    outcome.wrong = outcome.wrong || !touches;
+  }
+  if (verdict.swap) outcome.said += verdict.swap->name() + " ";
+  outcome.detected =
+      !verdict.findings.empty() || !verdict.unknown.empty() || verdict.swap.has_value();
+  const bool only = verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size();
+  outcome.named = hits.exact == outcome.truth.size() && only && !outcome.truth.empty();
+  outcome.in_tie = hits.tied == outcome.truth.size() && !outcome.truth.empty();
+  judge_unknown(verdict, right, outcome);
+}
+
+int count_of(const std::string& kind) {
+  return kind == "none" ? 0 : kind == "two" ? 2 : kind == "three" ? 3 : 1;
+}
+
 }  // namespace
 
 std::vector<simulation::Trial> trials_of(
@@ -181,16 +317,11 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine);
   };
-  Site site = options.drawn_rig ? drawn_site(seed) : Site{};
+  const Site site = options.drawn_rig ? drawn_site(seed) : Site{};
   const geometry::Rig& rig = site.rig;
   const simulation::ForwardModel model(rig);
   Outcome outcome;
   outcome.seed = seed;
-  const int count = options.kind == "none"    ? 0
-                    : options.kind == "two"   ? 2
-                    : options.kind == "three" ? 3
-                                              : 1;
-  const bool outside = options.kind == "outside";
   mock_devices::World world;
   world.rig = rig;
   world.robot = mock_devices::drawn_robot(rig, seed);
@@ -203,57 +334,26 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
       rig, seed, site.points_g1, site.points_g2, site.low_mm, site.high_mm);
   mock_devices::World ideal = world;
   ideal.dials = mock_devices::kIdealDials;
-  outcome.least = 1e9;
-  for (int k = 0; k < count; ++k) {
+  const Hiding hiding{options, site, model, ideal, plan, count_of(options.kind)};
+  outcome.least = hiding.count == 0 ? 0.0 : 1e9;
+  for (int k = 0; k < hiding.count; ++k) {
     for (int attempt = 0; attempt < 60; ++attempt) {
       const std::uint64_t draw = engine();
-      HiddenEffect effect;
-      double ratio = 0.0;
       const double wanted = options.low * std::pow(options.high / options.low, uniform(0, 1));
+      std::optional<DrawnEffect> drawn;
       try {
-        const auto pool =
-            outside ? mock_devices::Pool::kOutside : mock_devices::Pool::kCatalogue;
-        effect = options.cause.empty() ? mock_devices::draw_effect(rig, draw, pool)
-                                       : mock_devices::draw_effect_of(rig, options.cause, draw);
-        const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
-        if (row.is_data_fault) continue;
-        bool taken = false;
-        for (const auto& each : world.effects) {
-          taken = taken || (each.cause == effect.cause && each.where == effect.where);
-        }
-        if (taken) continue;
-        const auto alone = [&](const HiddenEffect& it) {
-          mock_devices::World one = ideal;
-          one.effects = {it};
-          return visible_ratio(
-              model, generate_session(mock_devices::WorldModel(one).world(), plan),
-              options.xy_only, site.noise_mm);
-        };
-        if (!row.swaps_cables) {
-          // Scale the size to the wanted strength; an effect that would have to be ten times as
-          // large as a rig of this kind shows is not drawn.
-          ratio = alone(effect);
-          if (!(ratio > 1e-3)) continue;
-          const double factor = wanted / ratio;
-          if (factor > 10) continue;
-          effect = mock_devices::enlarged(effect, factor);
-          ratio = alone(effect);
-          if (!(ratio > 0.5 * wanted && ratio < 2 * wanted)) continue;
-        } else {
-          ratio = 1000.0;  // millimetres: the refit of exchanged readings means nothing
-          if (count > 1) continue;
-        }
+        drawn = drawn_effect(hiding, world.effects, draw, wanted);
       } catch (const std::exception&) {
         continue;
       }
-      world.effects.push_back(effect);
-      outcome.least = std::min(outcome.least, ratio);
-      outcome.truth.push_back(name_of(effect));
+      if (!drawn) continue;
+      world.effects.push_back(drawn->effect);
+      outcome.least = std::min(outcome.least, drawn->ratio);
+      outcome.truth.push_back(name_of(drawn->effect));
       break;
     }
   }
-  if (count == 0) outcome.least = 0;
-  if (static_cast<int>(outcome.truth.size()) != count) return std::nullopt;
+  if (static_cast<int>(outcome.truth.size()) != hiding.count) return std::nullopt;
   if (options.gross > 0) {
     HiddenEffect gross = mock_devices::make_effect(rig, "outliers", "samples", 0.3, seed);
     gross.parameters.at("share") = options.gross;
@@ -263,64 +363,14 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
   const auto trials = trials_of(rig, session, false, options.xy_only);
   const auto start = std::chrono::steady_clock::now();
   diagnosis::Readings readings(model, trials);
-  const auto verdict = diagnosis::identify(readings);
+  const auto verdict = diagnosis::name_causes(readings);
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
-  std::size_t exact = 0, tied = 0;
-  for (const std::string& truth : outcome.truth) {
-    bool is_exact = false, is_tied = false;
-    for (const auto& finding : verdict.findings) {
-      const bool certain = finding.certain();
-      if (finding.hypothesis.name() == truth) (certain ? is_exact : is_tied) = true;
-      for (const auto& rival : finding.tied_with) {
-        if (rival.hypothesis.name() == truth) is_tied = true;
-      }
-    }
-    if (verdict.swap && verdict.swap->name() == truth) is_exact = true;
-    exact += is_exact;
-    tied += is_exact || is_tied;
-  }
-  for (const auto& finding : verdict.findings) {
-    outcome.said += finding.hypothesis.name();
-    bool touches = false;
-    for (const std::string& truth : outcome.truth) {
-      touches = touches || finding.hypothesis.name() == truth;
-      for (const auto& rival : finding.tied_with) {
-        touches = touches || rival.hypothesis.name() == truth;
-      }
-    }
-    for (const auto& rival : finding.tied_with) {
-      outcome.said += "|" + rival.hypothesis.name() + fmt::format("({:.1f})", rival.log_odds);
-    }
-    outcome.said += fmt::format("({:.1f}", finding.evidence);
-    for (std::size_t k = 0; k < finding.fitted.x.size(); ++k) {
-      outcome.said += fmt::format(
-          " {:.2g}", finding.fitted.x[k] / finding.fitted.effect->parameters[k].sigma);
-    }
-    outcome.said += ") ";
-    if (finding.certain()) outcome.named_causes.push_back(finding.hypothesis.name());
-    outcome.wrong = outcome.wrong || (!touches && finding.certain());
-  }
-  if (verdict.swap) outcome.said += verdict.swap->name() + " ";
-  const bool nothing = verdict.findings.empty() && verdict.unknown.empty() && !verdict.swap;
-  outcome.detected = !nothing;
-  const bool only = verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size();
-  outcome.named = exact == outcome.truth.size() && only && !outcome.truth.empty();
-  outcome.in_tie = tied == outcome.truth.size() && !outcome.truth.empty();
-  if (!verdict.unknown.empty()) {
-    outcome.said += fmt::format(
-        "UNKNOWN({:.1f}, {}:", verdict.unknown.front().evidence,
-        verdict.unknown.front().enters);
-    for (const auto& each : verdict.depends_on()) outcome.said += " " + each;
-    outcome.said += ")";
-    if (outside) {
-      const std::string right = covariate_of(world.effects.front());
-      for (const auto& each : verdict.depends_on()) {
-        outcome.unknown = outcome.unknown || each == right;
-      }
-    }
-  }
+  judge(
+      verdict,
+      options.kind == "outside" ? std::optional(covariate_of(world.effects.front()))
+                                : std::nullopt,
+      outcome);
   return outcome;
 }
 

@@ -37,7 +37,7 @@ AtLimit tried(
       model.rig(), hypothesis.effect->twin, hypothesis.place.name,
       of_name ? limit.name : limit.detect, seed);
   diagnosis::Readings readings(model, session_with(model.rig(), {effect}, seed));
-  const diagnosis::Identification verdict = diagnosis::identify(readings);
+  const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   result.detected =
       !verdict.findings.empty() || !verdict.unknown.empty() || verdict.swap.has_value();
   for (const diagnosis::Finding& finding : verdict.findings) {
@@ -62,7 +62,7 @@ AtLimit tried(
 std::vector<AtLimit> try_limits(std::uint64_t seed) {
   const simulation::ForwardModel model(geometry::default_rig());
   diagnosis::Readings readings(model, session_with(model.rig(), {}, seed));
-  const diagnosis::Identification blank = diagnosis::identify(readings);
+  const diagnosis::NamedCauses blank = diagnosis::name_causes(readings);
   std::vector<diagnosis::NotTestable> ignored;
   const auto limits = diagnosis::limits_of(
       readings, blank.baseline, diagnosis::hypotheses_for(readings, ignored), {});

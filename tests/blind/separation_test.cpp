@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "mock_devices/session_generator.h"
 #include "tests/blind/challenge.h"
 
@@ -51,9 +51,9 @@ std::vector<diagnosis::PosePoint> candidates_on(const geometry::Rig& rig) {
 }
 
 struct Verdict {
-  diagnosis::Identification identified;
+  diagnosis::NamedCauses named;
   const Finding* of(const std::string& truth) const {
-    for (const Finding& each : identified.findings) {
+    for (const Finding& each : named.findings) {
       if (each.hypothesis.name() == truth) return &each;
       for (const auto& rival : each.tied_with) {
         if (rival.hypothesis.name() == truth) return &each;
@@ -78,13 +78,13 @@ TEST(TiedCauses, ComeApartByTheProposedPoses) {
       std::vector<PlannedPose> plan = mock_devices::random_plan(rig, seed);
       const auto before = trials_of(rig, mock_devices::generate_session(world, plan));
       diagnosis::Readings readings(model, before);
-      const Verdict first{diagnosis::identify(readings)};
+      const Verdict first{diagnosis::name_causes(readings)};
       const Finding* tied = first.of(truth);
-      if (!tied || tied->tied_with.empty() || first.identified.findings.size() != 1) continue;
+      if (!tied || tied->tied_with.empty() || first.named.findings.size() != 1) continue;
       ++ties;
       const auto candidates = candidates_on(rig);
       const auto proposal = diagnosis::separating_poses(
-          readings, first.identified.extended, 0, tied->tied_with.front().fitted, candidates,
+          readings, first.named.extended, 0, tied->tied_with.front().fitted, candidates,
           kProposed);
       ASSERT_EQ(proposal.chosen.size(), static_cast<std::size_t>(kProposed));
       EXPECT_GT(proposal.log_odds.back(), proposal.log_odds_now);
@@ -99,9 +99,9 @@ TEST(TiedCauses, ComeApartByTheProposedPoses) {
       }
       diagnosis::Readings more(
           model, trials_of(rig, mock_devices::generate_session(world, plan)));
-      const Verdict second{diagnosis::identify(more)};
+      const Verdict second{diagnosis::name_causes(more)};
       bool certain = false;
-      for (const Finding& each : second.identified.findings) {
+      for (const Finding& each : second.named.findings) {
         certain = certain || (each.hypothesis.name() == truth && each.certain());
       }
       resolved += certain;

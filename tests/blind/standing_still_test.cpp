@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "diagnosis/estimates.h"
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "tests/blind/challenge.h"
 
 namespace sixdial::blind {
@@ -48,7 +48,7 @@ Measured measured(
   return result;
 }
 
-std::string said(const diagnosis::Identification& verdict) {
+std::string said(const diagnosis::NamedCauses& verdict) {
   std::string text;
   for (const auto& each : verdict.findings) text += each.hypothesis.name() + " ";
   for (const auto& each : verdict.depends_on()) text += "unknown " + each + " ";
@@ -62,7 +62,7 @@ TEST(StandingStill, MakesNoCause) {
     for (std::uint64_t seed = 500; seed < 512; ++seed) {
       const Measured session = measured({}, 33, 3, seed, jitter_rad);
       diagnosis::Readings readings(session.model, session.trials);
-      EXPECT_EQ(said(diagnosis::identify(readings)), "") << "seed " << seed;
+      EXPECT_EQ(said(diagnosis::name_causes(readings)), "") << "seed " << seed;
     }
   }
 }
@@ -81,7 +81,7 @@ TEST(StandingStill, HidesNoCauseThatGoesByTheLastMove) {
     for (std::uint64_t seed = 520; seed < 526; ++seed) {
       const Measured session = measured({each.effect}, 50, 3, seed);
       diagnosis::Readings readings(session.model, session.trials);
-      const auto verdict = diagnosis::identify(readings);
+      const auto verdict = diagnosis::name_causes(readings);
       ASSERT_EQ(said(verdict), std::string(each.name) + " ") << "seed " << seed;
       EXPECT_TRUE(verdict.findings[0].certain());
       const auto size = diagnosis::estimates_of(verdict.extended, 0)[0];
@@ -101,7 +101,7 @@ TEST(NearlyAbsorbed, AWrongRatioIsNotNamedAnythingElse) {
           {mock_devices::make_effect(geometry::default_rig(), "joint_gain", "joint1", gain, 1)},
           150, 1, seed);
       diagnosis::Readings readings(session.model, session.trials);
-      const auto verdict = diagnosis::identify(readings);
+      const auto verdict = diagnosis::name_causes(readings);
       EXPECT_TRUE(verdict.extended.converged);
       for (std::size_t i = 0; i < verdict.findings.size(); ++i) {
         const auto& finding = verdict.findings[i];

@@ -262,7 +262,7 @@ TEST(AnfisSelection, LeaveOneOutErrorsAreThoseOfLeavingOneOut) {
     const MatrixXd A = design_matrix(initial_anfis(x, MembershipKind::kGaussian, functions), x);
     const std::vector<double> ridges{1e-3, 1e-1};
     std::vector<double> effective;
-    const MatrixXd errors = leave_one_out_errors(A, y, ridges, effective);
+    const MatrixXd errors = leave_one_out_errors(A, y, ridges, {}, effective);
     for (std::size_t k = 0; k < 2; ++k) {
       for (const int left : {0, 17, 39}) {
         std::vector<int> rest;
@@ -277,6 +277,30 @@ TEST(AnfisSelection, LeaveOneOutErrorsAreThoseOfLeavingOneOut) {
         EXPECT_NEAR(
             errors(left, static_cast<Eigen::Index>(k)), y[left] - A.row(left).dot(theta), 1e-8);
       }
+    }
+  }
+}
+
+TEST(AnfisSelection, LeavesAPoseOutWithAllItsRepeats) {
+  const std::vector<std::vector<int>> poses{{0, 1, 2}, {5, 9}, {20}};
+  for (const int functions : {2, 6}) {  // primal and dual
+    const MatrixXd x = random_inputs(40, 2, 12);
+    const VectorXd y = smooth(x);
+    const MatrixXd A = design_matrix(initial_anfis(x, MembershipKind::kGaussian, functions), x);
+    const std::vector<double> ridges{1e-2};
+    std::vector<double> effective;
+    const MatrixXd errors = leave_one_out_errors(A, y, ridges, poses, effective);
+    for (const std::vector<int>& left : poses) {
+      std::vector<int> rest;
+      for (int i = 0; i < 40; ++i) {
+        if (std::ranges::find(left, i) == left.end()) rest.push_back(i);
+      }
+      const MatrixXd B = A(rest, Eigen::all);
+      const VectorXd theta =
+          (B.transpose() * B + ridges[0] * MatrixXd::Identity(B.cols(), B.cols()))
+              .llt()
+              .solve(B.transpose() * y(rest));
+      for (const int i : left) EXPECT_NEAR(errors(i, 0), y[i] - A.row(i).dot(theta), 1e-8);
     }
   }
 }

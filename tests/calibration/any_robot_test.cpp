@@ -114,7 +114,7 @@ TEST(AnyRobot, ANetworkLearnsWhatNoParameterExplains) {
 
 TEST(AnyRobot, ThePapersMethodRunsFromEndToEnd) {
   const SpatialArm arm = measured_arm(6);
-  Settings settings;
+  PipelineSettings settings;
   settings.qpso1 = {20, 20};
   settings.anfis.epochs = 5;
   const auto result = run_dqpso_anfis(arm.g1, arm.g2, settings);
@@ -170,7 +170,8 @@ TEST(AnyRobot, UncertaintyRestsOnTheNoiseOfItsResiduals) {
   EXPECT_EQ(noise.degrees_of_freedom, 3 * 80 - 5);
   EXPECT_LT(std::abs(noise.sigma_mm / kNoise_mm - 1.0), 0.2);
   Eigen::MatrixXd covariance;
-  const auto estimates = estimates_with_noise(arm.g1, found.fit, noise, covariance);
+  const auto estimates =
+      estimates_with_noise(arm.g1, found.fit, weighting_of(arm.g1, {}), noise, {}, covariance);
   ASSERT_EQ(estimates.size(), 5U);
   for (std::size_t k = 0; k < 5; ++k) {
     EXPECT_GT(estimates[k].sd, 0.0);

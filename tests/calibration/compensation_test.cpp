@@ -21,6 +21,7 @@ using geometry::WorkingMode;
 
 constexpr double kSameAngle_rad = 1e-12;  // two ways to the same angle near 2 rad
 const ParameterVector kNominal = geometry::default_rig().robot.nominal;
+const geometry::Tool kTool(geometry::default_rig());
 
 /// Some hundredths of a millimetre, changing over tenths of a radian.
 Vector2d smooth_correction(const Vector2d& q) {
@@ -43,19 +44,19 @@ TEST_P(EveryMode, ClosesTheInverseProblemOnThousandsOfTargets) {
   double most_moved_rad = 0.0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const CompensationModel model{
-        kNominal, testing::random_robot(kNominal, seed),
+        kTool, kNominal, testing::random_robot(kNominal, seed),
         seed % 2 == 0 ? Correction(smooth_correction) : Correction{}};
     for (int i = 0; i < 50; ++i) {
       const Vector2d target = random_target(testing::workspace_of(mode), random);
       const auto found = compensate(model, target, mode);
       ASSERT_TRUE(found) << found.error().message;
-      const auto assembly = geometry::assembly_at(model.v, found->q_rad, target);
-      Vector2d reached = geometry::forward(model.v, found->q_rad, assembly.value())->p_WE;
-      if (model.correction) reached += smooth_correction(found->q_rad);
+      const auto assembly = geometry::assembly_at(model.v, found->q, target);
+      Vector2d reached = geometry::forward(model.v, found->q, assembly.value())->p_WE;
+      if (model.correction) reached += smooth_correction(found->q);
       EXPECT_LT((reached - target).norm(), kClosure_mm);
-      EXPECT_EQ(geometry::working_mode_of(model.v, found->q_rad, *assembly).value(), mode);
+      EXPECT_EQ(geometry::working_mode_of(model.v, found->q, *assembly).value(), mode);
       most_moved_rad =
-          std::max(most_moved_rad, (found->q_rad - found->nominal_q_rad).cwiseAbs().maxCoeff());
+          std::max(most_moved_rad, (found->q - found->nominal_q).cwiseAbs().maxCoeff());
       ++solved;
     }
   }
@@ -68,11 +69,10 @@ TEST_P(EveryMode, AnUncalibratedRobotIsCommandedNominally) {
   RandomSequence random(72, 5);
   for (int i = 0; i < 200; ++i) {
     const Vector2d target = random_target(testing::workspace_of(mode), random);
-    const auto found = compensate({kNominal, kNominal}, target, mode);
+    const auto found = compensate({kTool, kNominal, kNominal}, target, mode);
     ASSERT_TRUE(found) << found.error().message;
     EXPECT_LT(
-        (found->q_rad - geometry::inverse(kNominal, target, mode).value()).norm(),
-        kSameAngle_rad);
+        (found->q - geometry::inverse(kNominal, target, mode).value()).norm(), kSameAngle_rad);
   }
 }
 
@@ -83,11 +83,11 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(Compensation, OneNewtonStepFromNominalIsNotEnough) {
-  const CompensationModel model{kNominal, geometry::table_2_robot(), smooth_correction};
+  const CompensationModel model{kTool, kNominal, geometry::table_2_robot(), smooth_correction};
   const Vector2d target(22, 40);
   const auto solved = compensate(model, target, {});
   ASSERT_TRUE(solved);
-  const Vector2d q = solved->nominal_q_rad;
+  const Vector2d q = solved->nominal_q;
   const auto assembly = geometry::assembly_at(model.v, q, target).value();
   const auto here = geometry::forward_derivative(model.v, q, assembly).value();
   const Vector2d step = here.J_q.inverse() * (target - here.pose.p_WE - smooth_correction(q));
@@ -97,14 +97,14 @@ TEST(Compensation, OneNewtonStepFromNominalIsNotEnough) {
 }
 
 TEST(Compensation, KeepsTheTurnThatTheControllerIsOn) {
-  const CompensationModel model{kNominal, geometry::table_2_robot()};
+  const CompensationModel model{kTool, kNominal, geometry::table_2_robot()};
   const Vector2d target(28, 48);
   const auto plain = compensate(model, target, {});
   ASSERT_TRUE(plain);
   const Vector2d turn(2 * std::numbers::pi, -2 * std::numbers::pi);
-  const auto turned = compensate(model, target, {}, plain->nominal_q_rad + turn);
+  const auto turned = compensate(model, target, {}, plain->nominal_q + turn);
   ASSERT_TRUE(turned);
-  EXPECT_LT((turned->q_rad - plain->q_rad - turn).norm(), 1e-9);
+  EXPECT_LT((turned->q - plain->q - turn).norm(), 1e-9);
 }
 
 TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
@@ -127,7 +127,7 @@ TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
   const AnfisModel net_x = train_anfis(q, x, {}, {}, settings).model;
   const AnfisModel net_y = train_anfis(q, y, {}, {}, settings).model;
   const CompensationModel model{
-      kNominal, geometry::table_2_robot(), [&](const Vector2d& angles) -> Vector2d {
+      kTool, kNominal, geometry::table_2_robot(), [&](const Vector2d& angles) -> Vector2d {
         return {net_x.predict(angles), net_y.predict(angles)};
       }};
   int bounded = 0;
@@ -135,7 +135,7 @@ TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
     const auto found = compensate(model, random_target(box, random), {});
     ASSERT_TRUE(found) << found.error().message;
     EXPECT_LT(found->closure_mm, kClosure_mm);
-    const Vector2d c = model.correction(found->q_rad);
+    const Vector2d c = model.correction(found->q);
     const bool at_bound = c.x() == net_x.output_low || c.x() == net_x.output_high ||
                           c.y() == net_y.output_low || c.y() == net_y.output_high;
     bounded += at_bound ? 1 : 0;
@@ -146,14 +146,14 @@ TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
 TEST(Compensation, SaysWhyThereIsNoAnswer) {
   using Kind = CompensationTrouble::Kind;
   const Vector2d inside(28, 48);
-  const auto far = compensate({kNominal, kNominal}, {300, 0}, {});
+  const auto far = compensate({kTool, kNominal, kNominal}, Vector2d(300, 0), {});
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().kind, Kind::kNominalUnreachable);
   EXPECT_NE(far.error().message.find("300.000"), std::string::npos);
 
   ParameterVector shrunk = kNominal;
   shrunk.head<4>() *= 0.5;
-  const auto beyond = compensate({kNominal, shrunk}, inside, {});
+  const auto beyond = compensate({kTool, kNominal, shrunk}, inside, {});
   ASSERT_FALSE(beyond);
   EXPECT_EQ(beyond.error().kind, Kind::kUnreachable);
 
@@ -161,17 +161,17 @@ TEST(Compensation, SaysWhyThereIsNoAnswer) {
   const auto jumps = [&](const Vector2d& angles) -> Vector2d {  // has no solution
     return {angles[0] < q[0] ? 1.0 : -1.0, 0.0};
   };
-  const auto torn = compensate({kNominal, kNominal, jumps}, inside, {});
+  const auto torn = compensate({kTool, kNominal, kNominal, jumps}, inside, {});
   ASSERT_FALSE(torn);
   EXPECT_EQ(torn.error().kind, Kind::kNotConverged);
 
   const auto shifted = [](const Vector2d&) -> Vector2d { return {-12.0, 12.0}; };
-  const auto moved = compensate({kNominal, kNominal, shifted}, inside, {});
+  const auto moved = compensate({kTool, kNominal, kNominal, shifted}, inside, {});
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().kind, Kind::kOffBranch);
 
   const Vector2d nowhere(std::nan(""), 40);
-  EXPECT_FALSE(compensate({kNominal, kNominal}, nowhere, {}));
+  EXPECT_FALSE(compensate({kTool, kNominal, kNominal}, nowhere, {}));
 }
 
 }  // namespace

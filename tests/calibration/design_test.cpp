@@ -24,14 +24,16 @@ using geometry::WorkingMode;
 const Eigen::Vector2d kLow(16, 30);
 const Eigen::Vector2d kHigh(40, 66);
 const ParameterVector kNominal = geometry::default_rig().robot.nominal;
+const geometry::Tool kTool(geometry::default_rig());
 constexpr double kNoise_mm = 0.003;
 const Matrix2d kR = kNoise_mm * kNoise_mm * Matrix2d::Identity();
 
-ParameterMatrix prior() { return OnlineEstimator(kNominal).information(); }
+ParameterMatrix prior() { return OnlineEstimator(kTool, kNominal).information(); }
 
 std::vector<DesignCandidate> candidates_of(int nx, int ny, std::span<const WorkingMode> modes) {
   std::vector<DesignCandidate> candidates;
-  for (const WorkspacePose& pose : workspace_grid(kNominal, kLow, kHigh, nx, ny, modes)) {
+  for (const WorkspacePose& pose :
+       workspace_grid(kTool, kNominal, kLow, kHigh, nx, ny, modes)) {
     candidates.push_back({pose, kR});
   }
   return candidates;
@@ -39,17 +41,17 @@ std::vector<DesignCandidate> candidates_of(int nx, int ny, std::span<const Worki
 
 ParameterMatrix told(const DesignCandidate& candidate) {
   const auto d =
-      geometry::forward_derivative(kNominal, candidate.pose.q_rad, candidate.pose.assembly);
+      geometry::forward_derivative(kNominal, candidate.pose.q, candidate.pose.assembly);
   return d->J_v.transpose() * candidate.covariance_mm2.inverse() * d->J_v;
 }
 
 TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
   const std::array<WorkingMode, 2> modes{WorkingMode{+1, +1}, WorkingMode{-1, +1}};
-  const auto where = workspace_grid(kNominal, kLow, kHigh, 5, 5, modes);
+  const auto where = workspace_grid(kTool, kNominal, kLow, kHigh, 5, 5, modes);
   const auto candidates = candidates_of(6, 7, modes);
   for (const Criterion criterion : {Criterion::kD, Criterion::kI}) {
     ParameterMatrix M = prior();
-    const auto steps = greedy_design(kNominal, M, candidates, where, 8, criterion);
+    const auto steps = greedy_design(kTool, kNominal, M, candidates, where, 8, criterion);
     ASSERT_EQ(steps.size(), 8U);
     std::vector<bool> taken(candidates.size(), false);
     for (const DesignStep& step : steps) {
@@ -59,7 +61,7 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
         if (criterion == Criterion::kD) {
           return -with.ldlt().vectorD().array().log().sum();
         }
-        return workspace_uncertainty(kNominal, with.inverse(), where).rms_mm;
+        return workspace_uncertainty(kTool, kNominal, with.inverse(), where).rms_mm;
       };
       const double chosen = value(step.candidate);
       for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -69,8 +71,8 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
       taken[step.candidate] = true;
       M += told(candidates[step.candidate]);
       EXPECT_NEAR(
-          step.uncertainty.mean_mm, workspace_uncertainty(kNominal, M.inverse(), where).mean_mm,
-          1e-6);
+          step.uncertainty.mean_mm,
+          workspace_uncertainty(kTool, kNominal, M.inverse(), where).mean_mm, 1e-6);
     }
   }
 }
@@ -78,23 +80,25 @@ TEST(Design, EachChoiceIsTheBestOfAllByItsCriterion) {
 TEST(Design, NothingIsProposedMoreOftenThanAllowed) {
   const std::array<WorkingMode, 1> modes{WorkingMode{}};
   const auto candidates = candidates_of(2, 2, modes);
-  const auto where = workspace_grid(kNominal, kLow, kHigh, 3, 3, modes);
-  EXPECT_EQ(greedy_design(kNominal, prior(), candidates, where, 10, Criterion::kI).size(), 4U);
+  const auto where = workspace_grid(kTool, kNominal, kLow, kHigh, 3, 3, modes);
   EXPECT_EQ(
-      greedy_design(kNominal, prior(), candidates, where, 10, Criterion::kI, 2).size(), 8U);
-  EXPECT_TRUE(greedy_design(kNominal, prior(), {}, where, 10, Criterion::kI).empty());
+      greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI).size(), 4U);
+  EXPECT_EQ(
+      greedy_design(kTool, kNominal, prior(), candidates, where, 10, Criterion::kI, 2).size(),
+      8U);
+  EXPECT_TRUE(greedy_design(kTool, kNominal, prior(), {}, where, 10, Criterion::kI).empty());
 }
 
 TEST(Design, WorkingModesPooledMakeTheParametersWellConditioned) {
   const std::array<WorkingMode, 1> one{WorkingMode{}};
   const auto condition = [](std::span<const WorkingMode> modes, int n) {
     testing::SessionPlan plan;
-    const auto poses = workspace_grid(kNominal, kLow, kHigh, n, n, modes);
+    const auto poses = workspace_grid(kTool, kNominal, kLow, kHigh, n, n, modes);
     PositionObservations set;
     set.q_rad.resize(2, static_cast<Eigen::Index>(poses.size()));
     set.p_WE.resize(2, static_cast<Eigen::Index>(poses.size()));
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      set.q_rad.col(static_cast<Eigen::Index>(i)) = poses[i].q_rad;
+      set.q_rad.col(static_cast<Eigen::Index>(i)) = poses[i].q;
       set.p_WE.col(static_cast<Eigen::Index>(i)) = poses[i].target_mm;
       set.assembly.push_back(poses[i].assembly);
       set.covariance_mm2.push_back(kR);
@@ -117,21 +121,21 @@ double error_made(
   int tried = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     RandomSequence random(seed, 55);
-    OnlineEstimator online(kNominal);
+    OnlineEstimator online(kTool, kNominal);
     for (std::size_t i = 0; i < set.size(); ++i) {
       const WorkspacePose& pose = set[i].pose;
       simulation::Trial trial;
       trial.point = static_cast<int>(i);
-      trial.q = pose.q_rad;
+      trial.q = pose.q;
       trial.assembly = pose.assembly;
       trial.position_covariance = kR;
-      trial.position_mm = geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE +
+      trial.position_mm = geometry::forward(robot, pose.q, pose.assembly)->p_WE +
                           kNoise_mm * Eigen::Vector2d(random.normal(), random.normal());
       online.add(trial);
     }
     for (const WorkspacePose& pose : where) {
-      sum += (geometry::forward(online.v(), pose.q_rad, pose.assembly)->p_WE -
-              geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE)
+      sum += (geometry::forward(online.v(), pose.q, pose.assembly)->p_WE -
+              geometry::forward(robot, pose.q, pose.assembly)->p_WE)
                  .norm();
       ++tried;
     }
@@ -141,14 +145,15 @@ double error_made(
 
 TEST(Design, ChosenPosesMakeNoLargerErrorsThanAGridOfManyMore) {
   const std::array<WorkingMode, 1> modes{WorkingMode{}};
-  const auto where = workspace_grid(kNominal, kLow, kHigh, 7, 7, modes);
+  const auto where = workspace_grid(kTool, kNominal, kLow, kHigh, 7, 7, modes);
   const auto grid = candidates_of(10, 10, modes);
   ParameterMatrix M = prior();
   for (const DesignCandidate& each : grid) M += told(each);
-  const double limit_mm = workspace_uncertainty(kNominal, M.inverse(), where).mean_mm;
+  const double limit_mm = workspace_uncertainty(kTool, kNominal, M.inverse(), where).mean_mm;
 
   const auto candidates = candidates_of(25, 25, modes);
-  const auto steps = greedy_design(kNominal, prior(), candidates, where, 100, Criterion::kI);
+  const auto steps =
+      greedy_design(kTool, kNominal, prior(), candidates, where, 100, Criterion::kI);
   std::vector<DesignCandidate> chosen;
   for (const DesignStep& step : steps) {
     chosen.push_back(candidates[step.candidate]);

@@ -184,6 +184,72 @@ TEST(GrossErrors, AreFoundInPositionsWhereAnInstrumentGivesThose) {
   EXPECT_EQ(check.found[1].sample, session.g1[70].sample);
 }
 
+/// A session of positions alone.
+DialSession positions_only(SessionPlan plan, std::uint64_t seed) {
+  DialSession session = simulate_dials(plan, seed);
+  for (auto* set : {&session.g1, &session.g2}) {
+    for (simulation::Trial& trial : *set) std::ranges::fill(trial.reading, std::nullopt);
+  }
+  return session;
+}
+
+// One session in a hundred is what the limit claims: 4 of 100 come by chance once in 50 runs.
+TEST(GrossErrors, FewPositionsAccuseNobody) {
+  for (const int points : {9, 12, 20, 60}) {
+    SessionPlan few = plan();
+    few.g1_points = points;
+    int sessions = 0;
+    for (std::uint64_t seed = 700; seed < 800; ++seed) {
+      const DialSession session = positions_only(few, seed);
+      sessions += find_gross_errors(session.g1, session.rig).found.empty() ? 0 : 1;
+    }
+    EXPECT_LE(sessions, 3) << points << " points";
+  }
+}
+
+// Joints turn about points beside their axes and links bend, ten times the noise: everything is
+// smooth, nothing is an accident. Of 40 sets at 1 % each, more than 2 come by chance once in
+// 120 runs.
+TEST(GrossErrors, WhatIsSmoothIsNoAccident) {
+  int accused = 0;
+  for (std::uint64_t seed = 800; seed < 820; ++seed) {
+    SessionPlan smooth = plan();
+    smooth.non_kinematic = 1.0;
+    const DialSession session = positions_only(smooth, seed);
+    const auto check = find_gross_errors(session.g1, session.rig);
+    accused += static_cast<int>(check.found.size());
+    accused += static_cast<int>(judge_readings(session.g2, session.rig, check).found.size());
+  }
+  EXPECT_LE(accused, 2);
+}
+
+TEST(GrossErrors, AreFoundInPositionsWhereTheyHideEachOtherAndInTheOtherSet) {
+  int found = 0, wrong = 0, in_g2 = 0;
+  for (std::uint64_t seed = 820; seed < 840; ++seed) {
+    DialSession session = positions_only(plan(), seed);
+    const std::set<int> bad{3, 40, 41, 77};
+    for (const int i : bad) {
+      session.g1[static_cast<std::size_t>(i)].position_mm->y() += i == 40 ? -0.05 : 0.05;
+    }
+    session.g2[9].position_mm->x() += 0.05;
+    const auto check = find_gross_errors(session.g1, session.rig);
+    for (const GrossError& each : check.found) {
+      bool planted = false;
+      for (const int i : bad) {
+        planted = planted || session.g1[static_cast<std::size_t>(i)].sample == each.sample;
+      }
+      (planted ? found : wrong) += 1;
+    }
+    const auto judged = judge_readings(session.g2, session.rig, check);
+    for (const GrossError& each : judged.found) {
+      (each.sample == session.g2[9].sample ? in_g2 : wrong) += 1;
+    }
+  }
+  EXPECT_EQ(found, 4 * 20);
+  EXPECT_EQ(in_g2, 20);
+  EXPECT_LE(wrong, 1);
+}
+
 TEST(GrossErrors, OfASetThatIsNotFittedAreJudgedByTheOthersFit) {
   auto session = simulate_dials(plan(), 42);
   *session.g2[5].reading[2] -= 0.2;

@@ -157,7 +157,8 @@ TEST(Identifiability, FewPointsKeepTheArmsNearNominal) {
           << points << " points, seed " << seed;
       if (2 * points < geometry::kParameterCount) {
         EXPECT_GE(fit.fit.held, geometry::kParameterCount - 2 * points);
-        const auto what = identifiability(fit.fit, parameter_names(), points);
+        const auto what = identifiability(
+            fit.fit, parameter_names(), points, geometry::five_bar_model()->named_directions);
         ASSERT_FALSE(what.held.empty());
         EXPECT_FALSE(what.held.front().words.empty());
       }
@@ -190,7 +191,9 @@ TEST(Identifiability, CoaxialMotorsConfoundFrameRotationWithACommonShift) {
   const auto fit = fit_positions(session.g1, session.nominal, settings);
   EXPECT_EQ(fit.fit.status, FitStatus::kConverged);
   EXPECT_EQ(fit.fit.held, 1);
-  const auto what = identifiability(fit.fit, parameter_names(), session.g1.size());
+  const auto what = identifiability(
+      fit.fit, parameter_names(), session.g1.size(),
+      geometry::five_bar_model()->named_directions);
   ASSERT_EQ(what.held.size(), 1U);
   EXPECT_EQ(what.held.front().words, kCommonTurnWords);
   // nothing moves along it: alpha - dtheta1 - dtheta2 stays nominal
@@ -211,7 +214,9 @@ TEST(Identifiability, CoaxialMotorsAreSeenToBeWithTheirDistanceFittedToo) {
     const auto found = identify(*find_identifier("lm"), space);
     EXPECT_EQ(found.status, FitStatus::kConverged);
     ASSERT_EQ(found.fit.held, 1) << "seed " << seed;
-    const auto what = identifiability(found.fit, parameter_names(), session.g1.size());
+    const auto what = identifiability(
+        found.fit, parameter_names(), session.g1.size(),
+        geometry::five_bar_model()->named_directions);
     ASSERT_EQ(what.held.size(), 1U);
     EXPECT_EQ(what.held.front().words, kCommonTurnWords);
     // 200 residuals of 0.003 mm, nine parameters: at the minimum
@@ -247,7 +252,9 @@ TEST(Identifiability, NamesStrongCorrelationsOnly) {
   plan.workspace = testing::kTable6Workspace;  // 10 mm wide: a long valley
   const auto session = simulate(plan, 6);
   const auto fit = fit_positions(session.g1, session.nominal);
-  const auto what = identifiability(fit.fit, parameter_names(), session.g1.size());
+  const auto what = identifiability(
+      fit.fit, parameter_names(), session.g1.size(),
+      geometry::five_bar_model()->named_directions);
   EXPECT_TRUE(what.held.empty());
   EXPECT_GT(what.condition, 50.0);
   EXPECT_LT(what.condition, 3000.0);

@@ -19,6 +19,7 @@ using testing::simulate;
 
 const Eigen::Vector2d kLow(16, 30);
 const Eigen::Vector2d kHigh(40, 66);
+const geometry::Tool kTool(geometry::default_rig());
 
 simulation::Trial trial_of(const PositionObservations& set, int i) {
   const auto k = static_cast<std::size_t>(i);
@@ -37,14 +38,15 @@ ParameterVector drawn_robot(
     const ParameterVector& nominal, const OnlineSettings& settings, std::uint64_t seed) {
   RandomSequence random(seed, 77);
   ParameterVector v = nominal;
-  for (int i = 0; i < 5; ++i) v[i] += settings.length_sd_mm * random.normal();
-  for (int i = 5; i < 7; ++i) v[i] += settings.frame_sd_mm * random.normal();
-  for (int i = 7; i < 10; ++i) v[i] += settings.angle_sd_rad * random.normal();
+  for (int i = 0; i < 10; ++i) {
+    const double known_to = geometry::kParameters[static_cast<std::size_t>(i)].known_to;
+    v[i] += settings.times_known * known_to * random.normal();
+  }
   return v;
 }
 
 TEST(Online, ThePredictedUncertaintyIsTheErrorThatIsMade) {
-  const OnlineSettings settings{.length_sd_mm = 0.3, .frame_sd_mm = 0.6, .angle_sd_rad = 0.01};
+  const OnlineSettings settings{.times_known = 0.3};
   const std::array<geometry::WorkingMode, 1> modes{geometry::WorkingMode{}};
   for (const int count : {3, 8, 20, 60}) {
     double normalised = 0.0;
@@ -54,15 +56,15 @@ TEST(Online, ThePredictedUncertaintyIsTheErrorThatIsMade) {
       plan.robot = drawn_robot(plan.nominal, settings, seed);
       plan.g1_points = count;
       const auto session = simulate(plan, seed);
-      OnlineEstimator online(session.nominal, settings);
+      OnlineEstimator online(kTool, session.nominal, settings);
       for (int i = 0; i < session.g1.size(); ++i) online.add(trial_of(session.g1, i));
       ASSERT_EQ(online.samples(), count);
       for (const WorkspacePose& pose :
-           workspace_grid(session.nominal, kLow, kHigh, 3, 3, modes)) {
-        const auto said = geometry::forward(online.v(), pose.q_rad, pose.assembly);
-        const auto is = geometry::forward(session.robot, pose.q_rad, pose.assembly);
+           workspace_grid(kTool, session.nominal, kLow, kHigh, 3, 3, modes)) {
+        const auto said = geometry::forward(online.v(), pose.q, pose.assembly);
+        const auto is = geometry::forward(session.robot, pose.q, pose.assembly);
         ASSERT_TRUE(said && is);
-        const double sd = position_sd_mm(online.v(), online.P(), pose);
+        const double sd = position_sd_mm(kTool, online.v(), online.P(), pose);
         normalised += (said->p_WE - is->p_WE).squaredNorm() / (sd * sd);
         ++tried;
       }
@@ -75,7 +77,7 @@ TEST(Online, ThePredictedUncertaintyIsTheErrorThatIsMade) {
 
 TEST(Online, EndsWhereTheFitOfAllSamplesEnds) {
   const auto session = simulate({}, 5);
-  OnlineEstimator usual(session.nominal);
+  OnlineEstimator usual(kTool, session.nominal);
   for (int i = 0; i < session.g1.size(); ++i) usual.add(trial_of(session.g1, i));
   SpaceFitSettings settings;
   settings.weighting = Weighting::kByCovariance;
@@ -94,9 +96,9 @@ TEST(Online, EachSampleMakesTheWorkspaceBetterKnown) {
   plan.noise_mm = 0.0;
   const auto session = simulate(plan, 6);
   const std::array<geometry::WorkingMode, 1> modes{geometry::WorkingMode{}};
-  const auto where = workspace_grid(session.nominal, kLow, kHigh, 5, 5, modes);
+  const auto where = workspace_grid(kTool, session.nominal, kLow, kHigh, 5, 5, modes);
   ASSERT_EQ(where.size(), 25U);
-  OnlineEstimator online(session.nominal);
+  OnlineEstimator online(kTool, session.nominal);
   double before = online.predicted(where).rms_mm;
   EXPECT_GT(before, 1.0);
   for (int i = 0; i < session.g1.size(); ++i) {
@@ -116,8 +118,8 @@ TEST(Online, WhatKinematicsCannotExplainWidensTheUncertainty) {
   const auto bent = simulate(plan, 7);
   plan.non_kinematic = 0.0;
   const auto straight = simulate(plan, 7);
-  OnlineEstimator with(bent.nominal);
-  OnlineEstimator without(bent.nominal);
+  OnlineEstimator with(kTool, bent.nominal);
+  OnlineEstimator without(kTool, bent.nominal);
   for (int i = 0; i < bent.g1.size(); ++i) {
     with.add(trial_of(bent.g1, i));
     without.add(trial_of(straight.g1, i));
@@ -130,8 +132,8 @@ TEST(Online, WhatKinematicsCannotExplainWidensTheUncertainty) {
 
 TEST(Online, AGrossErrorIsSetAsideAndItsSizeTold) {
   const auto session = simulate({}, 8);
-  OnlineEstimator clean(session.nominal);
-  OnlineEstimator online(session.nominal);
+  OnlineEstimator clean(kTool, session.nominal);
+  OnlineEstimator online(kTool, session.nominal);
   for (int i = 0; i < session.g1.size(); ++i) {
     simulation::Trial trial = trial_of(session.g1, i);
     clean.add(trial);
@@ -154,8 +156,8 @@ TEST(Online, AGrossErrorIsSetAsideAndItsSizeTold) {
 TEST(Online, AGrossErrorAmongTheFirstSamplesIsFoundOut) {
   for (const int wrong : {0, 4, 9}) {
     const auto session = simulate({}, 12);
-    OnlineEstimator clean(session.nominal);
-    OnlineEstimator online(session.nominal);
+    OnlineEstimator clean(kTool, session.nominal);
+    OnlineEstimator online(kTool, session.nominal);
     for (int i = 0; i < 30; ++i) {
       simulation::Trial trial = trial_of(session.g1, i);
       if (i != wrong) clean.add(trial);
@@ -172,8 +174,8 @@ TEST(Online, AGrossErrorAmongTheFirstSamplesIsFoundOut) {
 
 TEST(Online, ARetakenSampleTakesTheEarlierOnesPlace) {
   const auto session = simulate({}, 9);
-  OnlineEstimator once(session.nominal);
-  OnlineEstimator retaken(session.nominal);
+  OnlineEstimator once(kTool, session.nominal);
+  OnlineEstimator retaken(kTool, session.nominal);
   for (int i = 0; i < 30; ++i) {
     simulation::Trial trial = trial_of(session.g1, i);
     once.add(trial);
@@ -190,7 +192,7 @@ TEST(Online, ARetakenSampleTakesTheEarlierOnesPlace) {
 
 TEST(Online, ASampleWithoutAPositionTeachesNothing) {
   const auto session = simulate({}, 10);
-  OnlineEstimator online(session.nominal);
+  OnlineEstimator online(kTool, session.nominal);
   simulation::Trial trial = trial_of(session.g1, 0);
   trial.position_mm.reset();
   EXPECT_FALSE(online.add(trial));

@@ -22,7 +22,7 @@ constexpr double kAboveMinimum_mm = 1e-5;
 
 Result run(
     const PositionObservations& g1, const PositionObservations& g2,
-    const geometry::ParameterVector& nominal, const Settings& settings = {}) {
+    const geometry::ParameterVector& nominal, const PipelineSettings& settings = {}) {
   auto result = run_dqpso_anfis(g1, g2, nominal, settings);
   if (!result) throw std::runtime_error(result.error().message);
   return *std::move(result);
@@ -61,7 +61,7 @@ TEST(Pipeline, EndsAtTheMinimumForRandomRobotsInEveryModeAndBothWorkspaces) {
         plan.robot = testing::random_robot(plan.nominal, seed);
         plan.non_kinematic = seed % 2 == 0 ? 1.45 : 0.0;
         const auto session = simulate(plan, seed);
-        Settings settings;
+        PipelineSettings settings;
         settings.seed = seed;
         const Result result = run(session.g1, session.g2, session.nominal, settings);
         EXPECT_EQ(result.lm_status, FitStatus::kConverged);
@@ -101,7 +101,7 @@ Distribution network_effect(double non_kinematic) {
       plan.robot = testing::random_robot(plan.nominal, seed);
       plan.non_kinematic = non_kinematic;
       const auto session = simulate(plan, seed);
-      Settings settings;
+      PipelineSettings settings;
       settings.qpso1.iterations = 20;  // the kinematics are not on trial here
       settings.seed = seed;
       const Result r = run(session.g1, session.g2, session.nominal, settings);
@@ -138,7 +138,7 @@ TEST(Pipeline, IsTheSameBitForBitTwiceAndWithTwoThreads) {
   plan.non_kinematic = 1.45;
   const auto session = simulate(plan, 11);
   for (const Profile profile : {Profile::kDefault, Profile::kPaper}) {
-    Settings settings = settings_for(profile);
+    PipelineSettings settings = settings_for(profile);
     const Result one = run(session.g1, session.g2, session.nominal, settings);
     const Result again = run(session.g1, session.g2, session.nominal, settings);
     settings.threads = 2;
@@ -242,7 +242,7 @@ TEST(Pipeline, WorksWithoutValidationPoints) {
 
 TEST(Pipeline, LockedParametersDoNotMove) {
   const auto session = simulate({}, 16);
-  Settings settings;
+  PipelineSettings settings;
   settings.fixed = testing::fixed({geometry::kD, geometry::kY0});
   for (const auto coordinates : {SearchCoordinates::kWhitened, SearchCoordinates::kRaw}) {
     settings.coordinates = coordinates;
@@ -292,7 +292,7 @@ TEST(Pipeline, TellsItsProgressAndCanBeCancelledInEveryStage) {
   double last = 0.0;
   int calls = 0;
   const auto result = run_dqpso_anfis(
-      session.g1, session.g2, session.nominal, {}, [&](const Progress& progress) {
+      session.g1, session.g2, session.nominal, {}, [&](const PipelineProgress& progress) {
         EXPECT_GE(progress.fraction, last);
         EXPECT_LE(progress.fraction, 1.0);
         last = progress.fraction;
@@ -301,11 +301,13 @@ TEST(Pipeline, TellsItsProgressAndCanBeCancelledInEveryStage) {
   ASSERT_TRUE(result);
   EXPECT_EQ(last, 1.0);
   EXPECT_GT(calls, 500);
-  for (const Stage stage : {Stage::kNoiseSearch, Stage::kParameterSearch, Stage::kResidual}) {
+  for (const PipelineStage stage :
+       {PipelineStage::kNoiseSearch, PipelineStage::kParameterSearch,
+        PipelineStage::kResidual}) {
     std::stop_source stop;
     const auto cancelled = run_dqpso_anfis(
         session.g1, session.g2, session.nominal, settings_for(Profile::kPaper),
-        [&](const Progress& progress) {
+        [&](const PipelineProgress& progress) {
           if (progress.stage == stage) stop.request_stop();
         },
         stop.get_token());

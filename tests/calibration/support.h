@@ -12,8 +12,10 @@
 #include "calibration/comparison.h"
 #include "calibration/five_bar/spaces.h"
 #include "calibration/pipeline.h"
+#include "calibration/rig_spaces.h"
 #include "calibration/space_fit.h"
 #include "geometry/rig.h"
+#include "geometry/tool.h"
 
 namespace sixdial::calibration::testing {
 
@@ -105,8 +107,8 @@ namespace sixdial::calibration {
 }
 [[nodiscard]] inline tl::expected<Result, Trouble> run_dqpso_anfis(
     const PositionObservations& g1, const PositionObservations& g2,
-    const geometry::ParameterVector& nominal, const Settings& settings = {},
-    const ProgressCallback& progress = {}, std::stop_token stop = {}) {
+    const geometry::ParameterVector& nominal, const PipelineSettings& settings = {},
+    const PipelineProgressCallback& progress = {}, std::stop_token stop = {}) {
   return run_dqpso_anfis(
       position_space(g1, nominal), position_space(g2, nominal), settings, progress,
       std::move(stop));

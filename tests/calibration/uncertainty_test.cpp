@@ -109,7 +109,7 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
   constexpr int kRepeats = 150;
   constexpr int kColumns = 3;
   constexpr int kRows = 3;
-  const Workspace box{{16, 30}, {40, 66}};
+  const Workspace box{Eigen::Vector2d(16, 30), Eigen::Vector2d(40, 66)};
   Eigen::Matrix<double, 2 * kColumns * kRows, kRepeats> missed;
   PositionUncertainty map;
   double inside = 0;
@@ -119,11 +119,12 @@ TEST(PositionUncertainty, IsTheSpreadOfPredictionsOverTheWorkspace) {
     const auto found = fit(space);
     const auto noise = noise_estimate(space, found.fit);
     Eigen::MatrixXd covariance;
-    static_cast<void>(estimates_with_noise(space, found.fit, noise, covariance));
+    static_cast<void>(
+        estimates_with_noise(space, found.fit, weighting_of(space, {}), noise, {}, covariance));
     const ParameterVector v = found.x;
     map = position_uncertainty(
-        v, covariance, found.fit, session.rig.robot.working_mode, box, quantile_95(noise),
-        kColumns, kRows);
+        geometry::Tool(session.rig), v, covariance, found.fit, session.rig.robot.working_mode,
+        box, quantile_95(noise), 0.0, kColumns, kRows);
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
         const int i = row * kColumns + column;
@@ -168,7 +169,8 @@ TEST(PositionUncertainty, AHeldDirectionThatMovesNothingIsKnownToMoveNothing) {
   const auto found = identify(*find_identifier("lm"), space, settings);
   ASSERT_EQ(found.fit.held, 1);
   const auto map = position_uncertainty(
-      found.x, found.covariance, found.fit, coaxial.mode, {{-20, 60}, {20, 90}}, 1.96);
+      geometry::Tool(geometry::five_bar_model(), 2), found.x, found.covariance, found.fit,
+      coaxial.mode, {Eigen::Vector2d(-20, 60), Eigen::Vector2d(20, 90)}, 1.96);
   ASSERT_EQ(map.held_effect_mm.size(), 1U);
   EXPECT_LT(map.held_effect_mm[0], 1e-9);
   EXPECT_GT(map.max_sd_mm, 0.0005);
@@ -180,8 +182,9 @@ TEST(PositionUncertainty, SaysWhereTheRobotCannotGo) {
   const auto space = positions(session);
   const auto found = fit(space);
   const auto map = position_uncertainty(
-      found.x, found.covariance, found.fit, session.rig.robot.working_mode,
-      {{16, 30}, {400, 66}}, 1.96, 5, 2);
+      geometry::Tool(session.rig), found.x, found.covariance, found.fit,
+      session.rig.robot.working_mode, {Eigen::Vector2d(16, 30), Eigen::Vector2d(400, 66)}, 1.96,
+      0.0, 5, 2);
   EXPECT_TRUE(std::isfinite(map.sd(0, 0)));
   EXPECT_FALSE(std::isfinite(map.sd(4, 0)));
   EXPECT_TRUE(std::isfinite(map.max_sd_mm));

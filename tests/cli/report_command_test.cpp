@@ -99,7 +99,7 @@ TEST(Against, ALinkThatGrewIsNamedWithItsSign) {
 
 TEST(Against, AResultThatIsNoCalibrationIsRefused) {
   const Json nothing{{"schema", "something.else"}};
-  EXPECT_THROW(static_cast<void>(report::calibration_from_json(nothing)), studies::Error);
+  EXPECT_THROW(static_cast<void>(report::calibration_from_json(nothing)), studies::StudyError);
 }
 
 TEST(ReportCommand, PrintsAPdfAndShowsTwoSessionsBelowAMegabyte) {

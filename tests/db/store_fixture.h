@@ -81,4 +81,11 @@ StoreError refusal_of(Action action) {
   return {StoreTrouble::kOther, "", "", ""};
 }
 
+/// A store with a session in it.
+class StoreSamples : public StoreTest {
+ protected:
+  Store store_ = Store::open(file());
+  SessionId id_ = store_.create_session("s", rig_text());
+};
+
 }  // namespace sixdial::db

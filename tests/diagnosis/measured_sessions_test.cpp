@@ -13,7 +13,7 @@
 #include <string>
 
 #include "diagnosis/estimates.h"
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 #include "session/bundle.h"
 #include "session/trials.h"
 #include "tests/support/paths.h"
@@ -35,7 +35,7 @@ Verdict verdict_of(const fs::path& bundle) {
   const auto session = session::read_bundle(bundle);
   const simulation::ForwardModel model(session.rig);
   Readings readings(model, session::trials_of(session, ""));
-  const Identification found = identify(readings);
+  const NamedCauses found = name_causes(readings);
   Verdict verdict;
   for (const Finding& finding : found.findings) {
     if (finding.certain()) {
@@ -86,14 +86,15 @@ TEST_P(MeasuredSession, IsNamedAsItsAnswerSaysOrInATie) {
   EXPECT_LT(std::abs(verdict.noise_mm - 0.00202), 0.1 * 0.00202);
 }
 
-// The torque of the plungers by somebody else's virtual work: stiffnesses come out as they were.
+// The torque of the plungers by somebody else's virtual work: stiffnesses come out as they
+// were.
 TEST(MeasuredCompliance, IsThatOfTheAnswer) {
   const fs::path folder = fs::path(test_paths::test_data()) / "sessions" / "09";
   const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));
   const auto session = session::read_bundle(folder);
   const simulation::ForwardModel model(session.rig);
   Readings readings(model, session::trials_of(session, ""));
-  const Identification found = identify(readings);
+  const NamedCauses found = name_causes(readings);
   ASSERT_EQ(found.findings.size(), 1U);
   ASSERT_EQ(found.findings[0].hypothesis.name(), "joint_compliance@joints");
   EXPECT_TRUE(found.findings[0].certain());

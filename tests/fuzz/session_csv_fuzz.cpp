@@ -18,7 +18,7 @@ void expect(bool law) {
 }
 
 void check_place(const DataError& error) {
-  expect(!error.findings.empty());
+  expect(!error.mistakes.empty());
   expect(error.line >= 1 && error.column >= 1);
 }
 

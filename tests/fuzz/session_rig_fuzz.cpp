@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string written = write_rig(parse_rig(text, "rig.toml"));
     if (write_rig(parse_rig(written, "written")) != written) std::abort();
   } catch (const DataError& error) {
-    if (error.findings.empty()) std::abort();
+    if (error.mistakes.empty()) std::abort();
   }
   return 0;
 }

@@ -9,6 +9,7 @@
 
 #include "geometry/by_dual.h"
 #include "geometry/robot_kind.h"
+#include "geometry/tool.h"
 #include "tests/geometry/test_arms.h"
 
 namespace sixdial::geometry {
@@ -210,6 +211,56 @@ TEST_P(EveryInverse, ForwardOfInverseCloses) {
       ASSERT_LE(std::abs((*q)[k] - at.q[k]), std::numbers::pi + 1e-9);
     }
     ++reached;
+  }
+  EXPECT_GE(reached, kPoses);
+}
+
+TEST_P(EveryInverse, APoseIsInTheModeThatItWasAskedFor) {
+  const Tool tool(GetParam()->example(), 2);
+  int tried = 0;
+  for (int i = 0; tried < kPoses && i < 20 * kPoses; ++i) {
+    const Drawn at = draw();
+    const auto p_WE = tool.position(at.v, at.q, at.assembly);
+    if (!p_WE) continue;
+    const auto mode =
+        WorkingMode(robot_.modes[static_cast<std::size_t>(i) % robot_.modes.size()].number);
+    const auto q = tool.inverse(at.v, *p_WE, mode, at.q);
+    if (!q) continue;
+    const auto assembly = tool.assembly_at(at.v, *q, *p_WE);
+    ASSERT_TRUE(assembly);
+    ASSERT_EQ(tool.mode_of(at.v, *q, *assembly).value(), mode);
+    ++tried;
+  }
+  EXPECT_GE(tried, kPoses);
+}
+
+// What a kind has for speed, or for a drawing, agrees with its frames.
+TEST_P(EveryRobot, ItsShortWaysSayTheSame) {
+  int reached = 0;
+  for (int i = 0; reached < kPoses && i < 20 * kPoses; ++i) {
+    const Drawn at = draw();
+    Frames frames(robot_);
+    if (!robot_.forward_derivative(at.v, at.q, at.assembly, frames)) continue;
+    ++reached;
+    const int link = i % static_cast<int>(robot_.frames.size() - 1) + 1;
+    Eigen::Matrix2Xd J_q;
+    const auto seen = planar_pose(robot_, at.v, at.q, at.assembly, link, &J_q);
+    ASSERT_TRUE(seen);
+    EXPECT_LT((seen->p_WE - frames.X[0].p.head<2>()).norm(), 1e-11);
+    EXPECT_LT((J_q - frames.by_q[0].topRows<2>()).norm(), 1e-9);
+    const Eigen::Matrix3d& R = frames.X[static_cast<std::size_t>(link)].R;
+    EXPECT_LT(
+        std::abs(std::remainder(
+            seen->link_rad - std::atan2(R(1, 0), R(0, 0)), 2 * std::numbers::pi)),
+        1e-11);
+    if (GetParam()->sketch == nullptr) continue;
+    const std::span<const double> v(at.v.data(), static_cast<std::size_t>(at.v.size()));
+    const Sketch sketch =
+        GetParam()->sketch(robot_, v, seen->p_WE, WorkingMode(robot_.modes[0].number));
+    EXPECT_EQ(sketch.dots.empty(), sketch.trouble.has_value());
+    if (sketch.dots.empty()) continue;
+    EXPECT_EQ(sketch.dots.back().part, Sketch::Part::kTool);
+    EXPECT_LT((sketch.dots.back().at - seen->p_WE).norm(), 1e-9);
   }
   EXPECT_GE(reached, kPoses);
 }

@@ -60,7 +60,7 @@ TEST(LiveRig, StandsIdleAtTheReferencePoseUntilTold) {
   const World world = world_with({});
   LiveRig rig(world);
   const RobotReport report = rig.robot(5.0);
-  EXPECT_EQ(report.state, RobotState::kIdle);
+  EXPECT_EQ(report.state, MotionState::kIdle);
   EXPECT_EQ(report.moves_started, 0);
   EXPECT_LT((report.q_rad - angles_at(world, {28, 48})).norm(), 1e-12);
 }
@@ -71,9 +71,9 @@ TEST(LiveRig, MovesReportsAndArrivesOnTheEncoderGrid) {
   LiveRig rig(world, habits);
   const Vector2d target = angles_at(world, {20, 60});
   ASSERT_TRUE(rig.start_move(target, 100, 1.0));
-  EXPECT_EQ(rig.robot(1.05).state, RobotState::kMoving);
+  EXPECT_EQ(rig.robot(1.05).state, MotionState::kMoving);
   const RobotReport report = rig.robot(20.0);
-  EXPECT_EQ(report.state, RobotState::kInPosition);
+  EXPECT_EQ(report.state, MotionState::kInPosition);
   EXPECT_EQ(report.moves_started, 1);
   EXPECT_LT((report.q_rad - target).cwiseAbs().maxCoeff(), 0.51 * habits.encoder_step_rad);
   const TruePose pose = rig.true_pose(20.0);
@@ -87,7 +87,7 @@ TEST(LiveRig, RefusesATargetOutOfReachAndStays) {
   const Vector2d before = rig.robot(1.0).q_rad;
   EXPECT_FALSE(rig.start_move({3.0, 0.0}, 100, 1.0));
   RobotReport report = rig.robot(2.0);
-  EXPECT_EQ(report.state, RobotState::kFault);
+  EXPECT_EQ(report.state, MotionState::kFault);
   EXPECT_EQ(report.fault, RobotFault::kOutOfReach);
   EXPECT_EQ(report.moves_started, 0);
   EXPECT_EQ(report.q_rad, before);
@@ -131,7 +131,7 @@ TEST(LiveRig, StopsOnTheWay) {
   ASSERT_TRUE(rig.start_move(angles_at(world, {18, 64}), 10, 1.0));
   rig.stop(1.5);
   const RobotReport report = rig.robot(30.0);
-  EXPECT_EQ(report.state, RobotState::kFault);
+  EXPECT_EQ(report.state, MotionState::kFault);
   EXPECT_EQ(report.fault, RobotFault::kStopped);
   EXPECT_LT((report.q_rad - rig.robot(1.5).q_rad).norm(), 1e-12);
 }

@@ -161,12 +161,12 @@ struct Told {
   int speed = 0;
 };
 
-RobotPort port_to(Told& told) {
+RobotCalls port_to(Told& told) {
   return {
       .report =
           [] {
             RobotReport report;
-            report.state = RobotState::kInPosition;
+            report.state = MotionState::kInPosition;
             report.q_rad = {1.5, -0.00000001};
             report.moves_started = 7;
             report.temperature_c = -1.25;

@@ -1,5 +1,4 @@
-// The page, the JSON and the CSV files: well-formed, self-contained, in agreement, and not to
-// be broken by what people type.
+// The page: well-formed, self-contained, complete, and not to be broken by what people type.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 #include <sstream>
 
 #include "geometry/rig.h"
+#include "page_parts.h"
 #include "report/chart_json.h"
 #include "report/csv_report.h"
 #include "report/html_report.h"
@@ -35,59 +35,6 @@ const std::string kHostile =
     R"x(</script><script>alert(1)</script><img src=x onerror="alert(2)">'&amp;)x"
     "\xFF\x01";
 
-/// The page's tables by id as the independent reader sees them; fails the test on a fault.
-json tables_of(const std::string& page) {
-  const TemporaryFolder folder;
-  const Ran ran = run_program(fmt::format(
-      "python3 {}/tests/report/check_html.py {}", test_paths::source_dir(),
-      folder.write("page.html", page)));
-  EXPECT_EQ(ran.exit_code, 0) << "faults in the page (or no python3): " << ran.err;
-  return json::parse(ran.out, nullptr, false);
-}
-
-/// `text` without what stands in <script> elements.
-std::string without_scripts(const std::string& page) {
-  std::string out;
-  std::size_t at = 0;
-  while (at < page.size()) {
-    const std::size_t open = page.find("<script", at);
-    out += page.substr(at, open == std::string::npos ? open : open - at);
-    if (open == std::string::npos) break;
-    at = page.find("</script>", open);
-    if (at == std::string::npos) break;
-  }
-  return out;
-}
-
-std::vector<std::vector<std::string>> read_csv(const std::string& text) {
-  std::vector<std::vector<std::string>> rows{{""}};
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"') {
-      rows.back().back() += '"';
-      ++i;
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (!quoted && c == ',') {
-      rows.back().emplace_back();
-    } else if (!quoted && c == '\n') {
-      rows.push_back({""});
-    } else {
-      rows.back().back() += c;
-    }
-  }
-  rows.pop_back();
-  return rows;
-}
-
-const std::string& csv_file(const std::vector<CsvFile>& files, const std::string& name) {
-  const auto found = std::find_if(
-      files.begin(), files.end(), [&](const CsvFile& f) { return f.name == name; });
-  if (found == files.end()) throw std::runtime_error("no " + name);
-  return found->text;
-}
-
 /// The sample session with the hostile text in every place that a text can come from.
 ReportData hostile_session() {
   ReportData data = sample_session({.g1_points = 12, .g2_points = 6});
@@ -109,7 +56,7 @@ ReportData hostile_session() {
   data.unidentifiable.push_back(kHostile);
   data.points[0].dials = kHostile;
   data.points[1].set = kHostile;
-  data.rejected.push_back({1, kHostile});
+  data.rejected.push_back({.line = 1, .text = {}, .reason = kHostile});
   data.bad_readings.push_back({.set = kHostile, .dial = kHostile, .reason = kHostile});
   data.outliers.push_back({.set = kHostile, .dial = kHostile});
   data.convergence[0].name = kHostile;
@@ -327,7 +274,8 @@ TEST(Page, ShowsThePapersTablesAsThePaperDoes) {
          .g2 = ErrorStatistics{.mean_mm = m[3], .std_mm = m[4], .max_mm = m[5], .points = 50}});
   }
   data.parameters = parameter_rows(
-      geometry::default_rig().robot.nominal, geometry::table_2_robot(), std::nullopt);
+      *geometry::five_bar_model(), geometry::default_rig().robot.nominal,
+      geometry::table_2_robot(), std::nullopt);
   const json page = tables_of(html_report(data))["tables"];
   const json report = json::parse(json_report(data));
   const auto csv = read_csv(csv_file(csv_report(data), "table6.csv"));
@@ -357,10 +305,11 @@ TEST(Page, ShowsThePapersTablesAsThePaperDoes) {
 TEST(Page, ParametersCarryTheirUncertaintyInShownUnits) {
   geometry::ParameterMatrix covariance = geometry::ParameterMatrix::Zero();
   covariance.diagonal().setConstant(1e-6);  // sd 0.001 mm or 0.001 rad
-  std::array<bool, 10> held{};
+  std::vector<bool> held(10, false);
   held[4] = true;
   const auto rows = parameter_rows(
-      geometry::default_rig().robot.nominal, geometry::table_2_robot(), covariance, held);
+      *geometry::five_bar_model(), geometry::default_rig().robot.nominal,
+      geometry::table_2_robot(), covariance, held);
   ASSERT_EQ(rows.size(), 10U);
   constexpr double kExact = 1e-12;  // a few flops on values of order 60
   EXPECT_NEAR(*rows[0].sd, 0.001, kExact);
@@ -392,90 +341,6 @@ TEST(Page, StatisticsAreThoseOfTheErrors) {
       kExact);
   EXPECT_FALSE(error_statistics(data, "G1", 0).has_value());
   EXPECT_FALSE(error_statistics(data, "G2", 1).has_value());
-}
-
-TEST(Page, JsonAndCsvAgreeWithItsTableSix) {
-  const ReportData data = sample_session();
-  const json page = tables_of(html_report(data));
-  const json report = json::parse(json_report(data));
-  const auto csv = read_csv(csv_file(csv_report(data), "table6.csv"));
-  const json& rows = page["tables"]["table6"]["rows"];
-  ASSERT_EQ(rows.size(), 3U);
-  ASSERT_EQ(csv.size(), 4U);
-  for (std::size_t r = 0; r < 3; ++r) {
-    EXPECT_EQ(rows[r][0], report["table6"][r]["name"]);
-    std::size_t column = 1;
-    for (const std::string key :
-         {"g1_mean_mm", "g1_std_mm", "g1_max_mm", "g2_mean_mm", "g2_std_mm", "g2_max_mm"}) {
-      const double value = report["table6"][r][key].get<double>();
-      EXPECT_EQ(rows[r][column], fixed(value, 4)) << key;
-      const auto at = std::find(csv[0].begin(), csv[0].end(), key) - csv[0].begin();
-      EXPECT_EQ(std::stod(csv[r + 1][static_cast<std::size_t>(at)]), value) << key;
-      ++column;
-    }
-  }
-}
-
-TEST(Page, JsonAndCsvAgreeWithItsParameters) {
-  const ReportData data = sample_session();
-  const json rows = tables_of(html_report(data))["tables"]["table2"]["rows"];
-  const json table2 = json::parse(json_report(data))["table2"];
-  const auto csv = read_csv(csv_file(csv_report(data), "table2.csv"));
-  ASSERT_EQ(table2.size(), 10U);
-  for (std::size_t r = 0; r < 10; ++r) {
-    const double identified = table2[r]["identified"].get<double>();
-    EXPECT_EQ(identified, data.parameters[r].identified);
-    EXPECT_EQ(std::stod(csv[r + 1][3]), identified);
-    const std::string text = rows[r][4].get<std::string>();
-    const std::size_t decimals = text.size() - text.find('.') - 1;
-    EXPECT_EQ(text, fixed(identified, static_cast<int>(decimals)));
-    EXPECT_GE(decimals, 3U);
-  }
-  EXPECT_EQ(table2[0]["parameter"], "l11");
-  EXPECT_EQ(table2[7]["unit"], "deg");
-}
-
-TEST(Page, JsonAndCsvAgreeOnEveryPoint) {
-  const ReportData data = sample_session();
-  const json points = json::parse(json_report(data))["points"];
-  const auto csv = read_csv(csv_file(csv_report(data), "points.csv"));
-  ASSERT_EQ(points.size(), 150U);
-  ASSERT_EQ(csv.size(), 151U);
-  const auto column = [&](const std::string& key) {
-    const auto found = std::find(csv[0].begin(), csv[0].end(), key);
-    EXPECT_NE(found, csv[0].end()) << key;
-    return static_cast<std::size_t>(found - csv[0].begin());
-  };
-  const std::size_t error = column("ekf_dqpso_anfis_error_mm");
-  const std::size_t x = column("x_mm");
-  int compared = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const json& p = points[i];
-    if (p["measured_mm"].is_null()) {
-      EXPECT_EQ(csv[i + 1][x], "");
-      EXPECT_EQ(csv[i + 1][error], "");
-      continue;
-    }
-    EXPECT_EQ(std::stod(csv[i + 1][x]), p["measured_mm"][0].get<double>());
-    EXPECT_EQ(
-        std::stod(csv[i + 1][error]),
-        p["methods"]["ekf_dqpso+anfis"]["error_mm"].get<double>());
-    ++compared;
-  }
-  EXPECT_EQ(compared, 149);
-}
-
-TEST(Page, SeriesAreGivenInFullToPrograms) {
-  const ReportData data = sample_session();
-  const auto files = csv_report(data);
-  EXPECT_EQ(read_csv(csv_file(files, "convergence.csv")).size(), 402U);  // header, 0..400
-  EXPECT_EQ(read_csv(csv_file(files, "parameters_by_iteration.csv")).size(), 1U + 101U + 401U);
-  const json report = json::parse(json_report(data));
-  EXPECT_EQ(report["schema"], "sixdial.report");
-  EXPECT_EQ(report["schema_version"], kJsonSchemaVersion);
-  EXPECT_EQ(report["convergence"][1]["best_rmse_mm"].size(), 401U);
-  EXPECT_EQ(report["parameters_by_iteration"].size(), 502U);
-  EXPECT_THAT(csv_file(files, "schema.csv"), HasSubstr("sixdial.report.csv,1,"));
 }
 
 TEST(Page, HostileTextStaysText) {
@@ -512,60 +377,6 @@ TEST(Page, NumbersThatAreNoneAreADashAndNull) {
   EXPECT_TRUE(json::parse(text)["table6"][2]["g2_max_mm"].is_null());
   EXPECT_THAT(html_report(data, {.charts = false}), Not(HasSubstr(">nan<")));
   EXPECT_THAT(html_report(data, {.charts = false}), Not(HasSubstr(">inf<")));
-}
-
-TEST(Chart, ThinsLongSeriesAndKeepsTheirEnds) {
-  Series series;
-  for (int i = 0; i < 12345; ++i) {
-    series.x.push_back(i);
-    series.y.push_back(2.0 * i);
-  }
-  Chart chart;
-  chart.panels.emplace_back();
-  chart.panels[0].series = {series};
-  const std::size_t all = kMarksOnChart;
-  EXPECT_TRUE(is_thinned(chart));
-  const json drawn = chart_json(chart)["panels"][0]["series"][0];
-  EXPECT_EQ(drawn["x"].size(), all);
-  EXPECT_EQ(drawn["x"].front(), 0);
-  EXPECT_EQ(drawn["x"].back(), 12344);
-}
-
-TEST(Chart, LeavesOutPointsThatAreNotFinite) {
-  Chart chart;
-  chart.panels.emplace_back();
-  chart.panels[0].series = {
-      {.x = {1, 2, 3}, .y = {1, std::numeric_limits<double>::quiet_NaN(), 3}}};
-  const json drawn = chart_json(chart)["panels"][0]["series"][0];
-  EXPECT_EQ(drawn["x"], (json{1.0, 3.0}));
-  EXPECT_EQ(drawn["y"], (json{1.0, 3.0}));
-}
-
-TEST(ChartLibraries, TheLockNamesNoRegistry) {
-  std::ifstream file{test_paths::source_dir() + "/report/web/package-lock.json"};
-  std::stringstream lock;
-  lock << file.rdbuf();
-  EXPECT_THAT(lock.str(), HasSubstr("\"integrity\""));
-  EXPECT_THAT(lock.str(), Not(HasSubstr("http")));
-  EXPECT_THAT(lock.str(), Not(HasSubstr("\"resolved\"")));
-}
-
-TEST(ChartLibraries, WithoutNpmTheBuildGoesOn) {
-  for (const std::string npm : {"", "/bin/false"}) {
-    const TemporaryFolder folder;
-    const std::string made = (folder.path() / "made.cpp").string();
-    const Ran ran = run_program(fmt::format(
-        "cmake -DWEB={0}/report/web -DWORK={1}/web -DNPM={2} -DHEADER=report/assets.h "
-        "-DNAMESPACE=sixdial::report::assets -DOUTPUT={3} -P {0}/cmake/ChartLibraries.cmake",
-        test_paths::source_dir(), folder.path().string(), npm, made));
-    EXPECT_EQ(ran.exit_code, 0) << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("tables only"));
-    std::ifstream file{made};
-    std::stringstream code;
-    code << file.rdbuf();
-    EXPECT_THAT(
-        code.str(), HasSubstr("std::string_view plot_js() {\n  return R\"sixdial_text()"));
-  }
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ using testing::HasSubstr;
 /// 120 points whose residual is noise of 2 um and `error` on top.
 ReportData session_with(const std::function<Eigen::Vector2d(const PointRow&)>& error) {
   ReportData data;
+  data.joints = {{"theta1", "rad"}, {"theta2", "rad"}};
   data.methods = {
       {.id = "before", .name = "before"},
       {.id = "ekf_dqpso", .name = "EKF-DQPSO"},
@@ -29,7 +30,7 @@ ReportData session_with(const std::function<Eigen::Vector2d(const PointRow&)>& e
   std::uniform_real_distribution<double> angle_rad(1.0, 3.0);
   for (int i = 0; i < 120; ++i) {
     PointRow p{.set = "G1", .point = i};
-    p.q_rad = Eigen::Vector2d(angle_rad(engine), angle_rad(engine));
+    p.q = Eigen::Vector2d(angle_rad(engine), angle_rad(engine));
     p.measured_mm = Eigen::Vector2d(20.0, 30.0);
     p.time_s = 8.0 * i;
     p.temperature_c = 20.0 + std::abs(noise_mm(engine)) * 100.0;
@@ -61,11 +62,9 @@ TEST(ResidualBy, FindsWhatTheErrorDependsOn) {
   constexpr double kSize_mm = 0.006;
   const std::vector<Case> cases{
       {"encoder angle 1",
-       [](const PointRow& p) {
-         return Eigen::Vector2d(kSize_mm * std::sin(4 * p.q_rad->x()), 0);
-       }},
+       [](const PointRow& p) { return Eigen::Vector2d(kSize_mm * std::sin(4 * p.q->x()), 0); }},
       {"encoder angle 2",
-       [](const PointRow& p) { return Eigen::Vector2d(0, kSize_mm * (p.q_rad->y() - 2.0)); }},
+       [](const PointRow& p) { return Eigen::Vector2d(0, kSize_mm * (p.q->y() - 2.0)); }},
       {"time",
        [](const PointRow& p) { return Eigen::Vector2d(kSize_mm * *p.time_s / 960.0, 0); }},
       {"joint 2 arrives",

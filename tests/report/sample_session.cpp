@@ -200,8 +200,9 @@ ReportData sample_session(const SampleOptions& options) {
   out.head = head_of(options, bench.rig());
   const ParameterVector nominal = bench.rig().robot.nominal;
   const auto [identified, covariance] = bench.fitted();
-  out.parameters = parameter_rows(nominal, identified, covariance);
+  out.parameters = parameter_rows(*geometry::five_bar_model(), nominal, identified, covariance);
   out.condition_number = 166.4;
+  out.joints = {{"theta1", "rad"}, {"theta2", "rad"}};
   out.correlations = {{"l11", "dtheta1", -0.952}, {"alpha", "dtheta2", 0.934}};
   for (const double s : {31.2, 22.9, 14.1, 9.6, 5.2, 3.3, 1.9, 0.84, 0.41, 0.1875}) {
     out.singular_values.push_back(s);
@@ -219,7 +220,7 @@ ReportData sample_session(const SampleOptions& options) {
     PointRow row{
         .set = m.set,
         .point = m.point,
-        .q_rad = m.q,
+        .q = m.q,
         .target_mm = m.target,
         .measured_mm = m.p,
         .dials = i % 3 == 0   ? "CDB"
@@ -257,7 +258,8 @@ ReportData sample_session(const SampleOptions& options) {
         left * filter.back() + (1.0 - left) * (identified - nominal));
   }
   out.samples = static_cast<int>(out.points.size());
-  out.rejected = {{.line = 88, .reason = "column dial_C_mm: \"12,55\" is not a number"}};
+  out.rejected = {
+      {.line = 88, .text = "", .reason = "column dial_C_mm: \"12,55\" is not a number"}};
   out.bad_readings = {
       {.set = "G1", .point = 41, .dial = "C", .reason = "timeout"},
       {.set = "G1", .point = 41, .dial = "E", .reason = "no contact"},

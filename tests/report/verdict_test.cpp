@@ -38,7 +38,7 @@ ReportData paper_table_6() {
 
 TEST(Verdict, ThePapersRobotIsCalibrated) {
   const Verdict v = verdict(paper_table_6());
-  EXPECT_EQ(v.state, RobotState::kCalibrated);
+  EXPECT_EQ(v.state, CalibrationState::kCalibrated);
   EXPECT_DOUBLE_EQ(v.before_mm, 2.995);
   EXPECT_DOUBLE_EQ(v.after_mm, 0.022);
   EXPECT_THAT(v.headline, HasSubstr("136 times less"));  // 2.995 / 0.022
@@ -49,9 +49,9 @@ TEST(Verdict, ThePapersRobotIsCalibrated) {
 
 TEST(Verdict, WithoutG2ItIsNotValidated) {
   ReportData data = paper_table_6();
-  for (Method& m : data.methods) m.g2.reset();
+  for (ShownMethod& m : data.methods) m.g2.reset();
   const Verdict v = verdict(data);
-  EXPECT_EQ(v.state, RobotState::kNotValidated);
+  EXPECT_EQ(v.state, CalibrationState::kNotValidated);
   EXPECT_DOUBLE_EQ(v.after_mm, 0.018);
   EXPECT_THAT(v.not_judged, Contains(HasSubstr("no validation points")));
 }
@@ -60,7 +60,7 @@ TEST(Verdict, ACalibrationThatDoesNotHelpIsNotToBeUsed) {
   ReportData data = paper_table_6();
   data.methods[2].g2 = errors(2.995, 50);
   const Verdict v = verdict(data);
-  EXPECT_EQ(v.state, RobotState::kNotImproved);
+  EXPECT_EQ(v.state, CalibrationState::kNotImproved);
   EXPECT_THAT(v.to_do, Contains(HasSubstr("Do not use")));
 }
 
@@ -71,13 +71,13 @@ TEST(Verdict, AnErrorFarAboveTheNoiseIsNoCalibratedRobot) {
   data.methods[2].g2 = errors(1.5, 50);
   data.position_noise_mm = 0.003;
   const Verdict v = verdict(data);
-  EXPECT_EQ(v.state, RobotState::kNotImproved);
+  EXPECT_EQ(v.state, CalibrationState::kNotImproved);
   EXPECT_THAT(v.title, HasSubstr("something is wrong"));
   EXPECT_THAT(v.headline, HasSubstr("500 times what the dials can tell"));
   EXPECT_THAT(v.to_do, Contains(HasSubstr("no two dials are exchanged")));
   EXPECT_THAT(v.to_do, Not(Contains(HasSubstr("Enter the identified"))));
   data.methods[2].g2 = errors(0.022, 50);  // the paper's: 7 times the noise
-  EXPECT_EQ(verdict(data).state, RobotState::kCalibrated);
+  EXPECT_EQ(verdict(data).state, CalibrationState::kCalibrated);
 }
 
 TEST(Verdict, ANetworkThatBringsNothingIsNoProofThatNothingIsLeft) {
@@ -101,7 +101,7 @@ TEST(Verdict, WhatADiagnosisSaysJoinsItsLists) {
 TEST(Verdict, ASmallGainIsCalledSmall) {
   ReportData data = paper_table_6();
   data.methods[2].g2 = errors(2.0, 50);
-  EXPECT_EQ(verdict(data).state, RobotState::kImproved);
+  EXPECT_EQ(verdict(data).state, CalibrationState::kImproved);
 }
 
 TEST(Verdict, AResidualModelThatHarmsIsAdvisedAgainst) {
@@ -147,16 +147,16 @@ TEST(Verdict, WhatThePosesCannotTellIsNamed) {
 
 TEST(Verdict, ASessionWithoutResultSaysSo) {
   const Verdict v = verdict(ReportData{});
-  EXPECT_EQ(v.state, RobotState::kUnknown);
+  EXPECT_EQ(v.state, CalibrationState::kUnknown);
   EXPECT_THAT(v.headline, HasSubstr("no calibration result"));
   ReportData unknown_method = paper_table_6();
   unknown_method.result_method = "no such method";
-  EXPECT_EQ(verdict(unknown_method).state, RobotState::kUnknown);
+  EXPECT_EQ(verdict(unknown_method).state, CalibrationState::kUnknown);
 }
 
 TEST(Verdict, LostSamplesAndRowsAreCounted) {
   const Verdict v = verdict(sample_session());
-  EXPECT_EQ(v.state, RobotState::kCalibrated);
+  EXPECT_EQ(v.state, CalibrationState::kCalibrated);
   EXPECT_THAT(v.not_judged, Contains(HasSubstr("1 of 150 samples gave no position")));
   EXPECT_THAT(v.not_judged, Contains(HasSubstr("1 row was left out")));
 }

@@ -108,14 +108,14 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   }
   EXPECT_EQ(run_well("shutdown")["stopping"], true);
 
-  for (const Method* method : all_methods()) {
+  for (const RpcMethod* method : all_methods()) {
     EXPECT_TRUE(tried.contains(std::string(method->name))) << method->name << " was not tried";
   }
 }
 
 TEST(Methods, EveryRowHasWordsSchemaAndAnExampleThatFitsIt) {
   int rows = 0;
-  for (const Method* method : all_methods()) {
+  for (const RpcMethod* method : all_methods()) {
     ++rows;
     EXPECT_FALSE(method->summary.empty()) << method->name;
     EXPECT_FALSE(method->result.empty()) << method->name;

@@ -230,8 +230,8 @@ TEST(WrongBundle, ReportsTwentyFaultsAndCountsTheRest) {
   }
   const DataError error = error_of([&] { (void)parse(csv); });
   EXPECT_EQ(error.total, 30U);
-  EXPECT_EQ(error.findings.size(), 20U);
-  EXPECT_EQ(error.findings[19].line, 21);
+  EXPECT_EQ(error.mistakes.size(), 20U);
+  EXPECT_EQ(error.mistakes[19].line, 21);
   EXPECT_THAT(error.what(), HasSubstr("and 10 more"));
 }
 

@@ -42,7 +42,7 @@ DataError error_of(Action action) {
     return error;
   }
   ADD_FAILURE() << "nothing was refused";
-  return DataError("nothing", Finding{});
+  return DataError("nothing", Mistake{});
 }
 
 }  // namespace sixdial::session

@@ -54,37 +54,37 @@ TEST(SampleLayout, OfAnArmNamesEveryJointAndCoordinate) {
 TEST(SampleLayout, ReadsAnglesInDegreesWhereARobotAllowsIt) {
   const CsvTable table =
       read_csv("set,q1_rad,q2_deg,q3_rad,q4_rad,q5_rad,q6_mm,x_mm,y_mm,z_mm\n", "s.csv");
-  std::vector<Finding> findings;
-  const auto columns = read_header(table.header, arm(), findings);
-  EXPECT_THAT(findings, IsEmpty());
-  EXPECT_EQ(columns[2].column, Column::kJoint);
+  std::vector<Mistake> mistakes;
+  const auto columns = read_header(table.header, arm(), mistakes);
+  EXPECT_THAT(mistakes, IsEmpty());
+  EXPECT_EQ(columns[2].column, SampleColumn::kJoint);
   EXPECT_EQ(columns[2].index, 1U);
   EXPECT_NEAR(columns[2].per_unit, 57.29577951308232, 1e-12);  // degrees in a radian
-  EXPECT_EQ(columns[9].column, Column::kChannel);
+  EXPECT_EQ(columns[9].column, SampleColumn::kChannel);
   EXPECT_EQ(columns[9].index, 4U);  // after A, B, x, y
 }
 
 TEST(SampleLayout, SaysWhatAHeaderLacks) {
-  const auto findings_of = [](const std::string& header) {
+  const auto mistakes_of = [](const std::string& header) {
     const std::string text = header + "\n";
     const CsvTable table = read_csv(text, "s.csv");
-    std::vector<Finding> findings;
-    (void)read_header(table.header, arm(), findings);
+    std::vector<Mistake> mistakes;
+    (void)read_header(table.header, arm(), mistakes);
     std::string all;
-    for (const Finding& each : findings) all += to_string("s.csv", each) + "\n";
+    for (const Mistake& each : mistakes) all += to_string("s.csv", each) + "\n";
     return all;
   };
   EXPECT_THAT(
-      findings_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,dial_A_mm"),
+      mistakes_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,dial_A_mm"),
       HasSubstr("q6_mm: the column is missing; add the sixth joint's encoder value in mm"));
   EXPECT_THAT(
-      findings_of("set,q1_rad,q1_deg,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm,dial_A_mm"),
+      mistakes_of("set,q1_rad,q1_deg,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm,dial_A_mm"),
       HasSubstr("q1_deg: q1_rad gives the same joint"));
   EXPECT_THAT(
-      findings_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm,x_mm,z_mm"),
+      mistakes_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm,x_mm,z_mm"),
       HasSubstr("y_mm: the column is missing; a position needs x_mm, y_mm and z_mm"));
   EXPECT_THAT(
-      findings_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm"),
+      mistakes_of("set,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,q6_mm"),
       HasSubstr("there are no dial columns and no x_mm, y_mm, z_mm"));
 }
 

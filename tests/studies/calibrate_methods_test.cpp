@@ -74,7 +74,7 @@ TEST_P(AnyMethod, IsCalibratedCommandedValidatedAndReported) {
   const report::ReportData data = report::report_data(result, session, "somebody");
   ASSERT_TRUE(report::result_index(data));
   EXPECT_EQ(data.methods[*report::result_index(data)].id, method);
-  EXPECT_EQ(report::verdict(data).state, report::RobotState::kCalibrated);
+  EXPECT_EQ(report::verdict(data).state, report::CalibrationState::kCalibrated);
   const auto section =
       std::ranges::find(data.sections, std::string("residual_model"), &report::Section::id);
   EXPECT_EQ(section != data.sections.end(), result.residual_model.has_value());
@@ -115,8 +115,8 @@ TEST(CalibrationMethod, AnUnknownOneIsRefusedWithTheNearest) {
     try {
       static_cast<void>(calibrate(session, quick(method)));
       ADD_FAILURE() << method << " was calibrated with";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ErrorCode::kInvalidParams) << method;
+    } catch (const StudyError& error) {
+      EXPECT_EQ(error.code(), StudyErrorCode::kInvalidParams) << method;
       EXPECT_FALSE(error.hint().empty()) << method;
     }
   }

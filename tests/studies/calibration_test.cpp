@@ -131,8 +131,8 @@ TEST(Calibration, TooFewSamplesAreRefusedInWords) {
   try {
     static_cast<void>(calibrate(session, quick()));
     FAIL() << "two samples were calibrated";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
   }
 }
 
@@ -200,8 +200,9 @@ TEST(Calibration, AReportFromOtherDataThanTheResultsIsRefused) {
   EXPECT_EQ(data.points.size(), 150U);
   EXPECT_EQ(data.parameters.size(), 10U);
   session.samples.pop_back();
-  EXPECT_THROW(static_cast<void>(report::report_data(result, session, "somebody")), Error);
-  EXPECT_THROW(static_cast<void>(report::calibration_from_json({{"schema", "other"}})), Error);
+  EXPECT_THROW(static_cast<void>(report::report_data(result, session, "somebody")), StudyError);
+  EXPECT_THROW(
+      static_cast<void>(report::calibration_from_json({{"schema", "other"}})), StudyError);
 }
 
 TEST(Calibration, IsCancelledAsAJob) {

@@ -147,8 +147,8 @@ TEST(Compare, AMethodThatDoesNotExistIsRefusedWithTheNearest) {
   try {
     static_cast<void>(compare(session::read_bundle(kBundle), request));
     FAIL() << "ekf+gpp was compared";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kInvalidParams);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kInvalidParams);
     EXPECT_THAT(error.what(), ::testing::HasSubstr("gpp"));
   }
 }

@@ -1,6 +1,6 @@
-// The verdict as people and programs get it: the JSON of spec 4 held against the answers of
-// twenty bundles, as a job through the socket, cancelled, refused, with dials renamed and rows
-// shuffled, from positions alone, without G2, and on a page.
+// The verdict as programs get it: the JSON of spec 4 held against the answers of twenty
+// bundles, cancelled, refused, with dials renamed and rows shuffled, from positions alone,
+// without G2.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,6 +20,7 @@
 #include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/diagnose.h"
+#include "tests/studies/diagnosis_parts.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
@@ -32,38 +33,10 @@ using ::testing::HasSubstr;
 using testing::LineClient;
 using testing::RunningService;
 
-const fs::path kSessions = fs::path(test_paths::test_data()) / "sessions";
 // A size is a normal estimate: five of its standard deviations are never missed by chance.
 constexpr double kSigmas = 5.0;
 // A fit in another order of readings or from another start stops within this of the same size.
 constexpr double kSameSize = 1e-4;
-
-session::Session session_of(const std::string& number) {
-  return session::read_bundle(kSessions / number);
-}
-
-/// Without what takes time: networks and simulated noise.
-DiagnosisResult quick_result(const session::Session& session) {
-  return diagnose(session, {.bootstrap = 0, .with_gain = false});
-}
-Json quick(const session::Session& session) { return report::to_json(quick_result(session)); }
-
-std::string name_of(const Json& cause) {
-  return cause["cause"].get<std::string>() + "@" + cause["where"].get<std::string>();
-}
-
-std::set<std::string> names_of(const Json& document) {
-  std::set<std::string> names;
-  for (const Json& cause : document["causes"]) names.insert(name_of(cause));
-  return names;
-}
-
-const Json& cause_of(const Json& document, const std::string& name) {
-  for (const Json& cause : document["causes"]) {
-    if (name_of(cause) == name) return cause;
-  }
-  throw std::runtime_error("no cause " + name);
-}
 
 /// The true size where the answer has one number that is the size of its first parameter.
 std::optional<double> true_size(const Json& answer, const std::string& cause) {
@@ -278,7 +251,7 @@ TEST(Diagnosis, PositionsAloneShowTheRobotsCausesAndSayWhatTheyCannot) {
     for (session::ChannelValue& dial : sample.channels) dial.value.reset();
     if (trials[i].position_mm) {
       session::set_position(
-          sample, session.rig.dials.size(), session::Point(*trials[i].position_mm));
+          sample, session.rig.dials.size(), session::Position(*trials[i].position_mm));
     }
   }
   const DiagnosisResult result = quick_result(session);
@@ -332,12 +305,13 @@ TEST(Diagnosis, TooFewReadingsAreRefusedInWords) {
   try {
     static_cast<void>(quick(session));
     ADD_FAILURE() << "a diagnosis of three samples was made";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), HasSubstr("at least"));
     EXPECT_FALSE(error.hint().empty());
   }
-  EXPECT_THROW((void)report::diagnosis_from_json({{"schema", "sixdial.calibration"}}), Error);
+  EXPECT_THROW(
+      (void)report::diagnosis_from_json({{"schema", "sixdial.calibration"}}), StudyError);
 }
 
 TEST(Diagnosis, IsCancelledBetweenItsStages) {
@@ -352,175 +326,10 @@ TEST(Diagnosis, IsCancelledBetweenItsStages) {
         },
         stop.get_token()));
     ADD_FAILURE() << "a cancelled diagnosis was given back";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kCancelled);
   }
   EXPECT_EQ(stages.size(), 2U);
-}
-
-std::vector<std::string> section_ids(const std::vector<report::Section>& sections) {
-  std::vector<std::string> ids;
-  for (const report::Section& section : sections) ids.push_back(section.id);
-  return ids;
-}
-
-const report::Figure* figure_in(const report::Section& section, const std::string& id) {
-  for (const report::Block& block : section.blocks) {
-    const auto* figure = std::get_if<report::Figure>(&block);
-    if (figure != nullptr && figure->id == id) return figure;
-  }
-  return nullptr;
-}
-
-TEST(DiagnosisReport, HasASectionForEachCauseWithItsSignature) {
-  const Json document = Json::parse(quick(session_of("16")).dump());
-  const auto sections = report::diagnosis_sections(report::diagnosis_from_json(document));
-  EXPECT_THAT(
-      section_ids(sections), ::testing::ElementsAre(
-                                 "diagnosis", "cause_1", "cause_2", "left", "gain",
-                                 "moved_parameters", "not_testable", "detection_limits"));
-  for (const std::size_t i : {1U, 2U}) {
-    const report::Figure* figure = figure_in(sections[i], "signature");
-    ASSERT_NE(figure, nullptr) << sections[i].heading;
-    for (const std::string& words : {figure->shows, figure->good, figure->here}) {
-      EXPECT_FALSE(words.empty());
-    }
-    EXPECT_GT(figure->table.rows.size(), 100U);
-  }
-  EXPECT_NE(figure_in(sections[3], "left_by_covariate"), nullptr);
-  EXPECT_NE(figure_in(sections[3], "tool_shift"), nullptr);
-}
-
-TEST(DiagnosisReport, ABacklashShowsAsTwoLevelsItsWidthApart) {
-  const Json document = quick(session_of("01"));
-  const Json& cause = cause_of(document, "joint_backlash@joint2");
-  const Json& groups = cause["signature_plot"]["panels"][0]["groups"];
-  ASSERT_EQ(groups.size(), 2U);
-  const auto mean = [](const Json& values) {
-    double sum = 0.0;
-    for (const Json& each : values) sum += each.get<double>();
-    return sum / static_cast<double>(values.size());
-  };
-  constexpr double kDeg = 57.29577951308232;
-  const double width_deg = kDeg * std::abs(cause["estimate"][0]["value"].get<double>());
-  const double apart = std::abs(mean(groups[0]["measured"]) - mean(groups[1]["measured"]));
-  // 75 points a level, each known to a few hundredths of the width.
-  EXPECT_LT(std::abs(apart - width_deg), 0.05 * width_deg);
-}
-
-TEST(DiagnosisReport, APageSaysFirstWhatAMetrologistNeeds) {
-  const session::Session session = session_of("02");
-  DiagnosisRequest request;
-  request.bootstrap = 20;
-  const std::string page =
-      report::diagnosis_page(diagnose(session, request), session, "tester");
-  EXPECT_LT(page.size(), 1'000'000U);
-  const std::string box = page.substr(page.find("id=\"state\""));
-  const std::string first = box.substr(0, box.find("</section>"));
-  for (const char* words :
-       {"Thermal growth of the links", "confirmed", "What to do", "What could not be judged",
-        "falls from", "(ANFIS)", "noise"}) {
-    EXPECT_THAT(first, HasSubstr(words));
-  }
-  EXPECT_THAT(page, HasSubstr("A network on joint angles cannot learn this"));
-  EXPECT_THAT(page, HasSubstr("id=\"cause_1\""));
-  EXPECT_THAT(page, ::testing::Not(HasSubstr("No calibration result is stored")));
-}
-
-Json finished(LineClient& client, const Json& job) {
-  Json status;
-  do {
-    status = client.call("job.wait", {{"job", job["job"]}, {"timeout_s", 60}})["result"];
-  } while (status["state"] == "queued" || status["state"] == "running");
-  return status;
-}
-
-Json whole_result(LineClient& client, const Json& result) {
-  std::string text;
-  for (;;) {
-    const Json page =
-        client.call("result.get", {{"result", result}, {"offset", text.size()}})["result"];
-    text += page["text"].get<std::string>();
-    if (page["next_offset"].is_null()) return Json::parse(text);
-  }
-}
-
-TEST(DiagnosisJob, GivesThroughTheSocketWhatTheBundleGivesHere) {
-  RunningService running;
-  LineClient client = running.client();
-  client.call("session.import", {{"path", (kSessions / "06").string()}, {"name", "demo"}});
-  EXPECT_EQ(error_code_of(client.call("diagnose.start", {{"session", "demu"}})), "not_found");
-  EXPECT_EQ(
-      error_code_of(client.call("diagnose.start", {{"session", "demo"}, {"bootstrap", -1}})),
-      "invalid_params");
-  EXPECT_EQ(
-      error_code_of(client.call(
-          "diagnose.report",
-          {{"session", "demo"}, {"path", (running.directory() / "none.html").string()}})),
-      "not_found");
-
-  const Json done = finished(
-      client,
-      client.call(
-          "diagnose.start",
-          {{"session", "demo"}, {"seed", 5}, {"bootstrap", 0}, {"gain", false}})["result"]);
-  ASSERT_EQ(done["state"], "done") << done;
-  EXPECT_EQ(done["kind"], "diagnosis");
-  const Json stored = whole_result(client, done["result"]);
-  DiagnosisRequest request;
-  request.seed = 5;
-  request.bootstrap = 0;
-  request.with_gain = false;
-  const Json here = report::to_json(diagnose(session_of("06"), request));
-  for (const char* key : {"causes", "detection_limits", "extended", "residuals", "verdict"}) {
-    EXPECT_EQ(stored[key], here[key]) << key;
-  }
-  const Json record = client.call("result.get", {{"result", done["result"]}})["result"];
-  EXPECT_EQ(record["data_hash"], here["inputs"]["data_hash"]);
-  EXPECT_EQ(record["rig_hash"], here["inputs"]["rig_hash"]);
-  EXPECT_EQ(record["seed"], 5);
-  EXPECT_EQ(record["summary"]["verdict"], here["verdict"]);
-
-  const fs::path page = running.directory() / "diagnosis.html";
-  EXPECT_EQ(
-      client.call(
-          "diagnose.report",
-          {{"session", "demo"}, {"path", page.string()}})["result"]["result"],
-      done["result"]);
-  EXPECT_GT(fs::file_size(page), 50'000U);
-  EXPECT_EQ(
-      error_code_of(
-          client.call("diagnose.report", {{"session", "demo"}, {"path", "page.html"}})),
-      "invalid_params");
-
-  // The report of a calibration shows it too.
-  const Json calibrated = finished(
-      client, client.call(
-                  "calibrate.start", {{"session", "demo"},
-                                      {"particles", 10},
-                                      {"qpso1_iterations", 5},
-                                      {"qpso2_iterations", 20},
-                                      {"anfis_epochs", 5}})["result"]);
-  ASSERT_EQ(calibrated["state"], "done") << calibrated;
-  const Json written = client.call(
-      "report.write",
-      {{"session", "demo"}, {"path", (running.directory() / "report").string()}})["result"];
-  EXPECT_EQ(written["diagnosis"], done["result"]);
-  EXPECT_THAT(written["files"], ::testing::Contains("diagnosis.json"));
-  std::ifstream html(running.directory() / "report" / "report.html");
-  const std::string text((std::istreambuf_iterator<char>(html)), {});
-  EXPECT_THAT(text, HasSubstr("State of the robot"));
-  EXPECT_THAT(text, HasSubstr("Eccentricity of joint 2"));
-}
-
-TEST(DiagnosisJob, CancelledItLeavesNoResult) {
-  RunningService running;
-  LineClient client = running.client();
-  client.call("session.import", {{"path", (kSessions / "17").string()}, {"name", "demo"}});
-  const Json job = client.call("diagnose.start", {{"session", "demo"}})["result"];
-  client.call("job.cancel", {{"job", job["job"]}});
-  EXPECT_EQ(finished(client, job)["state"], "cancelled");
-  EXPECT_TRUE(client.call("result.list", {{"session", "demo"}})["result"]["results"].empty());
 }
 
 }  // namespace

@@ -43,8 +43,8 @@ TEST(ExtendedCommand, ClosesAtTheTargetWithRobotAndCausesTogether) {
       const auto found = command.solve(target_mm, rig.robot.working_mode, {});
       ASSERT_TRUE(found) << found.error().message;
       const auto assembly =
-          geometry::assembly_at(rig.robot.nominal, found->nominal_q_rad, target_mm);
-      const auto there = command.position(found->q_rad, *assembly, {});
+          geometry::assembly_at(rig.robot.nominal, found->nominal_q, target_mm);
+      const auto there = command.position(found->q, *assembly, {});
       ASSERT_TRUE(there);
       EXPECT_LT((*there - target_mm).norm(), kClosure_mm);
       ++tried;
@@ -62,9 +62,8 @@ TEST(ExtendedCommand, ABacklashIsTakenUpOnTheSideOfArrival) {
   const auto down = command.solve(target_mm, rig.robot.working_mode, {.approach = {1, -1}});
   ASSERT_TRUE(up && down);
   const double backlash_rad = diagnosis.causes[0].estimate[0].value;
-  EXPECT_LT(
-      std::abs((up->q_rad[1] - down->q_rad[1]) - backlash_rad), 1e-9);  // rad: of the closure
-  EXPECT_LT(std::abs(up->q_rad[0] - down->q_rad[0]), 1e-9);
+  EXPECT_LT(std::abs((up->q[1] - down->q[1]) - backlash_rad), 1e-9);  // rad: of the closure
+  EXPECT_LT(std::abs(up->q[0] - down->q[0]), 1e-9);
 }
 
 TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
@@ -89,17 +88,17 @@ TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   EXPECT_LT(up, 30);
   session::Plan beyond = plan;
   beyond.points[3].target_mm = Eigen::Vector2d(400, 0);
-  EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), Error);
+  EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), StudyError);
 }
 
 TEST(ExtendedCommand, ADiagnosisOfAnotherRigIsRefused) {
   const geometry::Rig rig = geometry::default_rig();
   ExtendedFit fit = diagnosis_of("01").extended_fit;
   fit.effects[0].id.where = "joint7";
-  EXPECT_THROW(ExtendedCommand(fit, rig), Error);
+  EXPECT_THROW(ExtendedCommand(fit, rig), StudyError);
   fit.effects.clear();
   fit.model.pop_back();
-  EXPECT_THROW(ExtendedCommand(fit, rig), Error);
+  EXPECT_THROW(ExtendedCommand(fit, rig), StudyError);
 }
 
 Json finished(LineClient& client, const Json& job) {
@@ -127,17 +126,31 @@ struct Hidden {
 };
 struct CommandedRobot : ::testing::TestWithParam<Hidden> {};
 
+mock_devices::MockRigOptions rig_with(const char* effect) {
+  mock_devices::MockRigOptions options;
+  options.world.rig = geometry::default_rig();
+  options.world.robot.parameters = geometry::table_2_robot();
+  options.world.dials.curve_mm = 0.0;
+  options.world.dials.hysteresis_mm = 0.0;
+  options.world.seed = 2021;
+  options.world.effects = {mock_devices::parse_effect(options.world.rig, effect, 1)};
+  options.clock_speed = kSpeed;
+  return options;
+}
+
+/// 60 points of G1, 15 of G2.
+session::Plan plan_of_both_sets() {
+  session::PlanOptions options;
+  options.seed = 1;
+  session::Plan plan = session::plan_random(geometry::default_rig(), 60, options).value();
+  options.set = "G2";
+  const session::Plan g2 = session::plan_random(geometry::default_rig(), 15, options).value();
+  plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
+  return plan;
+}
+
 TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
-  mock_devices::MockRigOptions mock_options;
-  mock_options.world.rig = geometry::default_rig();
-  mock_options.world.robot.parameters = geometry::table_2_robot();
-  mock_options.world.dials.curve_mm = 0.0;
-  mock_options.world.dials.hysteresis_mm = 0.0;
-  mock_options.world.seed = 2021;
-  mock_options.world.effects = {
-      mock_devices::parse_effect(mock_options.world.rig, GetParam().effect, 1)};
-  mock_options.clock_speed = kSpeed;
-  mock_devices::MockRig mock(mock_options);
+  mock_devices::MockRig mock(rig_with(GetParam().effect));
   mock.start();
   service::ServiceOptions options;
   options.clock_speed = kSpeed;
@@ -147,17 +160,11 @@ TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
   client.call(
       "session.create",
       {{"name", "demo"}, {"rig_toml", session::write_rig(mock.connected_rig("modbus-tcp"))}});
-  session::PlanOptions plan_options;
-  plan_options.seed = 1;
-  session::Plan plan = session::plan_random(geometry::default_rig(), 60, plan_options).value();
-  plan_options.set = "G2";
-  const session::Plan g2 =
-      session::plan_random(geometry::default_rig(), 15, plan_options).value();
-  plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
   client.call(
       "collect.start",
       {{"session", "demo"},
-       {"plan_csv", session::plan_csv(plan, session::layout_of(geometry::default_rig()))}});
+       {"plan_csv",
+        session::plan_csv(plan_of_both_sets(), session::layout_of(geometry::default_rig()))}});
   Json status;
   do {
     status = client.call("collect.wait", {{"timeout_s", 60}})["result"];

@@ -55,14 +55,15 @@ TEST(LiveEstimate, SuspectsAWrongReadingOnceTenSamplesAreThere) {
 
 // P(F(2, n) > f) = (1 + 2 f / n)^(-n / 2) is one in a million.
 TEST(LiveEstimate, SaysFromWhereOnByTheSamplesThatThereAre) {
-  EXPECT_TRUE(std::isinf(unusual_from(0)));
-  EXPECT_TRUE(std::isinf(unusual_from(5)));
-  const double early = unusual_from(9);
-  const int n = 2 * 9 - geometry::kParameterCount;
+  const auto freedom = [](int samples) { return 2 * samples - geometry::kParameterCount; };
+  EXPECT_TRUE(std::isinf(unusual_from(freedom(0))));
+  EXPECT_TRUE(std::isinf(unusual_from(freedom(5))));
+  const int n = freedom(9);
+  const double early = unusual_from(n);
   EXPECT_NEAR(std::pow(1 + 2 * early * early / n, -n / 2.0) / 1e-6, 1.0, 1e-6);
-  EXPECT_EQ(unusual_from(100), kUnusual);
+  EXPECT_EQ(unusual_from(freedom(100)), kUnusual);
   for (int samples = 6; samples < 60; ++samples) {
-    EXPECT_LE(unusual_from(samples + 1), unusual_from(samples));
+    EXPECT_LE(unusual_from(freedom(samples + 1)), unusual_from(freedom(samples)));
   }
 }
 

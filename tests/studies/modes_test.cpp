@@ -33,7 +33,9 @@ Assessment assessed(const session::Session& session, const std::string& space_na
   calibration::IdentifySettings settings;
   const auto found =
       calibration::identify(*calibration::find_identifier("lm"), space, settings);
-  return assess(space, found.fit, trials, trials, session.rig);
+  return assess(
+      space, found.fit, calibration::weighting_of(space, settings), trials, trials,
+      session.rig);
 }
 
 TEST(WorkingModes, PooledDetermineTheRobotBetterThanAnyOneWithAsManyPoints) {

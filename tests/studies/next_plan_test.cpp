@@ -35,8 +35,8 @@ LiveEstimate estimate_of(const session::Session& session) {
 double error_made(const LiveEstimate& estimate, const geometry::ParameterVector& robot) {
   double sum = 0.0;
   for (const auto& pose : estimate.workspace()) {
-    sum += (geometry::forward(estimate.filter().v(), pose.q_rad, pose.assembly)->p_WE -
-            geometry::forward(robot, pose.q_rad, pose.assembly)->p_WE)
+    sum += (geometry::forward(estimate.filter().v(), pose.q, pose.assembly)->p_WE -
+            geometry::forward(robot, pose.q, pose.assembly)->p_WE)
                .norm();
   }
   return sum / static_cast<double>(estimate.workspace().size());
@@ -99,8 +99,8 @@ TEST(NextPlan, AModeInWhichNothingCanBeMeasuredIsRefusedByName) {
                   .modes = {{+1, -1}},
                   .rectangle = session::Rectangle{{17, 31}, {25, 40}}}));
     FAIL() << "planned";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), HasSubstr("working mode +-"));
   }
 }

@@ -49,8 +49,8 @@ TEST(SeparationPlan, OfAlmostNothingIsRefusedInWords) {
   try {
     (void)separation_plan(session, {});
     FAIL() << "four samples were enough";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), ::testing::HasSubstr("too few"));
   }
 }

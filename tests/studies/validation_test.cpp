@@ -162,16 +162,17 @@ TEST(Validation, WaysAreTriedInTurnAtEachTarget) {
     EXPECT_GT((plan.points[i].q - plan.points[i + 1].q).norm(), 1e-3);
   }
   request.set = "G9";
-  EXPECT_THROW(validation_plan(session, calibration, request), Error);
+  EXPECT_THROW(validation_plan(session, calibration, request), StudyError);
 }
 
 TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
   const session::Session session = session::read_bundle(kBundle);
   const CalibrationResult calibration = report::calibration_from_json(
       Json::parse(report::to_json(calibrate(session, quick())).dump()));
-  const auto full = compensation_model(calibration, CompensateBy::kFull);
-  const auto kinematics = compensation_model(calibration, CompensateBy::kKinematics);
-  const auto before = compensation_model(calibration, CompensateBy::kBefore);
+  const auto full = compensation_model(calibration, session.rig, CompensateBy::kFull);
+  const auto kinematics =
+      compensation_model(calibration, session.rig, CompensateBy::kKinematics);
+  const auto before = compensation_model(calibration, session.rig, CompensateBy::kBefore);
   EXPECT_EQ(before.v, session.rig.robot.nominal);
   EXPECT_NE(kinematics.v, before.v);
   // The residuals of the document, by kinematics and by the full model, differ by what the
@@ -185,12 +186,13 @@ TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
                                     point.residual_mm.at(column("ekf_dqpso+anfis")).value();
     EXPECT_LT((full.correction(sample.q) - learned).norm(), 1e-12);
   }
-  EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), Error);
+  EXPECT_THROW((void)report::calibration_from_json({{"schema", "other"}}), StudyError);
 }
 
 TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
   const session::Session session = session::read_bundle(kBundle);
-  const auto model = compensation_model(calibrate(session, quick()), CompensateBy::kKinematics);
+  const auto model =
+      compensation_model(calibrate(session, quick()), session.rig, CompensateBy::kKinematics);
   const session::Plan plan = session::plan_grid(session.rig, 7, 9).value();
   const session::Plan written = session::parse_plan(
       session::plan_csv(
@@ -209,8 +211,8 @@ TEST(Compensation, APlanKeepsItsPointsAndClosesAtEachTarget) {
   try {
     static_cast<void>(compensated_plan(beyond, model, session.rig));
     ADD_FAILURE() << "a target out of reach was accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadData);
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), ::testing::HasSubstr("400.000"));
   }
 }

@@ -9,7 +9,6 @@
   const kWords = { ok: 'ok', settling: 'settling', free: 'no contact', stale: 'STALE', lost: 'LOST', unread: 'not read' };
 
   // geometry/five_bar.h, for people.
-  const kMeaning = { l11: 'motor link, leg 1', l12: 'far link, leg 1', l21: 'motor link, leg 2', l22: 'far link, leg 2', d: 'between the motors', x0: 'robot stands at x', y0: 'robot stands at y', alpha: 'robot turned by', dtheta1: 'zero of encoder 1', dtheta2: 'zero of encoder 2' };
   let session = '', collect = { state: 'idle' }, points = new Map(), live = null, liveAt = 0;
   let estimate = null, job = null, swarms = new Map(), planAsked = 0, choices = {}, choicesAsked = 0;
   let saidLost = false;
@@ -139,7 +138,7 @@
     showMap();
   }
 
-  // theta1 1.500000, theta2 3.000000 rad: the unit where it changes, and at the end.
+  // shoulder 1.500000, elbow 3.000000 rad: the unit where it changes, and at the end.
   const jointsInWords = (joints) => joints.map((each, i) => `${each.joint} ${fixed(each.value, 6)}${i + 1 < joints.length && joints[i + 1].unit === each.unit ? '' : ` ${each.unit}`}`).join(', ');
 
   function tellState() {
@@ -360,7 +359,7 @@
       const angle = p.unit === 'rad', times = angle ? kDeg : 1, unsure = open.includes(p.name);
       const row = element(body, 'tr', unsure ? 'open-parameter' : '');
       const name = element(row, 'td', '', p.name);
-      element(name, 'small', '', ` ${kMeaning[p.name] || ''}`);
+      element(name, 'small', '', ` ${p.meaning || ''}`);
       element(row, 'td', 'n', fixed(p.value * times, 4));
       element(row, 'td', 'n', fixed(p.sd * times, 4));
       element(row, 'td', '', angle ? 'deg' : 'mm');

@@ -22,8 +22,8 @@ using ::testing::HasSubstr;
 std::string refused(const Json& document) {
   try {
     static_cast<void>(calibration_from_json(document));
-  } catch (const studies::Error& error) {
-    EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+  } catch (const studies::StudyError& error) {
+    EXPECT_EQ(error.code(), studies::StudyErrorCode::kBadData);
     return error.what();
   }
   return "";
@@ -100,8 +100,10 @@ TEST_P(CalibrationByMethod, GoesThroughItsDocumentToTheSameRobotBitForBit) {
   const studies::CalibrationResult loaded = calibration_from_json(document);
   expect_same_document(to_json(loaded), document);
 
-  const auto now = studies::compensation_model(result, studies::CompensateBy::kFull);
-  const auto later = studies::compensation_model(loaded, studies::CompensateBy::kFull);
+  const auto now =
+      studies::compensation_model(result, session.rig, studies::CompensateBy::kFull);
+  const auto later =
+      studies::compensation_model(loaded, session.rig, studies::CompensateBy::kFull);
   EXPECT_EQ(now.v, later.v);
   const bool has_model = result.result_method.find('+') != std::string::npos;
   ASSERT_EQ(static_cast<bool>(now.correction), has_model);
@@ -132,12 +134,14 @@ TEST_P(CalibrationByMethod, RefusesADamagedResidualModelByName) {
   }
   result.residual_model->saved.erase(result.residual_model->saved.begin());
   EXPECT_THROW(
-      static_cast<void>(studies::compensation_model(result, studies::CompensateBy::kFull)),
-      studies::Error);
+      static_cast<void>(
+          studies::compensation_model(result, session.rig, studies::CompensateBy::kFull)),
+      studies::StudyError);
   result.residual_model->name = "crystal_ball";
   EXPECT_THROW(
-      static_cast<void>(studies::compensation_model(result, studies::CompensateBy::kFull)),
-      studies::Error);
+      static_cast<void>(
+          studies::compensation_model(result, session.rig, studies::CompensateBy::kFull)),
+      studies::StudyError);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -35,13 +35,13 @@ TEST(ComparisonDocument, SaysWhichKeyIsWrong) {
   try {
     static_cast<void>(comparison_from_json(document));
     FAIL() << "a word was taken for a number";
-  } catch (const studies::Error& error) {
-    EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+  } catch (const studies::StudyError& error) {
+    EXPECT_EQ(error.code(), studies::StudyErrorCode::kBadData);
     EXPECT_THAT(error.what(), HasSubstr("methods[1].g2.mean_mm"));
   }
   document = stored_document("comparison.json");
   document["schema_version"] = studies::kComparisonSchemaVersion + 1;
-  EXPECT_THROW(static_cast<void>(comparison_from_json(document)), studies::Error);
+  EXPECT_THROW(static_cast<void>(comparison_from_json(document)), studies::StudyError);
 }
 
 TEST(ComparisonWords, HaveARowForEachMethodAndNameTheBest) {

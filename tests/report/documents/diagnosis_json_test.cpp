@@ -39,7 +39,7 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
   ASSERT_EQ(unknown.causes.size(), 1U);
   EXPECT_EQ(unknown.causes[0].id.name(), "joint_compliance@joints");
   EXPECT_EQ(unknown.causes[0].standing, studies::Standing::kConfirmed);
-  EXPECT_EQ(unknown.causes[0].signature->along.axis, studies::Axis::kForce);
+  EXPECT_EQ(unknown.causes[0].signature->along.axis, studies::CurveAxis::kForce);
   ASSERT_EQ(unknown.not_testable.size(), 1U);
   EXPECT_EQ(unknown.not_testable[0].why, diagnosis::WhyNotTestable::kAbsorbed);
   EXPECT_NE(limit_of(unknown, unknown.not_testable[0].id), nullptr);
@@ -80,22 +80,22 @@ TEST(DiagnosisDocument, WhatItCannotBeIsRefusedByTheNameOfTheKey) {
     try {
       (void)diagnosis_from_json(document);
       ADD_FAILURE() << each.pointer << " was read";
-    } catch (const studies::Error& error) {
-      EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+    } catch (const studies::StudyError& error) {
+      EXPECT_EQ(error.code(), studies::StudyErrorCode::kBadData);
       EXPECT_THAT(error.what(), HasSubstr(each.said)) << each.pointer;
       EXPECT_FALSE(error.hint().empty());
     }
   }
   Json less = whole;
   less.erase("residuals");
-  EXPECT_THROW((void)diagnosis_from_json(less), studies::Error);
+  EXPECT_THROW((void)diagnosis_from_json(less), studies::StudyError);
 }
 
 TEST(DiagnosisDocument, EveryAxisGroupAndClassIsFoundAgainByItsName) {
-  using studies::Axis;
+  using studies::CurveAxis;
   int axes = 0;
-  for (int i = 0; i <= static_cast<int>(Axis::kDial); ++i) {
-    const studies::Along along{static_cast<Axis>(i), i == 0 ? 3 : -1};
+  for (int i = 0; i <= static_cast<int>(CurveAxis::kDial); ++i) {
+    const studies::Along along{static_cast<CurveAxis>(i), i == 0 ? 3 : -1};
     EXPECT_EQ(axis_from(axis_name(along)), along) << axis_name(along);
     ++axes;
   }
@@ -106,11 +106,11 @@ TEST(DiagnosisDocument, EveryAxisGroupAndClassIsFoundAgainByItsName) {
     EXPECT_EQ(group_from(group_name(group)), group);
   }
   studies::LeftInClass arrival;
-  ASSERT_TRUE(class_from(Axis::kJointArrival, "joint 1 up, joint 2 unknown", arrival));
+  ASSERT_TRUE(class_from(CurveAxis::kJointArrival, "joint 1 up, joint 2 unknown", arrival));
   EXPECT_EQ(arrival.signs, (std::vector<int>{1, 0}));
-  EXPECT_FALSE(class_from(Axis::kJointArrival, "joint 2 up", arrival));
+  EXPECT_FALSE(class_from(CurveAxis::kJointArrival, "joint 2 up", arrival));
   studies::LeftInClass range;
-  ASSERT_TRUE(class_from(Axis::kToolX, "-1.5e-05 to 2", range));
+  ASSERT_TRUE(class_from(CurveAxis::kToolX, "-1.5e-05 to 2", range));
   EXPECT_EQ(range.low, -1.5e-5);
   EXPECT_EQ(range.high, 2.0);
   studies::SignatureCurve curve;

@@ -24,13 +24,13 @@ struct FieldsSample {
 };
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, FieldsInner>& inner) {
+void describe_keys(Fields& at, Of<Fields, FieldsInner>& inner) {
   at("word", inner.word);
   at("count", inner.count);
 }
 
 template <class Fields>
-void describe(Fields& at, Of<Fields, FieldsSample>& sample) {
+void describe_keys(Fields& at, Of<Fields, FieldsSample>& sample) {
   at.constant("kind", "sample");
   at("size_mm", sample.size_mm);
   at("list", sample.list);
@@ -69,8 +69,8 @@ FieldsSample a_sample() {
 std::string refused(const Json& json) {
   try {
     (void)read<FieldsSample>(json, "test");
-  } catch (const studies::Error& error) {
-    EXPECT_EQ(error.code(), studies::ErrorCode::kBadData);
+  } catch (const studies::StudyError& error) {
+    EXPECT_EQ(error.code(), studies::StudyErrorCode::kBadData);
     return error.what();
   }
   return "";
@@ -126,10 +126,10 @@ TEST(Fields, AnErrorNamesTheKeyThatIsMissingOrWrong) {
 TEST(Fields, AnotherSchemaOrVersionIsRefusedInWords) {
   EXPECT_NO_THROW(expect_schema({{"schema", "a"}, {"schema_version", 2}}, "a", 1, 2));
   EXPECT_THROW(
-      expect_schema({{"schema", "b"}, {"schema_version", 2}}, "a", 1, 2), studies::Error);
+      expect_schema({{"schema", "b"}, {"schema_version", 2}}, "a", 1, 2), studies::StudyError);
   EXPECT_THROW(
-      expect_schema({{"schema", "a"}, {"schema_version", 3}}, "a", 1, 2), studies::Error);
-  EXPECT_THROW(expect_schema(Json::array(), "a", 1, 2), studies::Error);
+      expect_schema({{"schema", "a"}, {"schema_version", 3}}, "a", 1, 2), studies::StudyError);
+  EXPECT_THROW(expect_schema(Json::array(), "a", 1, 2), studies::StudyError);
 }
 
 }  // namespace

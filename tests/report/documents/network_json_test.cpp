@@ -103,7 +103,7 @@ TEST(NetworkJson, ADamagedNetworkIsRefusedByName) {
   const auto trouble = [](const Json& json) -> std::string {
     try {
       static_cast<void>(read_network(json));
-    } catch (const studies::Error& error) {
+    } catch (const studies::StudyError& error) {
       return error.what();
     }
     return "";
@@ -209,9 +209,11 @@ TEST(NetworkJson, ACalibrationsNetworksGoThroughItsDocumentToCompensationAndRepo
   EXPECT_EQ(document["anfis"]["x"]["consequents_count"], 108);
   EXPECT_EQ(document["anfis"]["x"]["samples"], 80);
   EXPECT_LT(document["anfis"]["x"]["effective_parameters"].get<double>(), 80.0);
-  const auto now = studies::compensation_model(result, studies::CompensateBy::kFull);
+  const auto now =
+      studies::compensation_model(result, session.rig, studies::CompensateBy::kFull);
   const auto later = studies::compensation_model(
-      calibration_from_json(Json::parse(document.dump())), studies::CompensateBy::kFull);
+      calibration_from_json(Json::parse(document.dump())), session.rig,
+      studies::CompensateBy::kFull);
   for (const session::Sample& sample : session.samples) {
     EXPECT_EQ(now.correction(sample.q), later.correction(sample.q));
   }

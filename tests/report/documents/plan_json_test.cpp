@@ -67,7 +67,7 @@ TEST(EstimateDocument, WithoutAConditionOrAWorstPlaceKeepsThatEmpty) {
       estimate_summary(again), HasSubstr("condition infinite; not determined yet: d, x0"));
   Json broken = to_json(estimate);
   broken.erase("samples");
-  EXPECT_THROW(static_cast<void>(estimate_from_json(broken)), studies::Error);
+  EXPECT_THROW(static_cast<void>(estimate_from_json(broken)), studies::StudyError);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST(ValidationDocument, OfAWayThatIsUnknownIsRefusedByItsKey) {
   try {
     static_cast<void>(validation_from_json(document));
     FAIL() << "an unknown way was taken";
-  } catch (const studies::Error& error) {
+  } catch (const studies::StudyError& error) {
     EXPECT_THAT(error.what(), HasSubstr("methods[1].id is \"magic\""));
   }
 }

@@ -1,4 +1,4 @@
-#include "diagnosis/identify.h"
+#include "diagnosis/naming.h"
 
 #include <algorithm>
 #include <utility>
@@ -17,7 +17,7 @@ namespace {
 /// names that it hid come; until nothing changes.
 class Refinement {
  public:
-  Refinement(const Search& search, const Settings& settings, Explanation& found)
+  Refinement(const Search& search, const NamingSettings& settings, Explanation& found)
       : search_(search), settings_(settings), found_(found) {}
 
   void run() {
@@ -101,13 +101,13 @@ class Refinement {
   }
 
   const Search& search_;
-  const Settings& settings_;
+  const NamingSettings& settings_;
   Explanation& found_;
 };
 
 /// Leaves out names that the explanation is as good without: a fit with something on top may
 /// have found the way to a better one without it.
-void drop_needless(const Search& search, const Settings& settings, Explanation& found) {
+void drop_needless(const Search& search, const NamingSettings& settings, Explanation& found) {
   for (std::size_t i = 0; i < found.chosen.size();) {
     Explanation less = search.without(found, i);
     if (less.evidence > found.evidence - settings.least_log_odds) {
@@ -121,7 +121,7 @@ void drop_needless(const Search& search, const Settings& settings, Explanation& 
 
 /// The names with one more, if that is worth it.
 std::optional<Explanation> with_next_name(
-    const Search& search, const Settings& settings, const Explanation& names,
+    const Search& search, const NamingSettings& settings, const Explanation& names,
     const std::vector<Candidate>& candidates) {
   std::vector<Explanation> choices;
   if (family_p_value(candidates) <= settings.false_alarm_level) {
@@ -143,7 +143,7 @@ std::optional<Explanation> with_next_name(
 /// Adds names one by one; at each number of names, smooth functions add what they can. The best
 /// of all these. `result` gets what the first search over all candidates found.
 Explanation best_of_growing(
-    const Search& search, const Settings& settings, Identification& result) {
+    const Search& search, const NamingSettings& settings, NamedCauses& result) {
   Explanation names{{}, {}, result.baseline, result.baseline.log_likelihood};
   std::vector<Explanation> cuts;  // by number of names
   std::size_t best = 0;
@@ -197,7 +197,8 @@ std::vector<UnknownCandidate> rivals_of_unknown(
 
 /// Name number i with its evidence and all that would do about as well in its place.
 Finding finding_of(
-    const Search& search, const Settings& settings, const Explanation& found, std::size_t i) {
+    const Search& search, const NamingSettings& settings, const Explanation& found,
+    std::size_t i) {
   const Explanation less = search.without(found, i);
   const double evidence = found.evidence - less.evidence;
   Finding finding{
@@ -233,8 +234,8 @@ Finding finding_of(
 }
 
 /// With the noise of each dial taken as given.
-Identification identify_with_noise(Readings& readings, const Settings& settings) {
-  Identification result;
+NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& settings) {
+  NamedCauses result;
   result.baseline = fit_baseline(readings);
   readings.place_tool(result.baseline.model);
   const std::vector<Hypothesis> hypotheses = hypotheses_for(readings, result.not_testable);
@@ -261,7 +262,7 @@ Identification identify_with_noise(Readings& readings, const Settings& settings)
 
 }  // namespace
 
-std::vector<std::string> Identification::depends_on() const {
+std::vector<std::string> NamedCauses::depends_on() const {
   std::vector<std::string> result;
   for (const auto* list : {&unknown, &unknown_rivals}) {
     for (const UnknownCandidate& each : *list) {
@@ -279,9 +280,9 @@ namespace {
 
 /// Asks again with the noise that each dial shows, until it stays: a dial that scatters more
 /// than the others would make causes of its own. Its tails come in step by step.
-Identification identify_from(
-    Readings& readings, const Readings& as_measured, const Settings& settings) {
-  Identification result = identify_with_noise(readings, settings);
+NamedCauses identify_from(
+    Readings& readings, const Readings& as_measured, const NamingSettings& settings) {
+  NamedCauses result = name_causes_with_noise(readings, settings);
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -292,24 +293,24 @@ Identification identify_from(
           noise[static_cast<std::size_t>(result.swap->place.other_dial)]);
     }
     readings = as_measured.with_noise(std::move(noise));
-    result = identify_with_noise(readings, settings);
+    result = name_causes_with_noise(readings, settings);
   }
   return result;
 }
 
 }  // namespace
 
-Identification identify(Readings& readings, const Settings& settings) {
+NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   const Readings as_measured = readings;
   const JointFit plain = fit_baseline(readings);
-  Identification result = identify_from(readings, as_measured, settings);
+  NamedCauses result = identify_from(readings, as_measured, settings);
   // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
   // are tried: the noise first, or the names first.
   if (result.findings.empty() && result.unknown.empty()) return result;
   std::vector<double> noise = uneven_noise(as_measured, plain);
   if (noise.empty() || result.swap) return result;
   Readings noise_first = as_measured.with_noise(std::move(noise));
-  Identification other = identify_from(noise_first, as_measured, settings);
+  NamedCauses other = identify_from(noise_first, as_measured, settings);
   if (other.evidence - noise_cost(noise_first) > result.evidence - noise_cost(readings)) {
     readings = std::move(noise_first);
     return other;

@@ -1,5 +1,7 @@
-// From readings to a verdict: detect, identify, adapt (notes: DIA), with several effects at
-// once, ties as sets, and "unknown" where a smooth function explains more than any name.
+// Finds the causes of what a fit of the robot leaves over: several effects at once, each with
+// the rivals that would explain the readings about as well, and "unknown" where a smooth
+// function explains more than any effect of the catalogue.
+// (Geodesists call these steps detection, identification and adaptation.)
 #pragma once
 
 #include <optional>
@@ -12,17 +14,17 @@
 
 namespace sixdial::diagnosis {
 
-struct Settings {
+struct NamingSettings {
   double false_alarm_level = 0.02;  // over the whole catalogue
   double tie_log_odds = 2.0;        // rivals closer than this cannot be told apart
-  double least_log_odds = 1.2;      // what any further name must show
-  double unknown_log_odds = 5.0;    // what a smooth remainder must show
-  /// What a smooth function must explain better by, to be preferred to a name: a drift is also
-  /// a smooth function of time.
+  double least_log_odds = 1.2;      // a further cause needs at least these
+  double unknown_log_odds = 5.0;    // so does "unknown", a smooth function
+  /// A smooth function is preferred to a named cause only if its log odds are higher by this: a
+  /// drift, for example, is itself a smooth function of time.
   double name_preference = 5.0;
-  /// What a name must show beside something smooth that remains.
+  /// Log odds that a cause needs while something smooth remains unexplained.
   double beside_unknown_log_odds = 8.0;
-  /// The same for a step or a drift beside something that wanders in time.
+  /// The same for a step or a drift while the remainder wanders in time.
   double beside_wandering_log_odds = 30.0;
   int most_causes = 6;
 };
@@ -39,7 +41,8 @@ struct Finding {
   double evidence = 0.0;  // log evidence lost if this one is left out
   std::vector<Rival> tied_with;
   bool tied_with_nothing = false;  // too weak to be sure that there is anything
-  /// Something smooth in these would do as well; empty: it would not.
+  /// A smooth function of these covariates would explain the readings as well; empty: none
+  /// would.
   std::vector<std::string> tied_with_unknown{};
   double unknown_log_odds = 0.0;  // evidence for the name less evidence for that
   bool settled = true;            // the fit that it rests on has converged
@@ -55,11 +58,12 @@ struct GrossReading {
   bool near_edge = false;  // the tip touches the cuboid at or beyond the end of its face
 };
 
-struct Identification {
+struct NamedCauses {
   JointFit baseline;  // robot and clamp only
   JointFit extended;  // with the findings
   std::vector<Finding> findings;
-  /// Smooth functions that nobody named, and for each its rivals that do about as well.
+  /// Smooth functions that no effect of the catalogue explains, and the rivals that do about as
+  /// well.
   std::vector<UnknownCandidate> unknown;
   std::vector<UnknownCandidate> unknown_rivals;
   /// Covariates of both, each once.
@@ -72,7 +76,8 @@ struct Identification {
   std::vector<NotTestable> not_testable;
 };
 
-/// `readings` come out as they were explained: with exchanged dials set right.
-[[nodiscard]] Identification identify(Readings& readings, const Settings& settings = {});
+/// Names the causes in a session. If two dials were found exchanged, `readings` comes back with
+/// their readings set right.
+[[nodiscard]] NamedCauses name_causes(Readings& readings, const NamingSettings& settings = {});
 
 }  // namespace sixdial::diagnosis

@@ -1,0 +1,223 @@
+#include "tests/blind/coverage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "mock_devices/session_generator.h"
+#include "session/bundle.h"
+#include "session/sample_layout.h"
+#include "studies/calibrate.h"
+#include "studies/compare.h"
+#include "studies/diagnose.h"
+
+namespace sixdial::blind {
+namespace {
+
+constexpr double kFileNoise_mm = 0.002;
+constexpr double kSecondsApart = 8.0;
+constexpr int kRounds = 3;
+constexpr double kNormal_95 = 1.959963984540054;
+
+/// The plan's poses measured three times.
+std::vector<mock_devices::PlannedPose> repeated(
+    const std::vector<mock_devices::PlannedPose>& once, Repeats repeats) {
+  if (repeats == Repeats::kNone) return once;
+  std::vector<mock_devices::PlannedPose> plan;
+  const auto add = [&](mock_devices::PlannedPose pose, int repeat) {
+    pose.repeat = repeat;
+    plan.push_back(pose);
+  };
+  if (repeats == Repeats::kAtRest) {
+    for (const auto& pose : once) {
+      for (int repeat = 0; repeat < kRounds; ++repeat) add(pose, repeat);
+    }
+  } else {
+    for (int repeat = 0; repeat < kRounds; ++repeat) {
+      for (const auto& pose : once) add(pose, repeat);
+    }
+  }
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    plan[i].time_s = kSecondsApart * static_cast<double>(i + 1);
+  }
+  return plan;
+}
+
+mock_devices::Moment moment_of(const mock_devices::MeasuredRow& row, std::int64_t sample) {
+  mock_devices::Moment moment;
+  moment.time_s = row.planned.time_s;
+  moment.temperature_c = row.temperature_c;
+  moment.sample = sample;
+  moment.q_rad = row.planned.q_rad;
+  moment.approach = row.approach;
+  moment.assembly = row.planned.assembly;
+  return moment;
+}
+
+/// As a user has it: from the files. Positions: each with noise of its own, no dial readings.
+session::Session session_of(
+    const mock_devices::World& world, const mock_devices::GeneratedSession& generated,
+    bool dials) {
+  session::Session session = session::parse_session(
+      mock_devices::session_csv(generated, world.rig, "2026-03-02T08:30:00.000Z"),
+      "session.csv", mock_devices::rig_toml(world.rig), "rig.toml");
+  session.name = "coverage";
+  if (dials) return session;
+  const mock_devices::WorldModel model(world);
+  std::mt19937_64 engine(world.seed * 31 + 7);
+  std::normal_distribution<double> noise(0.0, world.dials.noise_sd_mm);
+  for (std::size_t i = 0; i < session.samples.size(); ++i) {
+    session::Sample& sample = session.samples[i];
+    for (session::ChannelValue& channel : sample.channels) channel = {};
+    const auto pose = model.pose(moment_of(generated.rows[i], static_cast<std::int64_t>(i)));
+    if (!pose) continue;
+    const Eigen::Vector2d shift(noise(engine), noise(engine));
+    session::set_position(
+        sample, session.rig.dials.size(), geometry::Position(pose->p_WE + shift));
+  }
+  return session;
+}
+
+void count_parameters(
+    const std::vector<studies::ParameterRow>& rows, const Eigen::VectorXd& truth,
+    Covered& covered) {
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (!std::isfinite(rows[k].sd) || rows[k].fixed || rows[k].partly_held) continue;
+    const double value = truth[static_cast<Eigen::Index>(k)];
+    covered.parameters.count(rows[k].low_95 <= value && value <= rows[k].high_95);
+  }
+}
+
+/// Where the true tool is when the fitted robot is commanded to each place of the map.
+void count_positions(
+    const studies::Assessment& assessment, const mock_devices::WorldModel& model,
+    Covered& covered) {
+  if (!assessment.position_uncertainty || !assessment.noise.known) return;
+  const studies::PositionMap& map = *assessment.position_uncertainty;
+  const double quantile = calibration::quantile_95(assessment.noise);
+  geometry::ParameterVector v;
+  for (int k = 0; k < geometry::kParameterCount; ++k) {
+    v[k] = assessment.parameters.at(static_cast<std::size_t>(k)).identified;
+  }
+  std::vector<double> widths;
+  const geometry::WorkingMode mode = model.world().rig.robot.working_mode;
+  for (std::size_t row = 0; row < map.y_mm.size(); ++row) {
+    for (std::size_t column = 0; column < map.x_mm.size(); ++column) {
+      const std::size_t at = row * map.x_mm.size() + column;
+      if (!std::isfinite(map.sd_x_mm[at])) continue;
+      const Eigen::Vector2d p(map.x_mm[column], map.y_mm[row]);
+      const auto q = geometry::inverse(v, p, mode);
+      if (!q) continue;
+      const auto assembly = geometry::assembly_at(v, *q, p);
+      if (!assembly) continue;
+      mock_devices::Moment moment;
+      moment.q_rad = *q;
+      moment.assembly = *assembly;
+      const auto truth = model.tool(moment);
+      if (!truth) continue;
+      const Eigen::Vector2d off = (*truth - p).cwiseAbs();
+      covered.positions.count(off.x() <= quantile * map.sd_x_mm[at]);
+      covered.positions.count(off.y() <= quantile * map.sd_y_mm[at]);
+      widths.push_back(quantile * map.sd_x_mm[at]);
+      widths.push_back(quantile * map.sd_y_mm[at]);
+    }
+  }
+  if (widths.empty()) return;
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::ranges::nth_element(widths, middle);
+  covered.width_mm = *middle;
+}
+
+void judge_calibration(
+    const CoverageCase& of, const session::Session& session,
+    const mock_devices::WorldModel& model, Covered& covered) {
+  Eigen::VectorXd truth(geometry::kParameterCount + 1);
+  truth << model.world().robot.parameters, model.world().robot.clamp_rad;
+  studies::CompareRequest request;
+  request.space = of.dials ? "dials" : "positions";
+  request.methods = {"lm"};
+  request.threads = 1;
+  const studies::ComparisonResult result = studies::compare(session, request);
+  count_parameters(result.assessment.parameters, truth, covered);
+  count_positions(result.assessment, model, covered);
+}
+
+void judge_diagnosis(
+    const session::Session& session, const mock_devices::WorldModel& model, Covered& covered) {
+  studies::DiagnosisRequest request;
+  request.with_gain = false;
+  request.seed = model.world().seed;
+  const studies::DiagnosisResult result = studies::diagnose(session, request);
+  for (const studies::FoundCause& cause : result.causes) {
+    const mock_devices::HiddenEffect* hidden = nullptr;
+    for (const auto& each : model.world().effects) {
+      if (each.cause == cause.id.cause && each.where == cause.id.where) hidden = &each;
+    }
+    if (hidden == nullptr) {
+      covered.false_cause =
+          covered.false_cause || cause.certainty() == studies::Certainty::kCertain;
+      continue;
+    }
+    for (const diagnosis::Estimate& estimate : cause.estimate) {
+      const auto truth = hidden->parameters.find(estimate.name);
+      if (truth == hidden->parameters.end() || !std::isfinite(estimate.sd)) continue;
+      covered.amplitudes.count(
+          std::abs(estimate.value - truth->second) <= kNormal_95 * estimate.sd);
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Repeats repeats) {
+  switch (repeats) {
+    case Repeats::kNone:
+      return "no repeats";
+    case Repeats::kAtRest:
+      return "3 at rest";
+    case Repeats::kInterleaved:
+      return "3 rounds";
+  }
+  return "";
+}
+
+std::string CoverageCase::name() const {
+  std::string text = fmt::format(
+      "{}, {}, {} points, {}, noise x{:g}", diagnosis ? "diagnosis" : "calibration",
+      dials ? "dials" : "positions", points, to_string(repeats), noise_times);
+  if (warp_mm > 0.0) text += fmt::format(", warp {:g} mm", warp_mm);
+  if (!cause.empty()) text += ", " + cause;
+  return text;
+}
+
+std::optional<Covered> try_coverage(const CoverageCase& of, std::uint64_t seed) {
+  mock_devices::World world;
+  for (geometry::Dial& dial : world.rig.dials) dial.repeatability_mm = kFileNoise_mm;
+  world.robot = mock_devices::drawn_robot(world.rig, seed);
+  world.seed = seed;
+  world.dials = {of.noise_times * kFileNoise_mm, 0.0, 0.0, 0.0};
+  world.warp.amplitude_mm = of.warp_mm;
+  try {
+    if (!of.cause.empty()) {
+      world.effects = {mock_devices::draw_effect_of(world.rig, of.cause, seed)};
+    }
+    const auto once = mock_devices::random_plan(world.rig, seed, of.points, of.points / 2);
+    const mock_devices::WorldModel model(world);
+    const auto generated = mock_devices::generate_session(world, repeated(once, of.repeats));
+    const session::Session session = session_of(world, generated, of.dials);
+    Covered covered;
+    covered.seed = seed;
+    if (of.diagnosis) {
+      judge_diagnosis(session, model, covered);
+    } else {
+      judge_calibration(of, session, model, covered);
+    }
+    return covered;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // this robot cannot take the plan
+  }
+}
+
+}  // namespace sixdial::blind
