@@ -208,6 +208,28 @@ TEST(Diagnosis, CallsNothingScatterThatAnUnknownMoveMakes) {
   EXPECT_TRUE(verdict.causes[0].confirmed) << "without the gain table too";
 }
 
+// The tool is shifted after the last fitted point. Naming that may be right, but G1 knows
+// nothing of it: a gain on G2 would be what G2's own readings said.
+TEST(Diagnosis, GainsNothingByWhatOnlyTheJudgedPointsShow) {
+  const geometry::Rig rig = geometry::default_rig();
+  constexpr double kStep_mm = 0.014;
+  constexpr double kFirstSample = 115;  // G2 begins at 100
+  const Session session = session_of(
+      {.effects = {effect_of(rig, "step", "base", {kStep_mm, 0.0, kFirstSample})},
+       .points = 150,
+       .seed = 91});
+  DiagnosisSettings settings = quick();
+  settings.with_gain = true;
+  const Diagnosis verdict = diagnose(session.model, session.trials, session.held_out, settings);
+  int seen = 0;
+  for (const GainRow& row : verdict.gain) {
+    if (row.model != GainModel::kExtended || row.network) continue;
+    EXPECT_LT(std::abs(row.difference_mm), 0.001);
+    ++seen;
+  }
+  EXPECT_EQ(seen, 1);
+}
+
 TEST(Diagnosis, SaysWhereAGrossReadingTouchesAtTheEdge) {
   constexpr std::size_t kDial = 4;
   constexpr double kFar_mm =
