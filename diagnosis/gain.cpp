@@ -44,14 +44,58 @@ double log_density(double e, double s_mm, double gross_share) {
       gross_share / kGrossRange_mm);
 }
 
+/// Effects that these readings cannot tell: even at a plausible size, nothing of it is left
+/// above the noise once everything else that was fitted has taken over what it can (a step that
+/// comes after the last fitted point).
+std::vector<bool> not_determined(const Readings& readings, const JointFit& fit) {
+  const Eigen::MatrixXd J = fit.root().asDiagonal() * fit.J;
+  std::vector<bool> result;
+  Eigen::Index at = readings.model().parameter_count();
+  for (const simulation::ActiveEffect& each : fit.effects) {
+    const Eigen::Index own = fitted_count(*each.effect);
+    Eigen::MatrixXd others(J.rows(), J.cols() - own);
+    others << J.leftCols(at), J.rightCols(J.cols() - at - own);
+    const Eigen::MatrixXd Q = orthonormal_basis(others);
+    double most = 0.0;
+    for (Eigen::Index k = 0; k < linear_count(*each.effect); ++k) {
+      const Eigen::VectorXd column = J.col(at + k);
+      const double left = (column - Q * (Q.transpose() * column)).norm();
+      most = std::max(
+          most, left * each.effect->parameters[static_cast<std::size_t>(k)].sigma / fit.s_mm);
+    }
+    result.push_back(most < 1.0);
+    at += own;
+  }
+  return result;
+}
+
+/// Robot and causes fitted on G1. What G1 cannot tell of is not there: the size that all
+/// readings gave it would bring G2's own readings in, and praise the model for them.
+JointFit extended_on_g1(const Readings& g1, const JointFit& extended) {
+  JointFit fit = fit_jointly(g1, extended.model, extended.effects);
+  const std::vector<bool> unknown = not_determined(g1, fit);
+  if (std::ranges::find(unknown, true) == unknown.end()) return fit;
+  std::vector<simulation::ActiveEffect> effects = fit.effects;
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    if (!unknown[i]) continue;
+    const auto linear = static_cast<std::ptrdiff_t>(linear_count(*effects[i].effect));
+    std::fill(effects[i].x.begin(), effects[i].x.begin() + linear, 0.0);
+  }
+  // A fit leaves what it cannot determine at the start, up to rounding.
+  JointFit without = fit_jointly(g1, fit.model, effects);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    if (unknown[i]) without.effects[i].x = effects[i].x;
+  }
+  return without;
+}
+
 /// The fits on G1: robot, robot and all causes, and less each cause in turn.
 GainStudy fits_on_g1(const GainQuestion& question) {
   const Readings& g1 = question.explained.fitted;
   const JointFit& extended = question.extended;
   GainStudy study;
   study.calibrated = fit_jointly(g1, question.baseline.model, {}, &question.baseline);
-  study.extended = extended.effects.empty() ? study.calibrated
-                                            : fit_jointly(g1, extended.model, extended.effects);
+  study.extended = extended.effects.empty() ? study.calibrated : extended_on_g1(g1, extended);
   for (std::size_t i = 0; i < extended.effects.size(); ++i) {
     // Also from the start: beside the causes that stay, readings that only this one explains
     // look gross, and a fit that starts there leaves them out.
