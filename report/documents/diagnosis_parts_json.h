@@ -109,7 +109,8 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
         describe_keys(at, studies::HypothesisId{std::string(diagnosis_document::kNothing), ""});
         break;
       case studies::RivalKind::kUnsettled:
-        describe_keys(at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
+        describe_keys(
+            at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
         break;
     }
   }
