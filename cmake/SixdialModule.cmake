@@ -24,29 +24,11 @@ if(SIXDIAL_CCACHE)
   endif()
 endif()
 
-# Several sources of a folder are compiled as one (SIXDIAL_UNITY), so that the headers are read once
-# for all of them: for modules that ask for it (UNITY), since theirs are the heavy headers. What a
-# module names as ALONE is compiled by itself: folders of rows use the same local names.
-function(sixdial_unity target)
-  cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
-  if(NOT SIXDIAL_UNITY)
-    return()
-  endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SIXDIAL_UNITY})
-  foreach(pattern ${ARG_ALONE})
-    file(GLOB_RECURSE alone ${CMAKE_CURRENT_SOURCE_DIR}/${pattern})
-    set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  endforeach()
-endfunction()
-
 function(sixdial_module name)
-  cmake_parse_arguments(ARG "UNITY" "" "LIBRARIES;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "LIBRARIES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_library(sixdial_${name} STATIC ${sources})
   add_library(sixdial::${name} ALIAS sixdial_${name})
-  if(ARG_UNITY)
-    sixdial_unity(sixdial_${name} ALONE ${ARG_ALONE})
-  endif()
   target_link_libraries(sixdial_${name} PUBLIC sixdial_options ${ARG_LIBRARIES})
 endfunction()
 
