@@ -203,7 +203,7 @@ void Collection::run(Run& run, const std::stop_token& stop) {
 std::string Collection::why_ended(
     const Run& run, CollectState state, const acquisition::CollectorResult& result) const {
   if (state == CollectState::kStopped) return "stopped by a command";
-  if (result.left_out == 0) return "every point of the plan was had";
+  if (result.left_out == 0) return "every point of the plan was measured";
   return fmt::format(
       "the position uncertainty over the workspace is {:.4f} mm at worst, below the {} mm "
       "asked "

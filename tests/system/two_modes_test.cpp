@@ -94,7 +94,7 @@ TEST(TwoModes, FromThePlanToTheResultOnTheMockRig) {
   EXPECT_THAT(collected.out, HasSubstr("l11 "));
 
   const Outcome shown = sixdial_command({"session", "show", "both"}, socket);
-  EXPECT_THAT(shown.out, HasSubstr(": every point of the plan was had"));
+  EXPECT_THAT(shown.out, HasSubstr(": every point of the plan was measured"));
 
   const Outcome calibrated = sixdial_command({"calibrate", "both", "--json", "-q"}, socket);
   ASSERT_EQ(calibrated.code, 0) << calibrated.err;
