@@ -20,21 +20,8 @@ Identification identification_of(
   const std::vector<std::string_view> names = space.parameter_names();
   const auto known =
       calibration::identifiability(found.fit, names, space.samples(), space.named_directions);
-  Identification identification{
-      .sigma_mm = found.sigma_mm,
-      .degrees_of_freedom = found.fit.degrees_of_freedom(),
-      .covariance = found.covariance,
-      .singular_values = known.singular_values,
-      .condition = known.condition,
-      .observability = known.observability,
-      .correlations = correlation_rows(known, names)};
-  for (const auto& each : known.held) {
-    identification.held.push_back(
-        {.words = each.words,
-         .direction = each.direction,
-         .singular_value = each.singular_value});
-  }
-  return identification;
+  return studies::identification_of(
+      found.sigma_mm, found.fit.degrees_of_freedom(), found.covariance, known, names);
 }
 
 /// "before", the identifier alone and the method itself, each once.

@@ -21,21 +21,8 @@ std::optional<double> seconds_until(
 Identification identification_of(
     const calibration::Result& result, std::span<const std::string_view> names) {
   const calibration::Identifiability& known = result.identifiability;
-  Identification identification{
-      .sigma_mm = result.sigma_mm,
-      .degrees_of_freedom = result.degrees_of_freedom,
-      .covariance = result.covariance,
-      .singular_values = known.singular_values,
-      .condition = known.condition,
-      .observability = known.observability,
-      .correlations = correlation_rows(known, names)};
-  for (const auto& each : known.held) {
-    identification.held.push_back(
-        {.words = each.words,
-         .direction = each.direction,
-         .singular_value = each.singular_value});
-  }
-  return identification;
+  return studies::identification_of(
+      result.sigma_mm, result.degrees_of_freedom, result.covariance, known, names);
 }
 
 /// Robots behind the rows of Table 6, in its order.

@@ -40,6 +40,26 @@ std::optional<SetErrors> set_errors(const calibration::ErrorStats& stats) {
       .unreachable = stats.unreachable};
 }
 
+Identification identification_of(
+    double sigma_mm, int degrees_of_freedom, const Eigen::MatrixXd& covariance,
+    const calibration::Identifiability& known, std::span<const std::string_view> names) {
+  Identification identification{
+      .sigma_mm = sigma_mm,
+      .degrees_of_freedom = degrees_of_freedom,
+      .covariance = covariance,
+      .singular_values = known.singular_values,
+      .condition = known.condition,
+      .observability = known.observability,
+      .correlations = correlation_rows(known, names)};
+  for (const auto& each : known.held) {
+    identification.held.push_back(
+        {.words = each.words,
+         .direction = each.direction,
+         .singular_value = each.singular_value});
+  }
+  return identification;
+}
+
 std::vector<PointResiduals> point_residuals(
     const CalibrationData& data, const std::vector<ModelledRow>& rows) {
   std::vector<PointResiduals> points;

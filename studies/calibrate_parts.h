@@ -4,8 +4,10 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/comparison.h"
@@ -28,6 +30,10 @@ struct ModelledRow {
 };
 
 [[nodiscard]] std::optional<SetErrors> set_errors(const calibration::ErrorStats& stats);
+
+[[nodiscard]] Identification identification_of(
+    double sigma_mm, int degrees_of_freedom, const Eigen::MatrixXd& covariance,
+    const calibration::Identifiability& known, std::span<const std::string_view> names);
 
 /// Residuals of all points of G1, then of G2, one column for each row.
 [[nodiscard]] std::vector<PointResiduals> point_residuals(
