@@ -19,6 +19,7 @@
 #include "studies/calibrate.h"
 #include "studies/diagnose.h"
 #include "tests/studies/diagnosis_parts.h"
+#include "tests/studies/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
@@ -31,23 +32,8 @@ using ::testing::HasSubstr;
 using testing::LineClient;
 using testing::RunningService;
 
-Json finished(LineClient& client, const Json& job) {
-  Json status;
-  do {
-    status = client.call("job.wait", {{"job", job["job"]}, {"timeout_s", 60}})["result"];
-  } while (status["state"] == "queued" || status["state"] == "running");
-  return status;
-}
-
-Json whole_result(LineClient& client, const Json& result) {
-  std::string text;
-  for (;;) {
-    const Json page =
-        client.call("result.get", {{"result", result}, {"offset", text.size()}})["result"];
-    text += page["text"].get<std::string>();
-    if (page["next_offset"].is_null()) return Json::parse(text);
-  }
-}
+using testing::finished;
+using testing::whole_result;
 
 TEST(DiagnosisJob, GivesThroughTheSocketWhatTheBundleGivesHere) {
   RunningService running;

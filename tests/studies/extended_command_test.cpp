@@ -11,6 +11,7 @@
 #include "session/rig_file.h"
 #include "studies/diagnose.h"
 #include "studies/validate.h"
+#include "tests/studies/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
@@ -101,23 +102,8 @@ TEST(ExtendedCommand, ADiagnosisOfAnotherRigIsRefused) {
   EXPECT_THROW(ExtendedCommand(fit, rig), StudyError);
 }
 
-Json finished(LineClient& client, const Json& job) {
-  Json status;
-  do {
-    status = client.call("job.wait", {{"job", job["job"]}, {"timeout_s", 60}})["result"];
-  } while (status["state"] == "queued" || status["state"] == "running");
-  return status;
-}
-
-Json whole_result(LineClient& client, const Json& result) {
-  std::string text;
-  for (;;) {
-    const Json page =
-        client.call("result.get", {{"result", result}, {"offset", text.size()}})["result"];
-    text += page["text"].get<std::string>();
-    if (page["next_offset"].is_null()) return Json::parse(text);
-  }
-}
+using testing::finished;
+using testing::whole_result;
 
 struct Hidden {
   const char* effect;  // of the mock rig
