@@ -72,13 +72,10 @@ Explanation Search::explained(
     std::vector<UnknownCandidate> unknown, bool afresh) const {
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
   Eigen::MatrixXd random(readings_.count(), 0);
-  if (!result.unknown.empty()) {
-    random = readings_.nuisance();
-    for (const UnknownCandidate& each : result.unknown) {
-      const Eigen::Index before = random.cols();
-      random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
-      random.rightCols(each.columns.cols()) = each.columns;
-    }
+  for (const UnknownCandidate& each : result.unknown) {
+    const Eigen::Index before = random.cols();
+    random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
+    random.rightCols(each.columns.cols()) = each.columns;
   }
   result.fit =
       fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);

@@ -63,14 +63,14 @@ void weigh(
       squares += fit.weight[i] * std::pow(e[i] / fit.noise[i], 2);
       good += fit.weight[i];
     }
-    squares += fit.u.squaredNorm();
+    squares += fit.u.tail(fit.u.size() - fit.known).squaredNorm();
     fit.s_mm = std::max(smallest_s_mm, std::sqrt(squares / std::max(1.0, good)));
     fit.gross_share = std::clamp(1 - good / n, kLeastGrossShare, kMostGrossShare);
   }
 }
 
-/// Covariance, and u integrated out of the likelihood:
-///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns.
+/// Covariance, and u integrated out of the likelihood, with r = s / (standard deviation of u):
+///   -|r u|^2 / 2s^2 - ln det(I + C'P C / r^2) / 2,   P projects off the fitted columns.
 void finish(JointFit& fit) {
   const Eigen::VectorXd root = fit.root();
   const Eigen::Index p = fit.J.cols();
@@ -79,9 +79,8 @@ void finish(JointFit& fit) {
   A.leftCols(p) = root.asDiagonal() * fit.J;
   if (m > 0) A.rightCols(m) = root.asDiagonal() * fit.random;
   Eigen::MatrixXd normal = A.transpose() * A;
-  normal.bottomRightCorner(m, m).diagonal().array() += 1.0;
-  const double squares = root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
-  const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted);
+  const Eigen::VectorXd own = fit.root_of_u();
+  normal.bottomRightCorner(m, m).diagonal() += own.cwiseAbs2();
   // Scaled: millimetres stand beside radians.
   const Eigen::VectorXd scale =
       normal.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
@@ -89,13 +88,20 @@ void finish(JointFit& fit) {
   const Eigen::MatrixXd inverse = scale.asDiagonal() *
                                   scaled.completeOrthogonalDecomposition().pseudoInverse() *
                                   scale.asDiagonal();
+  // A known prior is no reading of the noise; what the data take from it they spend.
+  const Eigen::VectorXd left = inverse.diagonal().tail(m).cwiseProduct(own.cwiseAbs2());
+  const double spent = static_cast<double>(fit.known) - left.head(fit.known).sum();
+  const double squares = root.cwiseProduct(fit.residual_mm).squaredNorm() +
+                         fit.u.tail(m - fit.known).squaredNorm();
+  const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted - spent);
   fit.covariance = inverse.topLeftCorner(p, p) * variance;
+  fit.u_sd_mm = (inverse.diagonal().tail(m) * variance).cwiseMax(0.0).cwiseSqrt();
   if (m == 0) return;
   // det of the Schur complement: 1 / det of the inverse's corner.
   const Eigen::MatrixXd corner = inverse.bottomRightCorner(m, m);
   const Eigen::VectorXd pivots = corner.ldlt().vectorD();
-  fit.log_likelihood += 0.5 * pivots.array().max(1e-300).log().sum() -
-                        0.5 * fit.u.squaredNorm() / (fit.s_mm * fit.s_mm);
+  fit.log_likelihood += 0.5 * pivots.array().max(1e-300).log().sum() + own.array().log().sum() -
+                        0.5 * own.cwiseProduct(fit.u).squaredNorm() / (fit.s_mm * fit.s_mm);
 }
 
 Eigen::VectorXd tamed(Eigen::VectorXd e) {
@@ -152,8 +158,9 @@ Projector::Projector(const JointFit& fit) : root_(fit.root()) {
   e.head(n) = root_.cwiseProduct(fit.residual_mm);
   if (m > 0) {
     columns.topRightCorner(n, m) = root_.asDiagonal() * fit.random;
-    columns.bottomRightCorner(m, m).setIdentity();
-    e.tail(m) = -fit.u;
+    const Eigen::VectorXd own = fit.root_of_u();
+    columns.bottomRightCorner(m, m) = own.asDiagonal();
+    e.tail(m) = -own.cwiseProduct(fit.u);
   }
   const Eigen::MatrixXd Q = orthonormal_basis(columns);
   e -= Q * (Q.transpose() * e);
@@ -192,7 +199,12 @@ class Fitter {
       : readings_(readings),
         parameters_(start.size()),
         smallest_s_mm_(std::max(kFinest_mm, kFinestShare * readings.rig_noise_mm())) {
-    fit_.random = random.cols() > 0 ? random : readings.nuisance();
+    const Eigen::MatrixXd& nuisance = readings.nuisance();
+    fit_.known = nuisance.cols();
+    fit_.known_sd_mm = std::max(kFinest_mm, readings.rig_noise_mm());
+    fit_.random.resize(readings.count(), nuisance.cols() + random.cols());
+    fit_.random.leftCols(nuisance.cols()) = nuisance;
+    fit_.random.rightCols(random.cols()) = random;
     fit_.u = Eigen::VectorXd::Zero(fit_.random.cols());
     fit_.noise = readings.relative_noise();
     fit_.model = start;
@@ -249,7 +261,8 @@ class Fitter {
  private:
   /// Least squares of one step, columns scaled to length one, in the eigenvectors' directions.
   struct Equations {
-    Eigen::VectorXd root;  // weights
+    Eigen::VectorXd root;       // weights
+    Eigen::VectorXd root_of_u;  // of the prior's rows
     Eigen::VectorXd scale;
     Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
     Eigen::VectorXd along;
@@ -269,6 +282,11 @@ class Fitter {
   [[nodiscard]] Eigen::VectorXd simulated(
       const ModelVector& model, const std::vector<ActiveEffect>& effects) const {
     return readings_.simulate(model, ExtendedModel(readings_.model(), effects));
+  }
+  [[nodiscard]] static double squares_of(
+      const Equations& equations, const Eigen::VectorXd& residual, const Eigen::VectorXd& u) {
+    return equations.root.cwiseProduct(residual).squaredNorm() +
+           (u.size() > 0 ? equations.root_of_u.cwiseProduct(u).squaredNorm() : 0.0);
   }
   void weigh_here() { weigh(fit_, readings_.relative_noise(), doubt_mm_, smallest_s_mm_); }
   [[nodiscard]] Eigen::VectorXd residual_of(
@@ -327,8 +345,9 @@ class Fitter {
     target.head(n) = root.cwiseProduct(fit_.residual_mm);
     if (m > 0) {
       A.topRightCorner(n, m) = root.asDiagonal() * fit_.random;
-      A.bottomRightCorner(m, m).setIdentity();
-      target.tail(m) = -fit_.u;
+      result.root_of_u = fit_.root_of_u();
+      A.bottomRightCorner(m, m) = result.root_of_u.asDiagonal();
+      target.tail(m) = -result.root_of_u.cwiseProduct(fit_.u);
     }
     result.scale.resize(count + m);
     for (Eigen::Index i = 0; i < count + m; ++i) {
@@ -342,7 +361,7 @@ class Fitter {
     const Eigen::Index seen =
         (result.eigen.eigenvalues().array() > kUnseen * result.largest).count();
     fit_.fitted = static_cast<int>(seen - m);
-    result.squares = root.cwiseProduct(fit_.residual_mm).squaredNorm() + fit_.u.squaredNorm();
+    result.squares = squares_of(result, fit_.residual_mm, fit_.u);
     return result;
   }
 
@@ -368,8 +387,7 @@ class Fitter {
       }
       next.u = fit_.u + change.tail(fit_.random.cols());
       next.residual = residual_of(next.model, next.effects, next.u);
-      next.squares =
-          equations.root.cwiseProduct(next.residual).squaredNorm() + next.u.squaredNorm();
+      next.squares = squares_of(equations, next.residual, next.u);
       if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
     return std::nullopt;

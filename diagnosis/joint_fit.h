@@ -6,8 +6,10 @@
 // are lost as evidence. Fitted by weighted Gauss-Newton steps, weights = probability of being
 // good, with the full derivative: what an effect does depends on the robot it does it to.
 //
-// Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
-// smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
+// Random columns C with C u enter as rows of a diagonal below the others. First those of
+// Readings::nuisance, u ~ N(0, known^2 I): where the rig's own geometry is known to within
+// something, the angle of a free mount at each sample. Then smooth functions that nobody named
+// (unknown.h), u ~ N(0, s^2 I).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,6 +29,9 @@ struct JointFit {
   Eigen::MatrixXd covariance;   // of the same, with the fitted s
   Eigen::MatrixXd random;       // C, count x m
   Eigen::VectorXd u;            // [mm]
+  Eigen::VectorXd u_sd_mm;      // of what the data left open of each
+  Eigen::Index known = 0;       // so many of u come first, with a known standard deviation
+  double known_sd_mm = 1.0;
   double s_mm = 0.0;            // standard deviation of the good readings
   double gross_share = 0.0;     // eps
   double log_likelihood = 0.0;  // with u's density, and u integrated out
@@ -36,10 +41,17 @@ struct JointFit {
   bool converged = false;
   /// What a row of the least squares is multiplied by.
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
+  /// What the row of each u is multiplied by: s over its own standard deviation.
+  [[nodiscard]] Eigen::VectorXd root_of_u() const {
+    Eigen::VectorXd result = Eigen::VectorXd::Ones(u.size());
+    result.head(known).setConstant(s_mm / known_sd_mm);
+    return result;
+  }
 };
 
 /// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
-/// the fit of a similar model, whose noise is a good first guess.
+/// the fit of a similar model, whose noise is a good first guess. `random`: columns beside
+/// those of the readings' own nuisance.
 [[nodiscard]] JointFit fit_jointly(
     const Readings& readings, const simulation::ModelVector& start,
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,

@@ -7,7 +7,14 @@
 #include <limits>
 #include <utility>
 
+#include "diagnosis/rig_columns.h"
+
 namespace sixdial::diagnosis {
+namespace {
+
+constexpr double kFinestNoise_mm = 1e-6;
+
+}  // namespace
 
 Readings::Readings(
     const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
@@ -116,6 +123,7 @@ Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
   result.doubts_ = doubts_;
+  result.placed_at_ = placed_at_;
   return result.with_noise(noise_of_dial_);
 }
 
@@ -123,6 +131,8 @@ void Readings::place_tool(const simulation::ModelVector& at) {
   circumstances_ = simulation::circumstances_of(*model_, at, trials_);
   doubts_ = simulation::doubts_of(circumstances_);
   reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  placed_at_ = at;
+  nuisance_.reset();
 }
 
 void Readings::pick(
@@ -241,12 +251,25 @@ const Eigen::MatrixXd& Readings::reading_columns(
   return reading_columns_->emplace(key, std::move(columns)).first->second;
 }
 
-Eigen::MatrixXd Readings::nuisance() const {
+const Eigen::MatrixXd& Readings::nuisance() const {
+  if (nuisance_) return *nuisance_;
+  const Eigen::MatrixXd of_rig = has_dials_ ? rig_columns(
+                                                  *this, placed_at_,
+                                                  simulation::stated_quantities(model_->rig()))
+                                            : Eigen::MatrixXd(count(), 0);
+  const Eigen::MatrixXd angles = angles_of_free_mount();
+  nuisance_.emplace(count(), of_rig.cols() + angles.cols());
+  nuisance_->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
+  nuisance_->rightCols(angles.cols()) = angles;
+  return *nuisance_;
+}
+
+Eigen::MatrixXd Readings::angles_of_free_mount() const {
   if (model_->rig().cuboid.mount != geometry::Mount::kFree || !has_dials_) {
     return Eigen::MatrixXd(count(), 0);
   }
   constexpr double kPriorAngle_rad = 0.01;
-  const double per_noise = kPriorAngle_rad / std::max(1e-6, rig_noise_mm_);
+  const double per_noise = kPriorAngle_rad / std::max(kFinestNoise_mm, rig_noise_mm_);
   Eigen::MatrixXd result =
       Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
   for (std::size_t t = 0; t < trials_.size(); ++t) {

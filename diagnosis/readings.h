@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,9 +82,12 @@ class Readings {
   /// that a joint came from, a temperature that was not recorded) [mm]; mostly 0.
   [[nodiscard]] Eigen::VectorXd doubt_mm(
       const simulation::ModelVector& at, const simulation::ExtendedModel& extended) const;
-  /// Random columns that every fit has: with a free mount, the angle of each sample around the
-  /// one that its active three gave, count x samples, scaled to 10 mrad. Else none.
-  [[nodiscard]] Eigen::MatrixXd nuisance() const;
+  /// Random columns that every fit has, each scaled so that rig_noise_mm() is the standard
+  /// deviation of its number: what the rig file says of the rig's own geometry to within a
+  /// standard deviation (simulation/rig_quantities.h, in that order); with a free mount, the
+  /// angle of each sample around the one that its active three gave, known to 10 mrad. Not for
+  /// two threads on one object.
+  [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
   /// Rows of one dial.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
     return rows_of_dial_[dial];
@@ -109,6 +113,10 @@ class Readings {
   std::vector<std::vector<Eigen::Index>> rows_of_dial_;
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
       std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  [[nodiscard]] Eigen::MatrixXd angles_of_free_mount() const;
+
+  simulation::ModelVector placed_at_;
+  mutable std::optional<Eigen::MatrixXd> nuisance_;
   Eigen::VectorXd measured_mm_;
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;

@@ -23,6 +23,7 @@ enum class Stream : std::uint32_t {
   kHide,
   kNoiseByte,
   kBefore,  // where things stood before the first move
+  kWorkshop,
 };
 
 class Random {
