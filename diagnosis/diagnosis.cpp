@@ -125,7 +125,10 @@ class Diagnoser {
     const JointFit& extended = found().extended;
     const bool smooth = !found().unknown.empty();
     // Something smooth without a name counts as left over.
-    names_ = smooth ? fit_jointly(readings_, extended.model, extended.effects) : extended;
+    names_ = smooth ? fit_jointly(
+                          readings_, extended.model, extended.effects, nullptr,
+                          random_columns(readings_.count(), found().background))
+                    : extended;
     Remainder& left = result_.unexplained;
     left.rms_mm = std::sqrt(
         names_.weight.dot(residual_at_rest_mm(readings_, names_).cwiseAbs2()) /

@@ -44,6 +44,11 @@ bool out_of_range(const Readings& readings, const ActiveEffect& active) {
 
 }  // namespace
 
+std::size_t Explanation::unknown_findings() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      unknown, [](const UnknownCandidate& each) { return !each.is_background(); }));
+}
+
 std::vector<Candidate> Search::scored(const Explanation& with) const {
   std::vector<Hypothesis> open;
   for (const Hypothesis& each : hypotheses_) {
@@ -71,12 +76,7 @@ Explanation Search::explained(
     const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
     std::vector<UnknownCandidate> unknown, bool afresh) const {
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
-  Eigen::MatrixXd random(readings_.count(), 0);
-  for (const UnknownCandidate& each : result.unknown) {
-    const Eigen::Index before = random.cols();
-    random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
-    random.rightCols(each.columns.cols()) = each.columns;
-  }
+  const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
       fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
@@ -85,7 +85,7 @@ Explanation Search::explained(
     result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
   }
   for (const UnknownCandidate& each : result.unknown) {
-    result.evidence -= each.cost + settings_.name_preference;
+    result.evidence -= each.cost + (each.is_background() ? 0.0 : settings_.name_preference);
   }
   return result;
 }
@@ -126,16 +126,32 @@ std::vector<Explanation> Search::with_one_more(
   return result;
 }
 
+Explanation Search::with_background(Explanation now) const {
+  for (std::size_t i = 0; i < now.unknown.size(); ++i) {
+    if (!now.unknown[i].is_background()) continue;
+    now = without_unknown(now, i--);
+  }
+  for (UnknownCandidate& each : score_unknown(readings_, now.fit)) {
+    if (!each.is_background() || each.evidence <= settings_.least_log_odds) continue;
+    std::vector<UnknownCandidate> unknown = now.unknown;
+    unknown.push_back(std::move(each));
+    Explanation next = explained(now.fit, now.chosen, now.fit.effects, std::move(unknown));
+    if (next.evidence > now.evidence) now = std::move(next);
+  }
+  return now;
+}
+
 Explanation Search::with_unknown(const Explanation& names) const {
   constexpr std::size_t kMostUnknown = 2;
   Explanation best = names;
-  while (best.unknown.size() < kMostUnknown) {
+  while (best.unknown_findings() < kMostUnknown) {
     auto candidates = score_unknown(readings_, best.fit);
-    if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds) {
-      break;
-    }
+    const auto first = std::ranges::find_if(candidates, [](const UnknownCandidate& each) {
+      return !each.is_background();
+    });
+    if (first == candidates.end() || first->evidence <= settings_.unknown_log_odds) break;
     std::vector<UnknownCandidate> unknown = best.unknown;
-    unknown.push_back(std::move(candidates.front()));
+    unknown.push_back(std::move(*first));
     Explanation next = explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
     if (next.evidence <= best.evidence) break;
     best = std::move(next);

@@ -25,6 +25,8 @@ struct Explanation {
   std::vector<UnknownCandidate> unknown;
   JointFit fit;
   double evidence = 0.0;  // log likelihood less all costs
+  /// Smooth functions that are a finding: all but what the dials' makers allow.
+  [[nodiscard]] std::size_t unknown_findings() const;
 };
 
 class Search {
@@ -50,6 +52,9 @@ class Search {
   [[nodiscard]] std::vector<Explanation> with_one_more(
       const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
       bool afresh = false) const;
+  /// The same with what the makers of the dials allow, where that explains something, and
+  /// without it where it does not any more.
+  [[nodiscard]] Explanation with_background(Explanation now) const;
   /// The same names with what smooth functions add, if that is more than nothing.
   [[nodiscard]] Explanation with_unknown(const Explanation& names) const;
 

@@ -36,8 +36,9 @@ class Refinement {
   /// What a name must show here. Something that wanders in time makes steps and drifts of its
   /// own, at every scale.
   [[nodiscard]] double needed(const Hypothesis& name) const {
-    if (found_.unknown.empty()) return settings_.least_log_odds;
+    if (found_.unknown_findings() == 0) return settings_.least_log_odds;
     for (const UnknownCandidate& each : found_.unknown) {
+      if (each.kind == UnknownKind::kRigGeometry && name.effect->of_rig_geometry) return kNever;
       const bool wanders = each.length < 0 && each.covariates.front() == "time";
       if (wanders && name.effect->in_time) return settings_.beside_wandering_log_odds;
     }
@@ -49,7 +50,7 @@ class Refinement {
     bool changed = false;
     for (std::size_t i = 0; i < found_.chosen.size();) {
       Explanation names = found_;
-      names.unknown.clear();
+      std::erase_if(names.unknown, [](const auto& each) { return !each.is_background(); });
       Explanation less = search_.with_unknown(search_.without(names, i));
       if (less.evidence > found_.evidence - needed(found_.chosen[i].candidate.hypothesis)) {
         found_ = std::move(less);
@@ -79,6 +80,7 @@ class Refinement {
 
   bool name_unknown() {
     for (std::size_t i = 0; i < found_.unknown.size(); ++i) {
+      if (found_.unknown[i].is_background()) continue;
       const Explanation less = search_.without_unknown(found_, i);
       auto named = search_.with_one_more(less, search_.scored(less), kNamesForUnknown);
       if (named.empty() || named.front().evidence <= found_.evidence) continue;
@@ -92,10 +94,10 @@ class Refinement {
     if (static_cast<int>(found_.chosen.size()) >= settings_.most_causes) return false;
     const auto candidates = search_.scored(found_);
     if (family_p_value(candidates) > settings_.false_alarm_level) return false;
-    const double least =
-        found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
     auto choices = search_.with_one_more(found_, candidates, kBetterRivals);
-    if (choices.empty() || choices.front().evidence <= found_.evidence + least) return false;
+    if (choices.empty()) return false;
+    const double least = needed(choices.front().chosen.back().candidate.hypothesis);
+    if (choices.front().evidence <= found_.evidence + least) return false;
     found_ = std::move(choices.front());
     return true;
   }
@@ -144,7 +146,8 @@ std::optional<Explanation> with_next_name(
 /// of all these. `result` gets what the first search over all candidates found.
 Explanation best_of_growing(
     const Search& search, const NamingSettings& settings, NamedCauses& result) {
-  Explanation names{{}, {}, result.baseline, result.baseline.log_likelihood};
+  Explanation names = search.with_background(
+      {{}, {}, result.baseline, result.baseline.log_likelihood});
   std::vector<Explanation> cuts;  // by number of names
   std::size_t best = 0;
   const auto cut = [&] {
@@ -166,6 +169,7 @@ Explanation best_of_growing(
     const std::size_t before = names.chosen.size();
     names = std::move(*next);
     search.reconsider(names);
+    names = search.with_background(std::move(names));
     if (names.chosen.size() <= before) {
       cut();
       break;
@@ -179,6 +183,7 @@ std::vector<UnknownCandidate> rivals_of_unknown(
     const Readings& readings, const Search& search, const Explanation& found) {
   std::vector<UnknownCandidate> result;
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    if (found.unknown[i].is_background()) continue;
     const Explanation less = search.without_unknown(found, i);
     const auto same = [&](const UnknownCandidate& each) {
       return each.covariates == found.unknown[i].covariates &&
@@ -189,7 +194,7 @@ std::vector<UnknownCandidate> rivals_of_unknown(
     if (own == rivals.end()) continue;
     const double least = own->evidence - kUnknownTie;
     for (UnknownCandidate& rival : rivals) {
-      if (!same(rival) && rival.evidence > least) result.push_back(std::move(rival));
+      if (!same(rival) && !rival.is_background() && rival.evidence > least) result.push_back(std::move(rival));
     }
   }
   return result;
@@ -212,7 +217,7 @@ Finding finding_of(
   // single name is held against one here.
   const Explanation unnamed =
       found.chosen.size() == 1 ? search.with_unknown(less) : Explanation{};
-  if (unnamed.unknown.size() > found.unknown.size() &&
+  if (unnamed.unknown_findings() > found.unknown_findings() &&
       found.evidence - unnamed.evidence < settings.tie_log_odds) {
     finding.tied_with_unknown = unnamed.unknown.back().covariates;
     finding.unknown_log_odds = found.evidence - unnamed.evidence;
@@ -244,12 +249,14 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   const Search search(readings, settings, hypotheses);
 
   Explanation found = best_of_growing(search, settings, result);
-  if (found.unknown.empty()) {
+  if (found.unknown_findings() == 0) {
     drop_needless(search, settings, found);
   } else {
     Refinement(search, settings, found).run();
   }
-  result.unknown = found.unknown;
+  for (const UnknownCandidate& each : found.unknown) {
+    (each.is_background() ? result.background : result.unknown).push_back(each);
+  }
   result.unknown_rivals = rivals_of_unknown(readings, search, found);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));

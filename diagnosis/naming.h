@@ -66,6 +66,8 @@ struct NamedCauses {
   /// well.
   std::vector<UnknownCandidate> unknown;
   std::vector<UnknownCandidate> unknown_rivals;
+  /// What the dials' makers allow, as far as it shows: part of the fit, and no finding.
+  std::vector<UnknownCandidate> background;
   /// Covariates of both, each once.
   [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 
 #include "diagnosis/evidence.h"
+#include "diagnosis/rig_columns.h"
 #include "diagnosis/stages.h"
 
 namespace sixdial::diagnosis {
@@ -24,6 +26,14 @@ struct Box {
 };
 const std::vector<Box> kAlong{
     {1.3, {0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
+// A dial's curve is smooth over its travel; what is shorter is an error of its gear.
+const std::vector<Box> kCurves{{1.3, {0.2, 0.35}}, {2.0, {0.6}}, {3.5, {1.2}}};
+constexpr int kOfCurve = 10;
+/// A maker's limit is kept by nearly all readings: two standard deviations.
+constexpr double kShareOfLimit = 0.5;
+/// Claimed exactly and off by more than so many standard deviations of a workshop: that is one
+/// gross mistake, and no rig that was measured with a ruler.
+constexpr double kMostOfAWorkshop = 3.0;
 const std::vector<Box> kOver{{1.3, {0.3, 0.45}}, {2.0, {0.6, 0.9}}, {3.5, {1.3, 2.5}}};
 
 /// Covariate scaled to [-1, 1]; empty if it does not vary.
@@ -163,6 +173,41 @@ class UnknownSearch {
     end();
   }
 
+  /// A smooth function of its own reading for each dial, all of one size, which is within the
+  /// makers' limits.
+  void dial_curves(const Eigen::MatrixXd& own_mm, double limit_mm) {
+    const Eigen::Index dials = own_mm.cols();
+    std::vector<std::optional<Eigen::VectorXd>> u;
+    for (Eigen::Index d = 0; d < dials; ++d) u.push_back(scaled(own_mm.col(d)));
+    begin({"dial readings"}, "dials", UnknownKind::kDialCurves);
+    // A kernel's functions have this standard deviation where t is 1.
+    const double of_scale_1 = std::pow(2 * kPi, -0.25);
+    const double most = kShareOfLimit * limit_mm / (of_scale_1 * projector_sigma_mm());
+    for (const Box& box : kCurves) {
+      Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings_.count(), dials * kOfCurve);
+      std::vector<std::array<int, 2>> order;
+      for (Eigen::Index d = 0; d < dials; ++d) {
+        for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1});
+        if (!u[static_cast<std::size_t>(d)]) continue;
+        const Eigen::MatrixXd basis =
+            basis_of(*u[static_cast<std::size_t>(d)], box.half_width, kOfCurve);
+        for (const Eigen::Index row : readings_.rows_of_dial(static_cast<std::size_t>(d))) {
+          columns.row(row).segment(d * kOfCurve, kOfCurve) = basis.row(trial_of(row));
+        }
+      }
+      score(columns, order, box, most);
+    }
+    end();
+  }
+
+  /// All that the rig file claims to know exactly, each as well as a workshop knows it.
+  void rig_geometry(const Eigen::MatrixXd& columns) {
+    if (columns.cols() == 0) return;
+    begin({"rig geometry"}, "dials", UnknownKind::kRigGeometry);
+    score(columns, {}, {1.0, {0.0}}, kMostOfAWorkshop / projector_sigma_mm());
+    end();
+  }
+
   /// Another constant for each sign of each joint's approach.
   void by_approach(
       const Eigen::MatrixXd& approach, const std::string& enters,
@@ -196,8 +241,16 @@ class UnknownSearch {
     return static_cast<Eigen::Index>(readings_.rows()[static_cast<std::size_t>(row)].trial);
   }
 
-  void begin(std::vector<std::string> covariates, const std::string& enters) {
+  /// Standard deviation of a good reading.
+  [[nodiscard]] double projector_sigma_mm() const {
+    return std::sqrt(projector_.squares() / projector_.freedom());
+  }
+
+  void begin(
+      std::vector<std::string> covariates, const std::string& enters,
+      UnknownKind kind = UnknownKind::kSmooth) {
     best_ = {};
+    best_.kind = kind;
     best_.covariates = std::move(covariates);
     best_.enters = enters;
     top_ = -1e300;
@@ -206,7 +259,7 @@ class UnknownSearch {
   /// One box of kernels; without `order` the columns as they are.
   void score(
       const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
-      const Box& box) {
+      const Box& box, double most = std::numeric_limits<double>::infinity()) {
     const Eigen::MatrixXd& Q = projector_.Q();
     const Eigen::MatrixXd weighted = projector_.root_weight().asDiagonal() * columns;
     const Eigen::MatrixXd shared = Q.transpose() * weighted;
@@ -221,7 +274,7 @@ class UnknownSearch {
       }
       const MarginalLikelihood found = marginal_likelihood(
           spread.asDiagonal() * A * spread.asDiagonal(), spread.cwiseProduct(b),
-          projector_.squares(), projector_.freedom());
+          projector_.squares(), projector_.freedom(), most);
       if (found.by_scale.empty()) continue;
       all_.insert(all_.end(), found.by_scale.begin(), found.by_scale.end());
       if (found.best > top_) {
@@ -272,6 +325,34 @@ void along_robot(
   }
 }
 
+/// Own reading of each dial, trials x dials; its mean where it has none, which has no row.
+Eigen::MatrixXd own_readings_mm(const Readings& readings) {
+  const auto dials = static_cast<Eigen::Index>(readings.channel_count());
+  Eigen::MatrixXd own(static_cast<Eigen::Index>(readings.trials().size()), dials);
+  for (Eigen::Index d = 0; d < dials; ++d) {
+    const auto& rows = readings.rows_of_dial(static_cast<std::size_t>(d));
+    double sum = 0.0;
+    for (const Eigen::Index row : rows) sum += readings.measured_mm()[row];
+    own.col(d).setConstant(rows.empty() ? 0.0 : sum / static_cast<double>(rows.size()));
+    for (const Eigen::Index row : rows) {
+      own(readings.rows()[static_cast<std::size_t>(row)].trial, d) =
+          readings.measured_mm()[row];
+    }
+  }
+  return own;
+}
+
+/// What the rig's dials and the rig itself may do without a fault of the robot.
+void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit) {
+  double limit_mm = std::numeric_limits<double>::infinity();
+  for (const geometry::Dial& dial : readings.model().rig().dials) {
+    limit_mm = std::min(limit_mm, dial.accuracy_mm);
+  }
+  if (limit_mm > 0) search.dial_curves(own_readings_mm(readings), limit_mm);
+  search.rig_geometry(rig_columns(
+      readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
+}
+
 /// Anything of one dial that depends on its own reading, on time or on temperature.
 void along_dial(
     UnknownSearch& search, const Readings& readings, const Covariates& at, std::size_t dial) {
@@ -299,6 +380,17 @@ void along_dial(
 }
 
 }  // namespace
+
+Eigen::MatrixXd random_columns(
+    Eigen::Index readings, const std::vector<UnknownCandidate>& of) {
+  Eigen::MatrixXd result(readings, 0);
+  for (const UnknownCandidate& each : of) {
+    const Eigen::Index before = result.cols();
+    result.conservativeResize(Eigen::NoChange, before + each.columns.cols());
+    result.rightCols(each.columns.cols()) = each.columns;
+  }
+  return result;
+}
 
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
@@ -331,6 +423,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     for (std::size_t d = 0; d < readings.model().rig().dials.size(); ++d) {
       along_dial(search, readings, at, d);
     }
+    along_rig(search, readings, fit);
   }
   return search.ranked();
 }

@@ -12,7 +12,14 @@
 
 namespace sixdial::diagnosis {
 
+enum class UnknownKind {
+  kSmooth,       // a smooth function of its covariates
+  kDialCurves,   // of each dial's own reading, all dials at once, within their makers' limits
+  kRigGeometry,  // places and sizes that the rig file claims exactly
+};
+
 struct UnknownCandidate {
+  UnknownKind kind = UnknownKind::kSmooth;
   std::vector<std::string> covariates;  // {"x", "y"}, {"time"}, {"dial A reading"}, a joint
   std::string enters;                   // "tool", "joint1", "dial A", "clamp"
   double evidence = 0.0;                // log Bayes factor against nothing
@@ -20,7 +27,13 @@ struct UnknownCandidate {
   double rms_mm = 0.0;                  // of what it explains in the readings
   Eigen::MatrixXd columns;              // random columns for a joint fit, n x m
   double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
+  /// No fault: dials are as good as their makers say.
+  [[nodiscard]] bool is_background() const { return kind == UnknownKind::kDialCurves; }
 };
+
+/// The columns of several, side by side.
+[[nodiscard]] Eigen::MatrixXd random_columns(
+    Eigen::Index readings, const std::vector<UnknownCandidate>& of);
 
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(
