@@ -8,6 +8,7 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/conformity.h"
 #include "studies/method_name.h"
 
 namespace sixdial::studies {
@@ -125,6 +126,10 @@ CalibrationResult calibrate(
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
+  if (const auto tolerance_mm =
+          request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
+    result.conformity = conformity_of(result, session, *tolerance_mm);
+  }
   return result;
 }
 
