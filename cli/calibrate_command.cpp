@@ -29,6 +29,11 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
     return;
   }
   const studies::CalibrationResult result = report::calibration_from_json(document);
+  if (result.assessment) {
+    if (const auto line = report::far_from_noise_line(result.assessment->noise)) {
+      cli.console.out << "Careful: " << *line << ".\n";
+    }
+  }
   cli.console.out << report::table_6_text(result);
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
@@ -43,6 +48,7 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
   }
+  if (const auto line = report::training_line(result)) cli.console.note(*line);
   cli.console.note(report::effort_line(result));
 }
 

@@ -18,6 +18,7 @@
 #include "report/json_report.h"
 #include "report/rig_picture.h"
 #include "report/sections/sections_of_studies.h"
+#include "report/words/calibration_words.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
 #include "session/bundle.h"
@@ -369,6 +370,11 @@ report::ReportData report_data(
   data.traces = result.traces;
   data.points = points_of(result, session);
   data.dials = studies::dial_residuals(session, session.rig.robot.nominal, result.identified());
+  if (result.assessment) {
+    if (const auto line = far_from_noise_line(result.assessment->noise)) {
+      data.warnings.push_back("Careful: " + *line + ".");
+    }
+  }
   add_data_quality(data, session);
   if (result.gross_errors) {
     add_gross_errors(data, *result.gross_errors);

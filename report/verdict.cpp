@@ -225,6 +225,7 @@ Verdict verdict(const ReportData& data) {
     out.to_do.emplace_back("Run a calibration of this session and make the report again.");
   } else {
     judge(data, c, out);
+    for (const std::string& warning : data.warnings) out.headline += " " + warning;
     advise(data, c, out);
     limit(data, c, out);
     if (!c.on_g2) {
