@@ -7,7 +7,9 @@
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
+#include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
+#include "diagnosis/tied_sets.h"
 #include "diagnosis/uneven_noise.h"
 
 namespace sixdial::diagnosis {
@@ -208,6 +210,7 @@ Finding finding_of(
       {},
       evidence < settings.tie_log_odds};
   finding.settled = found.fit.converged;
+  finding.left_out = found.fit.left_out();
   // With several names, best_of_growing has already held smooth functions against them; a
   // single name is held against one here.
   const Explanation unnamed =
@@ -241,6 +244,8 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   const std::vector<Hypothesis> hypotheses = hypotheses_for(readings, result.not_testable);
   result.swap = find_exchanged_dials(readings, hypotheses, result.baseline);
   readings.place_tool(result.baseline.model);
+  readings.share(shareable_columns(readings, result.baseline.model));
+  result.baseline = fit_jointly(readings, result.baseline.model, {}, &result.baseline);
   const Search search(readings, settings, hypotheses);
 
   Explanation found = best_of_growing(search, settings, result);
@@ -254,6 +259,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
+  tie_alike_sets(search, settings, found, result.findings);
   result.gross = gross_readings(readings, found.fit);
   result.evidence = found.evidence;
   result.extended = std::move(found.fit);
@@ -261,6 +267,8 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
 }
 
 }  // namespace
+
+bool Finding::of_a_part() const { return left_out > kMostLeftOut; }
 
 std::vector<std::string> NamedCauses::depends_on() const {
   std::vector<std::string> result;

@@ -208,7 +208,7 @@ class UnknownSearch {
       const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
       const Box& box) {
     const Eigen::MatrixXd& Q = projector_.Q();
-    const Eigen::MatrixXd weighted = projector_.root_weight().asDiagonal() * columns;
+    const Eigen::MatrixXd weighted = projector_.whitening()(columns);
     const Eigen::MatrixXd shared = Q.transpose() * weighted;
     const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
@@ -304,7 +304,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
   const auto stage = [&](Stage where, int joint = -1) {
-    return stage_columns(readings, fit, simulated, where, joint);
+    return stage_columns(readings, fit.model, extended, simulated, where, joint);
   };
   const Covariates at = covariates_of(readings, fit, extended);
 

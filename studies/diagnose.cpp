@@ -163,6 +163,7 @@ DiagnosisResult result_of(
       .unexplained =
           {.significant = found.unexplained.significant,
            .scatter = found.unexplained.scatter,
+           .scatter_size = found.unexplained.scatter_size,
            .depends_on = std::move(found.unexplained.depends_on),
            .rms_mm = rms_of_good(data),
            .noisy_dials = std::move(found.unexplained.noisy_dials)},

@@ -26,6 +26,7 @@ std::vector<Rival> rivals_of(const diagnosis::Finding& finding) {
     rivals.push_back({.kind = RivalKind::kNothing, .log_odds = finding.evidence});
   }
   if (!finding.settled) rivals.push_back({.kind = RivalKind::kUnsettled});
+  if (finding.of_a_part()) rivals.push_back({.kind = RivalKind::kLeftOut});
   return rivals;
 }
 

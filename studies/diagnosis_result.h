@@ -40,6 +40,7 @@ enum class RivalKind {
   kUnknown,    // something smooth that nobody named
   kNothing,    // too weak to be sure that there is anything
   kUnsettled,  // the fit had not converged: another size, or another cause, may fit better
+  kLeftOut,    // it rests on leaving out a large share of the readings, which may say else
 };
 struct Rival {
   RivalKind kind = RivalKind::kEffect;
@@ -154,6 +155,7 @@ struct GrossReading {
 struct Unexplained {
   bool significant = false;
   bool scatter = false;                   // larger than the noise, without structure
+  std::optional<diagnosis::ScatterFound> scatter_size{};
   std::vector<std::string> depends_on{};  // covariates of something smooth that nobody named
   double rms_mm = 0.0;                    // of the good readings, after the named causes
   std::vector<diagnosis::NoisyDial> noisy_dials{};

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/scatter.h"
 #include "mock_devices/session_generator.h"
 #include "simulation/trial.h"
 
@@ -23,6 +24,11 @@ struct Challenge {
   bool curve = false;             // each dial has an error curve of its own, and hysteresis
   bool drawn_rig = false;         // other links, cuboid, dials, mount, mode, noise, points
   std::string cause{};            // only this one
+  mock_devices::Scatter scatter{};  // of each arrival
+  /// So many dials, drawn, stand further along their axes or less far, by something in
+  /// [shift_low_mm, shift_high_mm].
+  int shifted = 0;
+  double shift_low_mm = 0.05, shift_high_mm = 2.0;
 };
 
 struct Outcome {
@@ -35,6 +41,9 @@ struct Outcome {
   bool wrong = false;                     // something named with certainty that is not there
   bool unknown = false;                   // verdict unknown, with the right covariate
   double seconds = 0.0;                   // of the diagnosis
+  /// Scatter of arrivals that was found: of the tool, root mean square of one coordinate [mm].
+  std::optional<diagnosis::ScatterFound> scatter;
+  double gross_share = 0.0;  // of the readings
   std::vector<std::string> named_causes;  // certain ones
   std::string said;                       // for people
 };

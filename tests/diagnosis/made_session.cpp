@@ -50,6 +50,7 @@ Session session_of(const Recipe& recipe) {
       session.trials.push_back(std::move(trial));
     }
   }
+  calibration::RandomSequence off(recipe.seed, 10);
   // Twice: forces and plunger directions come from the readings.
   for (int pass = 0; pass < 2; ++pass) {
     const simulation::ExtendedModel extended(
@@ -60,7 +61,15 @@ Session session_of(const Recipe& recipe) {
       auto& trial = session.trials[t];
       if (recipe.mount == geometry::Mount::kFree)
         trial.gamma_rad = 0.1 * std::sin(0.3 * static_cast<double>(t));
-      EXPECT_TRUE(extended.run(truth, trial, samples[t], scene).has_value());
+      simulation::ModelVector here = truth;
+      simulation::Trial arrived = trial;
+      if (pass == 1) {
+        for (const char* axis : {"x0", "y0"}) {
+          here[session.model.find(axis).value()] += recipe.scatter_mm * off.normal();
+        }
+        for (double& angle : arrived.q) angle += recipe.scatter_rad * off.normal();
+      }
+      EXPECT_TRUE(extended.run(here, arrived, samples[t], scene).has_value());
       for (std::size_t d = 0; d < trial.reading.size(); ++d) {
         trial.reading[d] = scene.reading_mm[d];
         if (pass == 1) *trial.reading[d] += recipe.noise_mm * random.normal();

@@ -26,6 +26,10 @@ struct Recipe {
   std::uint64_t seed = 1;
   geometry::Mount mount = geometry::Mount::kDistal2;
   double dial_E_x_mm = 16.0;
+  // What differs from one arrival to the next: of the tool in x and in y; of the joints against
+  // what was recorded.
+  double scatter_mm = 0.0;
+  double scatter_rad = 0.0;
 };
 
 [[nodiscard]] Session session_of(const Recipe& recipe);
