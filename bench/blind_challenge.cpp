@@ -253,7 +253,8 @@ int main(int argc, char** argv) {
   app.add_flag("--curve", challenge.curve, "dials with error curves and hysteresis");
   app.add_flag("--rigs", challenge.drawn_rig, "another rig in each session");
   app.add_option(
-      "--scatter-mm", challenge.scatter.tool_mm, "standard deviation of each arrival in x and y");
+      "--scatter-mm", challenge.scatter.tool_mm,
+      "standard deviation of each arrival in x and y");
   app.add_option(
       "--joints-rad", challenge.scatter.joints_rad,
       "standard deviation of the joints against their encoders");

@@ -9,8 +9,9 @@
 namespace sixdial::diagnosis {
 namespace {
 
-/// A free shift of each dial: what is asked before an exchange is. Dials that stand a little off
-/// would else be explained by the exchange of two others, with a part of the readings left out.
+/// A free shift of each dial: what is asked before an exchange is. Dials that stand a little
+/// off would else be explained by the exchange of two others, with a part of the readings left
+/// out.
 Eigen::MatrixXd mounting_columns(const Readings& readings) {
   constexpr double kPrior_mm = 1.0;
   const double per_noise = kPrior_mm / std::max(1e-6, readings.rig_noise_mm());

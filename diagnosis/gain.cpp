@@ -176,10 +176,11 @@ std::vector<double> odds_on_g2(
     const Readings& g2, const Eigen::VectorXd& weight, const GainStudy& study) {
   const auto likelihood = [&](const JointFit& fit) {
     JointFit here = applied(g2, fit);
-    const Eigen::VectorXd counted = here.residual_mm.unaryExpr(
-        [](double e) { return std::isfinite(e) ? 1.0 : 0.0; }).cwiseProduct(weight);
-    here.residual_mm = here.residual_mm.unaryExpr(
-        [](double e) { return std::isfinite(e) ? e : 0.0; });
+    const Eigen::VectorXd counted =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? 1.0 : 0.0; })
+            .cwiseProduct(weight);
+    here.residual_mm =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? e : 0.0; });
     // Independent readings are judged by the noise of the whole explanation. Where one side has
     // shared shifts, these are its way to explain G2, and each side is judged by its own noise.
     if (!study.extended.shared && !fit.shared) {

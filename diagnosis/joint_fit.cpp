@@ -60,7 +60,8 @@ void weigh(
       Whitening::Shifts shifts = whitening.shifts_of(e);
       fit.shift_mm = std::move(shifts.in_readings_mm);
       squares = shifts.squares;
-      fit.log_likelihood = -0.5 * squares / (fit.s_mm * fit.s_mm) - 0.5 * whitening.log_volume();
+      fit.log_likelihood =
+          -0.5 * squares / (fit.s_mm * fit.s_mm) - 0.5 * whitening.log_volume();
     }
     for (Eigen::Index i = 0; i < e.size(); ++i) {
       const double s_mm = fit.s_mm * fit.noise[i];
@@ -121,67 +122,6 @@ void finish(JointFit& fit) {
 Eigen::VectorXd tamed(Eigen::VectorXd e) {
   return e.unaryExpr([](double v) { return std::isfinite(v) ? v : kOutOfReach_mm; });
 }
-
-}  // namespace
-
-int linear_count(const simulation::Effect& effect) {
-  return static_cast<int>(effect.parameters.size()) - (effect.searched ? 1 : 0);
-}
-
-int fitted_count(const simulation::Effect& effect) {
-  return static_cast<int>(effect.parameters.size()) -
-         (effect.searched && !effect.searched_change ? 1 : 0);
-}
-
-Eigen::MatrixXd effect_columns(
-    const Readings& readings, const ModelVector& at, const ExtendedModel& extended,
-    const ActiveEffect& candidate, const Eigen::VectorXd& simulated_mm) {
-  const int count = linear_count(*candidate.effect);
-  Eigen::MatrixXd columns(readings.count(), count);
-  for (int i = 0; i < count; ++i) {
-    ActiveEffect moved = candidate;
-    const auto k = static_cast<std::size_t>(i);
-    const double step = 1e-3 * candidate.effect->parameters[k].sigma;
-    moved.x[k] += step;
-    columns.col(i) = (readings.simulate(at, extended, &moved) - simulated_mm) / step;
-  }
-  return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
-}
-
-Eigen::VectorXd residual_at_rest_mm(const Readings& readings, const JointFit& fit) {
-  return fit.own_residual_mm().cwiseProduct(readings.relative_noise()).cwiseQuotient(fit.noise);
-}
-
-std::optional<ScatterSize> JointFit::scatter(bool with_interval) const {
-  if (!shared) return std::nullopt;
-  const Eigen::VectorXd roots = root();
-  const double freedom = std::max(3.0, weight.sum() - fitted);
-  return scatter_size(
-      {roots, residual_mm, J, random, u, freedom}, *shared,
-      {.near = shared_ratio, .with_interval = with_interval});
-}
-
-Projector::Projector(const JointFit& fit) : whitening_(fit.whitening()) {
-  const Eigen::Index n = fit.residual_mm.size();
-  const Eigen::Index m = fit.random.cols();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + m, fit.J.cols() + m);
-  columns.topLeftCorner(n, fit.J.cols()) = whitening_(fit.J);
-  Eigen::VectorXd e(n + m);
-  e.head(n) = whitening_(fit.residual_mm);
-  if (m > 0) {
-    columns.topRightCorner(n, m) = whitening_(fit.random);
-    columns.bottomRightCorner(m, m).setIdentity();
-    e.tail(m) = -fit.u;
-  }
-  const Eigen::MatrixXd Q = orthonormal_basis(columns);
-  e -= Q * (Q.transpose() * e);
-  Q_ = Q.topRows(n);
-  e_ = e.head(n);
-  squares_ = e.squaredNorm();
-  freedom_ = std::max(3.0, fit.weight.sum() - fit.fitted);
-}
-
-namespace {
 
 // Standard deviations are not fitted below this, nor below a share of the rig's noise: exact
 // data would make the weights of gross readings meaningless.
@@ -282,8 +222,8 @@ class Fitter {
     if (fit_.shared) fit_.shared_ratio = near.shared_ratio;
   }
 
-  /// Looks again at what readings of an arrival share, now that the fit stands. Whether anything
-  /// changed by that.
+  /// Looks again at what readings of an arrival share, now that the fit stands. Whether
+  /// anything changed by that.
   [[nodiscard]] bool share_anew() {
     const Eigen::VectorXd root = fit_.root();
     const double freedom = std::max(3.0, fit_.weight.sum() - fit_.fitted);
@@ -431,8 +371,7 @@ class Fitter {
       }
       next.u = fit_.u + change.tail(fit_.random.cols());
       next.residual = residual_of(next.model, next.effects, next.u);
-      next.squares =
-          equations.whitening(next.residual).squaredNorm() + next.u.squaredNorm();
+      next.squares = equations.whitening(next.residual).squaredNorm() + next.u.squaredNorm();
       if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
     return std::nullopt;
@@ -447,6 +386,19 @@ class Fitter {
 };
 
 }  // namespace
+
+Eigen::VectorXd residual_at_rest_mm(const Readings& readings, const JointFit& fit) {
+  return fit.own_residual_mm().cwiseProduct(readings.relative_noise()).cwiseQuotient(fit.noise);
+}
+
+std::optional<ScatterSize> JointFit::scatter(bool with_interval) const {
+  if (!shared) return std::nullopt;
+  const Eigen::VectorXd roots = root();
+  const double freedom = std::max(3.0, weight.sum() - fitted);
+  return scatter_size(
+      {roots, residual_mm, J, random, u, freedom}, *shared,
+      {.near = shared_ratio, .with_interval = with_interval});
+}
 
 JointFit fit_jointly(
     const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,

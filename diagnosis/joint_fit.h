@@ -9,8 +9,9 @@
 // Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
 // smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
 //
-// Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its size
-// belongs to the noise, as s does: each fit finds its own, and has none where that does not pay.
+// Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its
+// size belongs to the noise, as s does: each fit finds its own, and has none where that does
+// not pay.
 #pragma once
 
 #include <Eigen/Core>

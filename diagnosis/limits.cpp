@@ -143,9 +143,8 @@ class LimitStudy {
     }
     const Eigen::MatrixXd& Q = projector_.Q();
     for (const double value : values) {
-      const Eigen::MatrixXd raw =
-          projector_.whitening()(
-              effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated));
+      const Eigen::MatrixXd raw = projector_.whitening()(
+          effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated));
       Eigen::MatrixXd kept(raw.rows(), 0);
       Columns columns;
       for (Eigen::Index i = 0; i < raw.cols(); ++i) {

@@ -87,8 +87,8 @@ Eigen::MatrixXd Whitening::normal(
     Eigen::MatrixXd share = Eigen::MatrixXd::Zero(scaled_.cols(), C.cols());
     const std::size_t before = at;
     for (; at < rows.size() && rows[at] < first_row_[static_cast<std::size_t>(b) + 1]; ++at) {
-      share.noalias() += scaled_.row(rows[at]).transpose() *
-                         weighted.row(static_cast<Eigen::Index>(at));
+      share.noalias() +=
+          scaled_.row(rows[at]).transpose() * weighted.row(static_cast<Eigen::Index>(at));
     }
     if (at == before) continue;
     const Eigen::VectorXd less = (1 + lambda_.row(b).transpose().array()).inverse();
@@ -112,8 +112,7 @@ Whitening::Shifts Whitening::shifts_of(const Eigen::VectorXd& residual_mm) const
   result.squares = v.squaredNorm();
   // D was in B~: a reading that is not counted shares the shift, but nobody asks it.
   for (Eigen::Index row = 0; row < root_.size(); ++row) {
-    result.in_readings_mm[row] =
-        root_[row] > 0 ? result.in_readings_mm[row] / root_[row] : 0.0;
+    result.in_readings_mm[row] = root_[row] > 0 ? result.in_readings_mm[row] / root_[row] : 0.0;
   }
   return result;
 }
@@ -231,9 +230,10 @@ bool may_be_shared(const LeftOver& left, const ScatterColumns& columns) {
   for (std::size_t b = 0; b < columns.blocks(); ++b) {
     const Eigen::Index first = columns.first_row[b];
     const Eigen::Index rows = columns.first_row[b + 1] - first;
-    const Eigen::MatrixXd B = left.root.segment(first, rows).asDiagonal() *
-                              columns.columns.middleRows(first, rows);
-    score += (B.transpose() * e.segment(first, rows)).squaredNorm() / variance - B.squaredNorm();
+    const Eigen::MatrixXd B =
+        left.root.segment(first, rows).asDiagonal() * columns.columns.middleRows(first, rows);
+    score +=
+        (B.transpose() * e.segment(first, rows)).squaredNorm() / variance - B.squaredNorm();
     information += (B.transpose() * B).squaredNorm();
   }
   return score > kWorthALook * std::sqrt(2 * information);
@@ -243,9 +243,7 @@ std::optional<ScatterSize> scatter_size(
     const LeftOver& left, const ScatterColumns& columns, const ScatterQuestion& asked) {
   const ResidualLikelihood likelihood(left, columns);
   if (!(likelihood.mean_lambda() > 0)) return std::nullopt;
-  const auto value = [&](double log_ratio) {
-    return likelihood.at(std::exp(log_ratio)).value;
-  };
+  const auto value = [&](double log_ratio) { return likelihood.at(std::exp(log_ratio)).value; };
   // In logarithms: from a tenth of what is clearly visible up as long as it rises, or near what
   // a similar fit had.
   constexpr double kGrid = 1.2;
@@ -271,7 +269,8 @@ std::optional<ScatterSize> scatter_size(
     const double after = value(best + wide);
     const double curvature = before - 2 * here + after;
     double step = after > before ? wide : -wide;
-    if (curvature < 0) step = std::clamp(0.5 * wide * (before - after) / curvature, -wide, wide);
+    if (curvature < 0)
+      step = std::clamp(0.5 * wide * (before - after) / curvature, -wide, wide);
     best += step;
   }
   most = value(best);

@@ -3,10 +3,10 @@
 //
 //   e = simulated part + B v + noise,   v ~ N(0, ratio s^2 I) for each arrival
 //
-// with B = d(reading)/d(shift): of the tool in the plane (2 columns), or of the joint values (one
-// for each joint). With B~ = sqrt(ratio) D B and D = 1 / (noise of each reading, in s), the
-// readings' covariance is s^2 D^-1 (I + B~ B~') D^-1, block by block; Whitening takes the square
-// root of its inverse, which is the identity but for k directions of each block.
+// with B = d(reading)/d(shift): of the tool in the plane (2 columns), or of the joint values
+// (one for each joint). With B~ = sqrt(ratio) D B and D = 1 / (noise of each reading, in s),
+// the readings' covariance is s^2 D^-1 (I + B~ B~') D^-1, block by block; Whitening takes the
+// square root of its inverse, which is the identity but for k directions of each block.
 #pragma once
 
 #include <Eigen/Core>

@@ -108,9 +108,8 @@ ScatterFound beside_noise(const Noise& noise, double s_mm, double freedom) {
   constexpr double kTail = 0.025;
   const auto bound = [&](double sigma_mm, double degrees, bool upper) {
     const boost::math::chi_squared law(degrees);
-    const double quantile =
-        upper ? boost::math::quantile(law, kTail)
-              : boost::math::quantile(boost::math::complement(law, kTail));
+    const double quantile = upper ? boost::math::quantile(law, kTail)
+                                  : boost::math::quantile(boost::math::complement(law, kTail));
     return sigma_mm * std::sqrt(degrees / quantile);
   };
   const auto of_noise = [&](bool upper) {

@@ -41,7 +41,7 @@ struct ScatterFound {
 };
 
 struct Scatter {
-  bool of_all = false;  // of the dials that do not stand out, together
+  bool of_all = false;                // of the dials that do not stand out, together
   std::optional<ScatterFound> found;  // the size of it, or of what arrivals share
   std::vector<NoisyDial> dials;       // that stand out
 };

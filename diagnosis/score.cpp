@@ -194,8 +194,7 @@ class Scorer {
     return result;
   }
 
-  [[nodiscard]] static Eigen::VectorXd right_of(
-      const Columns& columns, const Left& left) {
+  [[nodiscard]] static Eigen::VectorXd right_of(const Columns& columns, const Left& left) {
     if (!columns.rows) return columns.values.transpose() * left.e;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
     for (Eigen::Index at = 0; at < columns.values.rows(); ++at) {

@@ -54,9 +54,9 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
   Eigen::MatrixXd joints(
       readings.count(), static_cast<Eigen::Index>(readings.model().robot().joints.size()));
   for (Eigen::Index j = 0; j < joints.cols(); ++j) {
-    joints.col(j) = alike(readings.model().robot().joints, j) *
-                    stage_columns(
-                        readings, at, plain, simulated, Stage::kJointAngle, static_cast<int>(j));
+    joints.col(j) =
+        alike(readings.model().robot().joints, j) *
+        stage_columns(readings, at, plain, simulated, Stage::kJointAngle, static_cast<int>(j));
   }
   const bool free = readings.nuisance().cols() > 0;
   const std::vector<Eigen::Index> samples = blocks_of(readings, false);

@@ -1,5 +1,5 @@
-// Which shifts the readings of an arrival could share: of the tool, whose place a robot does not
-// repeat, or of the joints, whose recorded values are not where they stood.
+// Which shifts the readings of an arrival could share: of the tool, whose place a robot does
+// not repeat, or of the joints, whose recorded values are not where they stood.
 #pragma once
 
 #include <memory>

@@ -39,12 +39,11 @@ void tie(
     Finding& finding = findings[i];
     if (holds(set, finding.hypothesis)) continue;
     for (const Hypothesis& other : set) {
-      const bool known = std::ranges::any_of(finding.tied_with, [&](const Rival& each) {
-        return each.hypothesis == other;
-      });
+      const bool known = std::ranges::any_of(
+          finding.tied_with, [&](const Rival& each) { return each.hypothesis == other; });
       if (known || holds(own, other)) continue;
-      const auto fitted = std::ranges::find_if(
-          rival.fit.effects, [&](const simulation::ActiveEffect& active) {
+      const auto fitted =
+          std::ranges::find_if(rival.fit.effects, [&](const simulation::ActiveEffect& active) {
             return active.effect == other.effect && active.place.name == other.place.name;
           });
       if (fitted != rival.fit.effects.end()) {

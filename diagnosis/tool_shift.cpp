@@ -17,7 +17,8 @@ ToolColumns tool_columns(const Readings& readings, const JointFit& fit) {
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
   ToolColumns result{stage_columns(readings, fit.model, extended, simulated, Stage::kTool), {}};
   if (readings.has_dials()) {
-    result.turn = stage_columns(readings, fit.model, extended, simulated, Stage::kCuboidAngle).col(0);
+    result.turn =
+        stage_columns(readings, fit.model, extended, simulated, Stage::kCuboidAngle).col(0);
   }
   return result;
 }

@@ -75,7 +75,9 @@ std::vector<SidesFrom> sides_from(
     const bool both = std::min(up, moves - up) * kOneInSides >= moves;
     const bool reversed = moves >= kFewestMoves && both && against >= kNearlyAll * moves;
     result.push_back(
-        known == 0 ? SidesFrom::kRows : reversed ? SidesFrom::kReversed : SidesFrom::kColumns);
+        known == 0 ? SidesFrom::kRows
+        : reversed ? SidesFrom::kReversed
+                   : SidesFrom::kColumns);
   }
   return result;
 }
@@ -239,7 +241,7 @@ class Walk {
   const ForwardModel& model_;
   const ModelVector& at_;
   std::span<const Trial> trials_;
-  std::vector<SidesFrom> from_;  // by joint
+  std::vector<SidesFrom> from_;    // by joint
   bool comes_from_sides_ = false;  // as a rule: the plan asked for sides
   std::vector<Plunger> plungers_;
   Eigen::VectorXd arrived_;  // joint values after the last move

@@ -179,7 +179,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, data.after),
       .residuals = residuals_of(data)};
-  add_data_faults(result.causes, result.gross_readings);
+  add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});
   }

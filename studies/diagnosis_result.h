@@ -154,7 +154,7 @@ struct GrossReading {
 /// What is left of the readings, and whether that is noise.
 struct Unexplained {
   bool significant = false;
-  bool scatter = false;                   // larger than the noise, without structure
+  bool scatter = false;  // larger than the noise, without structure
   std::optional<diagnosis::ScatterFound> scatter_size{};
   std::vector<std::string> depends_on{};  // covariates of something smooth that nobody named
   double rms_mm = 0.0;                    // of the good readings, after the named causes
@@ -283,6 +283,8 @@ enum class VerdictKind {
 /// True if the diagnosis names something that the robot or the instruments have, not only bad
 /// readings.
 [[nodiscard]] bool names_an_effect(const DiagnosisResult& result);
+/// Share of the readings that the fit with the causes did without.
+[[nodiscard]] double left_out(const DiagnosisResult& result);
 /// The row of a model without a network, null if there is none.
 [[nodiscard]] const GainRow* gain_row(
     const DiagnosisResult& result, diagnosis::GainModel model, bool network = false);

@@ -61,7 +61,8 @@ void describe_keys(Fields& at, Of<Fields, diagnosis::ScatterFound>& scatter) {
   at.named(
       "in", scatter.in,
       [&](ScatterIn in) {
-        return std::ranges::find(kPlaces, in, &std::pair<ScatterIn, const char*>::first)->second;
+        return std::ranges::find(kPlaces, in, &std::pair<ScatterIn, const char*>::first)
+            ->second;
       },
       [&](std::string_view text) -> std::optional<ScatterIn> {
         for (const auto& [in, word] : kPlaces) {

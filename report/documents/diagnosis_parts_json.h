@@ -91,9 +91,8 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
                  : rival.id.cause == diagnosis_document::kNothing ? studies::RivalKind::kNothing
                  : rival.id.cause == diagnosis_document::kUnsettled
                      ? studies::RivalKind::kUnsettled
-                 : rival.id.cause == diagnosis_document::kLeftOut
-                     ? studies::RivalKind::kLeftOut
-                     : studies::RivalKind::kEffect;
+                 : rival.id.cause == diagnosis_document::kLeftOut ? studies::RivalKind::kLeftOut
+                                                                  : studies::RivalKind::kEffect;
     if (rival.kind == studies::RivalKind::kUnknown)
       rival.depends_on = diagnosis_document::split(rival.id.where);
     if (rival.kind != studies::RivalKind::kEffect) rival.id = {};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
 
 namespace sixdial::report {
@@ -156,12 +157,14 @@ std::string scatter_sentence(const DiagnosisResult& result) {
   switch (scatter->in) {
     case diagnosis::ScatterIn::kTool:
       return fmt::format(
-          " The robot does not come to the same place twice: each arrival is off {} in x and in "
+          " The robot does not come to the same place twice: each arrival is off {} in x and "
+          "in "
           "y, and all dials of a sample see the same shift.",
           by_micrometres(*scatter));
     case diagnosis::ScatterIn::kJoints:
       return fmt::format(
-          " The joint values that were recorded are not quite where the joints stood: by chance "
+          " The joint values that were recorded are not quite where the joints stood: by "
+          "chance "
           "from sample to sample, which moves the tool {} in x and in y.",
           by_micrometres(*scatter));
     case diagnosis::ScatterIn::kReadings:
@@ -222,15 +225,18 @@ std::vector<std::string> not_judged(const DiagnosisResult& result) {
 
 std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatter) {
   if (scatter && scatter->in == diagnosis::ScatterIn::kTool) {
-    return "No model can foretell what differs from arrival to arrival: no command will be better "
-           "than that. If the robot's maker states a better repeatability, look for play, loose "
+    return "No model can foretell what differs from arrival to arrival: no command will be "
+           "better "
+           "than that. If the robot's maker states a better repeatability, look for play, "
+           "loose "
            "screws, vibration and a controller that has not settled when the dials are read.";
   }
   if (scatter && scatter->in == diagnosis::ScatterIn::kJoints) {
     return "Record joint values that are better than that: the mean of several readings of the "
            "encoders while the robot stands, not one of them.";
   }
-  return "Repeat some poses with full re-approach: whether the dials or the robot scatter shows "
+  return "Repeat some poses with full re-approach: whether the dials or the robot scatter "
+         "shows "
          "there.";
 }
 
@@ -325,6 +331,13 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
             ? "as the held-out points were not asked (no gain was computed)."
             : "as the fitted points or the held-out ones alone do not show it clearly; measure "
               "more before spending money on it.")));
+  }
+  if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {
+    lines.push_back(fmt::format(
+        "All of this rests on leaving out {:.0f} % of the readings, so nothing of it is "
+        "certain: "
+        "these readings may say something else.",
+        100.0 * share));
   }
   if (!result.unexplained.significant) lines.push_back(remainder_sentence(result));
   return lines;

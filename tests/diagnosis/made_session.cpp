@@ -39,6 +39,10 @@ Session session_of(const Recipe& recipe) {
       trial.time_s = 8.0 * trial.sample;
       trial.temperature_c = 20.0 + 4.0 * (1 - std::exp(-trial.time_s.value() / 600.0)) +
                             0.5 * std::sin(trial.time_s.value() / 150.0);
+      if (recipe.temperature_degC) {
+        trial.temperature_c = recipe.temperature_degC(
+            static_cast<double>(trial.sample) / (recipe.points * recipe.repeats));
+      }
       for (int j = 0; j < 2; ++j) {  // standing still, it lies on the side of its last move
         const bool first = session.trials.empty() || repeat == 0;
         trial.approach.push_back(

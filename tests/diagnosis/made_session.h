@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "simulation/extended_model.h"
@@ -30,6 +31,8 @@ struct Recipe {
   // what was recorded.
   double scatter_mm = 0.0;
   double scatter_rad = 0.0;
+  /// By the share of the session that is over; empty: a warm-up with waves.
+  std::function<double(double)> temperature_degC{};
 };
 
 [[nodiscard]] Session session_of(const Recipe& recipe);

@@ -71,8 +71,7 @@ TEST(Whitening, TellsTheLikeliestShift) {
   EXPECT_LT((whitening.shifts_of(e).in_readings_mm - shared).cwiseAbs().maxCoeff(), kRounding);
   // With the noise that is left it makes up the whole: e'V^-1 e.
   EXPECT_LT(
-      std::abs(
-          own.squaredNorm() + whitening.shifts_of(e).squares - weighted.dot(own)),
+      std::abs(own.squaredNorm() + whitening.shifts_of(e).squares - weighted.dot(own)),
       kRounding);
   const Eigen::VectorXd left = blocks.covariance.inverse().diagonal();
   EXPECT_LT(
@@ -109,8 +108,8 @@ TEST(Scatter, OfTheToolIsToldWithItsSizeAndNothingElse) {
   std::string other;
   for (int i = 0; i < kSessions; ++i) {
     const double sd_mm = 0.003 * std::pow(7.0, random.uniform(0, 1));
-    const Diagnosis verdict =
-        diagnosed(session_of({.seed = 200 + static_cast<std::uint64_t>(i), .scatter_mm = sd_mm}));
+    const Diagnosis verdict = diagnosed(
+        session_of({.seed = 200 + static_cast<std::uint64_t>(i), .scatter_mm = sd_mm}));
     other += said_by(verdict);
     EXPECT_TRUE(verdict.unexplained.scatter) << sd_mm;
     const auto& size = verdict.unexplained.scatter_size;
@@ -136,7 +135,8 @@ TEST(Scatter, OfTheRecordedJointValuesNamesNothing) {
             verdict.unexplained.scatter_size->in == ScatterIn::kJoints;
   }
   EXPECT_EQ(other, "");
-  EXPECT_GE(told, kSessions - 2) << "of the joints, not of the tool: the cuboid turns with them";
+  EXPECT_GE(told, kSessions - 2)
+      << "of the joints, not of the tool: the cuboid turns with them";
 }
 
 TEST(Scatter, HidesNoBacklash) {
