@@ -14,6 +14,7 @@
 #include "calibration/residual_model.h"
 #include "studies/assessment.h"
 #include "studies/inputs.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 
@@ -109,6 +110,11 @@ struct CalibrationResult {
   std::optional<Networks> networks{};                   // of the paper's method
   std::optional<StoredResidualModel> residual_model{};  // of every other one that has one
   std::vector<PointResiduals> points{};                 // G1, then G2
+  /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
+  /// results of early versions.
+  std::optional<double> position_noise_mm{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   // Empty in results of early versions.
   std::optional<Assessment> assessment{};
   std::optional<GrossErrors> gross_errors{};

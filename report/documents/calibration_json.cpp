@@ -5,6 +5,8 @@
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/documents/swarm_size_json.h"
+#include "report/documents/warnings_json.h"
+#include "report/headline.h"
 #include "report/words/comparison_words.h"
 #include "studies/method_name.h"
 
@@ -184,6 +186,9 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("assessment", result.assessment);
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
+  at.maybe("position_noise_mm", result.position_noise_mm);
+  at.maybe("warnings", result.warnings);
+  if constexpr (!Fields::kReads) at("state", state_name(verdict_of(result).state));
 }
 
 Json to_json(const studies::CalibrationResult& result) { return write(result); }
