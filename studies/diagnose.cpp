@@ -196,9 +196,11 @@ DiagnosisResult diagnose(
     const session::Session& session, const DiagnosisRequest& request,
     const ProgressCallback& progress, std::stop_token stop) {
   const auto began = std::chrono::steady_clock::now();
-  const simulation::ForwardModel model(session.rig);
-  std::vector<simulation::Trial> trials = session::trials_of(session, "");
-  std::vector<bool> held_out = held_out_of(session, trials);
+  const PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
+  const simulation::ForwardModel model(believed.rig);
+  std::vector<simulation::Trial> trials = session::trials_of(believed, "");
+  std::vector<bool> held_out = held_out_of(believed, trials);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
   const auto tell = [&](const diagnosis::DiagnosisProgress& now) {
     if (progress) progress({.stage = now.stage, .done = now.done, .total = now.total});
@@ -225,6 +227,7 @@ DiagnosisResult diagnose(
   DiagnosisResult result = result_of(found, data, session, request, settings);
   checked();
   add_curves(result, found, data);
+  result.warnings = believable.warnings;
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   checked();

@@ -12,6 +12,7 @@
 
 #include "diagnosis/diagnosis.h"
 #include "studies/inputs.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 
@@ -269,6 +270,8 @@ struct DiagnosisResult {
   std::vector<LeftAlong> left_along{};
   ToolShifts tool_shifts{};
   Residuals residuals{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   double seconds = 0.0;
 };
 

@@ -10,6 +10,7 @@
 #include "report/documents/diagnosis_parts_json.h"
 #include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
 
@@ -335,6 +336,7 @@ void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at("by_covariate", result.left_along);
   at("tool_shift", result.tool_shifts);
   at("residuals", result.residuals);
+  at.maybe("warnings", result.warnings);
   at("seconds", result.seconds);
   if constexpr (Fields::kReads) {
     at("not_testable", result.not_testable);
