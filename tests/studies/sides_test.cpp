@@ -51,7 +51,8 @@ TEST(Sides, WithTheOtherSignAreToldAndTurnedRound) {
     session::Session session = with_backlash("joint2", 4e-4, 50 + reversed);
     for (session::Sample& sample : session.samples) {
       for (std::size_t joint = 0; joint < sample.approach.size(); ++joint) {
-        if (reversed == 2 || joint == reversed) *sample.approach[joint] *= -1;
+        auto& side = sample.approach[joint];
+        if (side && (reversed == 2 || joint == reversed)) side = -*side;
       }
     }
     const DiagnosisResult result = diagnosed(session);
@@ -86,7 +87,9 @@ TEST(Sides, ThatSayTheOppositeOfSomeMovesConfirmNoNegativeBacklash) {
   session::Session session = with_backlash("joint2", 4e-4, 80);
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     if (i % 5 == 0) continue;  // four of five
-    for (auto& side : session.samples[i].approach) *side *= -1;
+    for (auto& side : session.samples[i].approach) {
+      if (side) side = -*side;
+    }
   }
   const DiagnosisResult result = diagnosed(session);
   for (const FoundCause& cause : result.causes) {
