@@ -79,6 +79,8 @@ std::string named(const studies::Rival& rival) {
       return "something unnamed that depends on " + covariates_in_words(rival.depends_on);
     case studies::RivalKind::kNothing:
       return "nothing";
+    case studies::RivalKind::kLeftOut:
+      return "what the readings say that had to be left out";
     case studies::RivalKind::kUnsettled:
       return "another answer, as the fit had not settled yet";
     case studies::RivalKind::kEffect:
