@@ -47,6 +47,7 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
   }
+  if (const auto line = report::training_line(result)) cli.console.note(*line);
   cli.console.note(report::effort_line(result));
   return code;
 }

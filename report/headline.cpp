@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/words/calibration_words.h"
 #include "report/words/warning_words.h"
 #include "studies/method_name.h"
 
@@ -69,6 +70,11 @@ ReportData headline_data(const studies::CalibrationResult& result) {
   data.position_noise_mm = result.position_noise_mm;
   data.rmse_mm = if_finite(result.rmse_mm);
   data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
+  if (result.assessment) {
+    if (const auto line = far_from_noise_line(result.assessment->noise)) {
+      data.headline_more.push_back("Careful: " + *line + ".");
+    }
+  }
   return data;
 }
 

@@ -146,6 +146,8 @@ struct ReportData {
   std::optional<Opening> opening{};
   /// In the same box below the state of the robot.
   std::vector<OpeningList> also{};
+  /// Sentences that belong into the headline of the state of the robot.
+  std::vector<std::string> headline_more{};
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
 

@@ -264,6 +264,7 @@ Verdict verdict(const ReportData& data) {
     out.to_do.emplace_back("Run a calibration of this session and make the report again.");
   } else {
     judge(data, c, out);
+    for (const std::string& more : data.headline_more) out.headline += " " + more;
     advise(data, c, out);
     limit(data, c, out);
     doubt(data, out);

@@ -64,6 +64,7 @@ void look_at_two_instruments(Look& look);
 void look_at_turns(Look& look);
 void look_at_joints(Look& look);
 void look_at_dials(Look& look);
+void look_at_sides(Look& look);
 void look_at_frame(Look& look);
 void look_at_targets(Look& look);
 
