@@ -10,12 +10,20 @@
 // Readings::nuisance, u ~ N(0, known^2 I): where the rig's own geometry is known to within
 // something, the angle of a free mount at each sample. Then smooth functions that nobody named
 // (unknown.h), u ~ N(0, s^2 I).
+//
+// Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its
+// size belongs to the noise, as s does: each fit finds its own, and has none where that does
+// not pay.
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <vector>
 
+#include "diagnosis/orthonormal.h"
 #include "diagnosis/readings.h"
+#include "diagnosis/sample_scatter.h"
 
 namespace sixdial::diagnosis {
 
@@ -36,10 +44,14 @@ struct JointFit {
   double gross_share = 0.0;     // eps
   double log_likelihood = 0.0;  // with u's density, and u integrated out
   int fitted = 0;               // number of parameters that the data determine
+  /// What readings of an arrival share, null: nothing; and its variance over s^2.
+  std::shared_ptr<const ScatterColumns> shared;
+  double shared_ratio = 0.0;
+  Eigen::VectorXd shift_mm;  // the shared part of each reading, a part of residual_mm
   /// No step would raise the likelihood by anything that matters. Where this is false, nothing
   /// that is computed from the fit may be called certain.
   bool converged = false;
-  /// What a row of the least squares is multiplied by.
+  /// What a row of the least squares is multiplied by, if readings were independent ...
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
   /// What the row of each u is multiplied by: s over its own standard deviation.
   [[nodiscard]] Eigen::VectorXd root_of_u() const {
@@ -47,6 +59,19 @@ struct JointFit {
     result.head(known).setConstant(s_mm / known_sd_mm);
     return result;
   }
+  /// C and u scaled so that each u ~ N(0, s^2).
+  [[nodiscard]] Eigen::MatrixXd scaled_random() const {
+    return random * root_of_u().cwiseInverse().asDiagonal();
+  }
+  [[nodiscard]] Eigen::VectorXd scaled_u() const { return root_of_u().cwiseProduct(u); }
+  /// ... and what makes all rows independent and alike.
+  [[nodiscard]] Whitening whitening() const { return {root(), shared.get(), shared_ratio}; }
+  /// residual_mm without what an arrival's readings share: of each reading alone.
+  [[nodiscard]] Eigen::VectorXd own_residual_mm() const { return residual_mm - shift_mm; }
+  /// Share of the readings that it does without: their weights, added up.
+  [[nodiscard]] double left_out() const { return weight.size() > 0 ? 1 - weight.mean() : 0.0; }
+  /// For questions about the noise.
+  [[nodiscard]] std::optional<ScatterSize> scatter(bool with_interval = false) const;
 };
 
 /// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
@@ -57,8 +82,8 @@ struct JointFit {
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
     const Eigen::MatrixXd& random = {});
 
-/// Residuals in the noise of their dials [mm]: those of a sample of which something is not
-/// known are larger by that, which is no scatter.
+/// Residuals of each reading alone in the noise of its dial [mm]: those of a sample of which
+/// something is not known are larger by that, which is no scatter.
 [[nodiscard]] Eigen::VectorXd residual_at_rest_mm(
     const Readings& readings, const JointFit& fit);
 
@@ -73,11 +98,11 @@ class Projector {
   [[nodiscard]] const Eigen::VectorXd& residual() const { return e_; }
   [[nodiscard]] double squares() const { return squares_; }
   [[nodiscard]] double freedom() const { return freedom_; }
-  [[nodiscard]] const Eigen::VectorXd& root_weight() const { return root_; }
+  [[nodiscard]] const Whitening& whitening() const { return whitening_; }
 
  private:
   Eigen::MatrixXd Q_;
-  Eigen::VectorXd root_;
+  Whitening whitening_;
   Eigen::VectorXd e_;
   double squares_ = 0.0;
   double freedom_ = 0.0;
@@ -93,9 +118,5 @@ class Projector {
 [[nodiscard]] int linear_count(const simulation::Effect& effect);
 /// Number of parameters that a fit moves: a searched one too if it is continuous.
 [[nodiscard]] int fitted_count(const simulation::Effect& effect);
-
-/// Thin orthonormal basis of a matrix's columns, directions below `relative` left out.
-[[nodiscard]] Eigen::MatrixXd orthonormal_basis(
-    const Eigen::MatrixXd& columns, double relative = 1e-9);
 
 }  // namespace sixdial::diagnosis
