@@ -29,6 +29,7 @@
 #include "studies/dial_residuals.h"
 #include "studies/live_estimate.h"
 #include "studies/method_name.h"
+#include "studies/plausibility.h"
 #include "studies/position_noise.h"
 
 namespace sixdial::report {
@@ -86,14 +87,18 @@ std::vector<report::ShownParameter> parameters_of(
   return rows;
 }
 
-/// All samples of the session, those without a position too; residuals from the result.
+/// All samples of the session as the calibration took them, those without a position too;
+/// residuals from the result.
 std::vector<report::PointRow> points_of(
     const studies::CalibrationResult& result, const session::Session& session) {
   std::vector<report::PointRow> rows;
-  const std::vector<simulation::Trial> trials = session::trials_of(session, "");
+  std::vector<simulation::Trial> trials(session.samples.size());
+  for (simulation::Trial& trial : session::trials_of(session, "")) {
+    trials[static_cast<std::size_t>(trial.sample)] = std::move(trial);
+  }
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const session::Sample& sample = session.samples[i];
-    const simulation::Trial& trial = trials.at(i);
+    const simulation::Trial& trial = trials[i];
     report::PointRow row;
     row.set = sample.set;
     row.point = sample.point;
@@ -301,8 +306,10 @@ report::ReportData report_data(
   if (!data.position_noise_mm) data.position_noise_mm = studies::position_noise_mm(session);
   data.convergence = result.convergence;
   data.traces = result.traces;
-  data.points = points_of(result, session);
-  data.dials = studies::dial_residuals(session, session.rig.robot.nominal, result.identified());
+  // As the calibration took it: in the frame of its parameters, without what it left out.
+  const session::Session used = studies::plausible(session).session;
+  data.points = points_of(result, used);
+  data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
   if (result.gross_errors) {
     add_gross_errors(data, *result.gross_errors);

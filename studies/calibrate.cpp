@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
@@ -82,6 +83,25 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
+/// By working mode, in order of appearance.
+std::vector<MeasuredJoints> measured_joints_of(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
+  const geometry::Tool tool(rig);
+  std::vector<MeasuredJoints> all;
+  for (const simulation::Trial& trial : trials) {
+    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
+    if (!mode) continue;
+    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
+    if (known == all.end()) {
+      all.push_back({*mode, trial.q, trial.q});
+      continue;
+    }
+    known->low = known->low.cwiseMin(trial.q);
+    known->high = known->high.cwiseMax(trial.q);
+  }
+  return all;
+}
+
 }  // namespace
 
 CalibrationResult calibrate(
@@ -133,6 +153,8 @@ CalibrationResult calibrate(
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
   add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
+  result.measured_joints = measured_joints_of(checked.g1, believed.rig);
+  result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);
   result.position_noise_mm = position_noise_mm(believed);
   return result;

@@ -90,6 +90,12 @@ struct PointResiduals {
   std::vector<std::optional<Eigen::VectorXd>> residual_mm{};
 };
 
+/// Joint values at which a working mode was measured.
+struct MeasuredJoints {
+  geometry::WorkingMode mode{};
+  Eigen::VectorXd low{}, high{};
+};
+
 struct CalibrationResult {
   std::string created_utc{};
   Inputs inputs{};
@@ -113,6 +119,10 @@ struct CalibrationResult {
   /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
   /// results of early versions.
   std::optional<double> position_noise_mm{};
+  /// Where the joints stood in G1; empty in results of early versions.
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  /// From the frame in which targets are given to that of the parameters; empty: the same.
+  std::optional<geometry::Similarity> frame{};
   /// What speaks against the session; empty in results of early versions.
   std::optional<std::vector<Warning>> warnings{};
   // Empty in results of early versions.

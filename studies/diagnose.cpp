@@ -1,5 +1,7 @@
 #include "studies/diagnose.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
+#include "simulation/circumstances.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
 
@@ -163,6 +166,7 @@ DiagnosisResult result_of(
       .unexplained =
           {.significant = found.unexplained.significant,
            .scatter = found.unexplained.scatter,
+           .scatter_size = found.unexplained.scatter_size,
            .depends_on = std::move(found.unexplained.depends_on),
            .rms_mm = rms_of_good(data),
            .noisy_dials = std::move(found.unexplained.noisy_dials)},
@@ -178,7 +182,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, data.after),
       .residuals = residuals_of(data)};
-  add_data_faults(result.causes, result.gross_readings);
+  add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});
   }
@@ -187,6 +191,26 @@ DiagnosisResult result_of(
     result.gain.push_back(gain_row_of(row, readings));
   }
   return result;
+}
+
+/// Where a named cause goes by the side that a joint came from, and nobody recorded the sides.
+void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings) {
+  const Readings& readings = *found.readings;
+  const auto from = simulation::sides_from(readings.model().robot(), readings.trials());
+  std::string joints;
+  for (const diagnosis::Cause& cause : found.causes) {
+    const diagnosis::Hypothesis& each = cause.finding.hypothesis;
+    if ((each.effect->needs & simulation::kApproach) == 0 || each.place.joint < 0) continue;
+    if (from[static_cast<std::size_t>(each.place.joint)] != simulation::SidesFrom::kRows)
+      continue;
+    joints += fmt::format("{}joint {}", joints.empty() ? "" : " and ", each.place.joint + 1);
+  }
+  if (joints.empty()) return;
+  warnings.push_back(
+      {"sides_from_rows",
+       Severity::kNote,
+       {.file = "session.csv", .field = "approach"},
+       {{"joints", joints}}});
 }
 
 }  // namespace
@@ -227,6 +251,7 @@ DiagnosisResult diagnose(
   checked();
   add_curves(result, found, data);
   result.warnings = believable.warnings;
+  add_sides_from_rows(found, *result.warnings);
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   checked();

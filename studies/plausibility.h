@@ -11,10 +11,12 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "geometry/registration.h"
 #include "session/session.h"
 
 namespace sixdial::studies {
@@ -67,6 +69,10 @@ struct Warning {
 struct PlausibleSession {
   session::Session session;
   std::vector<Warning> warnings{};
+  /// The instrument has a frame of its own: what brings the rig file's frame, where targets are
+  /// meant, into it. `session` is all in the instrument's frame then, nominal robot and targets
+  /// included. Empty: both are the same.
+  std::optional<geometry::Similarity> frame{};
 };
 [[nodiscard]] PlausibleSession plausible(const session::Session& session);
 

@@ -153,6 +153,19 @@ void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::MeasuredJoints>& joints) {
+  at("mode", joints.mode.number);
+  at("low", joints.low);
+  at("high", joints.high);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, geometry::Similarity>& frame) {
+  at("turn", frame.R);
+  at("shift_mm", frame.t);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) {
@@ -187,6 +200,8 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
   at.maybe("position_noise_mm", result.position_noise_mm);
+  at.maybe("measured_joints", result.measured_joints);
+  at.maybe("frame", result.frame);
   at.maybe("warnings", result.warnings);
   if constexpr (!Fields::kReads) at("state", state_name(verdict_of(result).state));
 }

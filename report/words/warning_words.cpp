@@ -71,6 +71,71 @@ constexpr Words kWords[] = {
     {"row_in_degrees",
      "{rows:row gives|rows give} the joint angles in degrees ({value:g}) where radians are "
      "expected: not used."},
+    {"joint_wrapped",
+     "{joint} jumps by whole turns in {rows:row|rows}: taken as one continuous angle."},
+    {"joints_in_degrees",
+     "The joint angles look like degrees: as such they put the nominal robot within {miss:.2g} "
+     "mm of where it was measured. Give them in radians."},
+    {"joints_exchanged",
+     "{joints} look exchanged: the other way round they put the nominal robot within "
+     "{miss:.2g} "
+     "mm of where it was measured[, as they are within {now:.2g} mm]. Exchange the columns."},
+    {"joint_reversed",
+     "{joints} seems to turn the other way: with its sign changed the nominal robot is within "
+     "{miss:.2g} mm of where it was measured[, as it is within {now:.2g} mm]. Change the sign "
+     "of "
+     "the column."},
+    {"dials_exchanged",
+     "Dials {dials} look exchanged ({how}): so they fit a robot like the rig file's within "
+     "{miss:.2g} mm, as they are within {now:.2g} mm. Exchange the columns, the plugs or the "
+     "connections in the rig file."},
+    {"dial_unit",
+     "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
+     "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
+     "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
+    {"position_unit",
+     "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
+     "nominal "
+     "robot. They are taken times {factor:g} below; give them in millimetres."},
+    {"position_scale",
+     "The measured positions ({columns}) are {scale:.3g} times the size that the joint angles "
+     "give the nominal robot: another unit, or other links than the rig file's."},
+    {"columns_exchanged",
+     "{columns} of the measured positions look exchanged: the other way round they fit the "
+     "nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. They are exchanged "
+     "below. Exchange the columns, or, if the instrument's frame is left-handed, turn one of "
+     "its axes round."},
+    {"axis_reversed",
+     "{axis} of the measured positions points the other way: with its sign changed they fit "
+     "the "
+     "nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. It is changed "
+     "below. "
+     "The instrument's frame is left-handed: turn the axis round."},
+    {"frame_mirrored",
+     "The measured positions are in a left-handed frame: mirrored they fit the nominal robot "
+     "within {miss:.2g} mm, as they are within {now:.2g} mm. They are mirrored below. Exchange "
+     "two of its axes or turn one round."},
+    {"frame_registered",
+     "The positions were measured in a frame of the instrument's own, turned by {turn:.2f} deg "
+     "and shifted by {shift:.1f} mm (at the middle of the work) against the rig file's. It was "
+     "registered first[: {base} and all results are in that frame]; targets are meant in the "
+     "rig file's frame and brought over."},
+    {"base_registered",
+     "The robot's base stands elsewhere than in the rig file: where it was measured the "
+     "nominal "
+     "robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The fit starts "
+     "from there."},
+    {"sides_reversed",
+     "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
+     "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
+     "turning up."},
+    {"sides_from_rows",
+     "Nobody recorded from which side {joints} came: each move is taken to be the way from the "
+     "row before."},
+    {"targets_elsewhere",
+     "{rows:target|targets} of {targets} {rows|lies|lie} {miss:.1f} mm from where the joint "
+     "angles put the nominal robot: not used, and errors before the calibration are those of "
+     "the nominal robot."},
     {"wrong_mode",
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
      "{mode} is used here. Correct the rig file, or the robot is commanded the other way "

@@ -9,11 +9,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "geometry/registration.h"
 #include "studies/plausibility.h"
 
 namespace sixdial::studies::plausibility {
@@ -22,6 +24,7 @@ struct Look {
   const session::Session& measured;  // as it was read
   session::Session& used;            // the same less what earlier checks took away
   std::vector<Warning>& found;
+  std::optional<geometry::Similarity>& frame;  // PlausibleSession::frame
 
   void tell(
       std::string_view code, Severity severity, WarningPlace where = {},
@@ -56,6 +59,12 @@ void look_at_travel(Look& look);
 void look_at_modes(Look& look);
 void look_at_cuboid_angle(Look& look);
 void look_at_two_instruments(Look& look);
+void look_at_turns(Look& look);
+void look_at_joints(Look& look);
+void look_at_dials(Look& look);
+void look_at_sides(Look& look);
+void look_at_frame(Look& look);
+void look_at_targets(Look& look);
 
 inline constexpr std::string_view kWrongMode = "wrong_mode";
 

@@ -31,11 +31,22 @@ const std::vector<Check>& checks() {
       {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
       {"angles", {"row_in_degrees"}, look_at_angles},
       {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
+      // What the columns hold: the nominal robot knows it better than their names do.
+      {"turns", {"joint_wrapped"}, look_at_turns},
+      {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
+      {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
       {"modes", {kWrongMode}, look_at_modes},
       {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
       {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
+      // Where it was measured, once it is known by what.
+      {"frame",
+       {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
+        "frame_mirrored", "frame_registered", "base_registered"},
+       look_at_frame},
+      {"targets", {"targets_elsewhere"}, look_at_targets},
   };
   return kChecks;
 }
@@ -65,7 +76,7 @@ geometry::WorkingMode working_mode_in_use(
 
 PlausibleSession plausible(const session::Session& session) {
   PlausibleSession judged{session};
-  plausibility::Look look{session, judged.session, judged.warnings};
+  plausibility::Look look{session, judged.session, judged.warnings, judged.frame};
   for (const plausibility::Check& check : plausibility::checks()) check.look(look);
   return judged;
 }
