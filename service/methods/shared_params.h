@@ -30,6 +30,15 @@ inline constexpr Param kFromOtherSession{
     .doc = "take a result or diagnosis that belongs to another session than `session`; else it "
            "is refused"};
 
+inline constexpr Param kTolerance{
+    .name = "tolerance_mm",
+    .type = ParamType::kNumber,
+    .doc =
+        "largest position error that is accepted; default: what the rig file states, if it "
+        "does",
+    .min = 1e-6,
+    .max = 1e6};
+
 inline constexpr std::array<std::string_view, 2> kProfileWords{"default", "paper"};
 inline constexpr std::array<std::string_view, 4> kModeWords{"++", "+-", "-+", "--"};
 
