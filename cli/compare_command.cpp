@@ -79,7 +79,10 @@ void add_compare_options(CLI::App& command, studies::CompareRequest& request) {
       ->check(CLI::IsMember({"positions", "dials"}))
       ->capture_default_str();
   add_fixed_parameters(command, request.fix, request.free);
-  command.add_option("--loss", request.loss, "of lm: huber and cauchy forgive gross errors")
+  command
+      .add_option(
+          "--loss", request.loss,
+          "of the method lm; gross errors pull huber and cauchy less than squared")
       ->check(CLI::IsMember({"square", "huber", "cauchy"}))
       ->capture_default_str();
   add_keep_gross_errors(command, request.keep_gross_errors);
@@ -97,7 +100,9 @@ void add_compare_command(CLI::App& app, Cli& cli) {
   add_subject(*command, options->subject);
   add_compare_options(*command, request);
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of searches and networks")
+  command
+      ->add_option(
+          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
       ->capture_default_str();
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);

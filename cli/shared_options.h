@@ -29,6 +29,8 @@ void add_point_count(CLI::App& command, int& points);             // --points of
 void add_profile(CLI::App& command, calibration::Profile& profile);
 void add_fixed_parameters(
     CLI::App& command, std::vector<std::string>& fix, std::vector<std::string>& free);
+/// --tolerance: of a calibration or a report.
+void add_tolerance(CLI::App& command, std::optional<double>& tolerance_mm);
 void add_keep_gross_errors(CLI::App& command, bool& keep);
 void add_threads(CLI::App& command, int& threads);
 /// How often something is repeated: "instead of 100".

@@ -9,6 +9,7 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/conformity.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/position_noise.h"
@@ -157,6 +158,10 @@ CalibrationResult calibrate(
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);
   result.position_noise_mm = position_noise_mm(believed);
+  if (const auto tolerance_mm =
+          request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
+    result.conformity = conformity_of(result, believed, *tolerance_mm);
+  }
   return result;
 }
 

@@ -24,6 +24,15 @@ inline constexpr Param kKeepGrossErrors{
     .type = ParamType::kBoolean,
     .doc = "list readings that stand out, but fit them too"};
 
+inline constexpr Param kTolerance{
+    .name = "tolerance_mm",
+    .type = ParamType::kNumber,
+    .doc =
+        "largest position error that is accepted; default: what the rig file states, if it "
+        "does",
+    .min = 1e-6,
+    .max = 1e6};
+
 inline constexpr std::array<std::string_view, 2> kProfileWords{"default", "paper"};
 inline constexpr std::array<std::string_view, 4> kModeWords{"++", "+-", "-+", "--"};
 
