@@ -43,6 +43,12 @@ void add_stored_result(CLI::App& command, std::int64_t& result) {
   command.add_option("--result", result, "number of a stored result; default: the newest");
 }
 
+void add_from_other_session(CLI::App& command, bool& allowed) {
+  command.add_flag(
+      "--from-other-session", allowed,
+      "take a calibration or diagnosis that was made from other data than this session's");
+}
+
 void add_point_count(CLI::App& command, int& points) {
   command.add_option("--points", points, "how many points")
       ->check(CLI::Range(1, 400))

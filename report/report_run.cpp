@@ -39,18 +39,6 @@ std::optional<double> if_finite(double value) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-void check_belongs_together(
-    const studies::CalibrationResult& result, const session::Session& session) {
-  if (result.inputs.data_hash ==
-      std::string(studies::kHashPrefix) + session::data_sha256(session)) {
-    return;
-  }
-  throw studies::StudyError(
-      studies::StudyErrorCode::kBadData,
-      fmt::format("the session {} has other data than the result was made from", session.name),
-      {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
-}
-
 void add_times_and_temperatures(report::Head& head, const session::Session& session) {
   std::optional<session::TimePoint> first;
   std::optional<session::TimePoint> last;
@@ -289,7 +277,13 @@ report::Head report_head(
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
-  check_belongs_together(result, session);
+  studies::check_same_data(
+      result.inputs, session, "calibration",
+      "A report shows the samples that were calibrated: calibrate this session.");
+  if (companions.diagnosis != nullptr) {
+    studies::check_same_data(
+        companions.diagnosis->inputs, session, "diagnosis", "Diagnose this session.");
+  }
   report::ReportData data = headline_data(result);
   data.head = report_head(
       result.inputs, settings_rows(settings_json(result.settings)), session, operator_name,
