@@ -47,6 +47,7 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
   }
+  if (const auto line = report::training_line(result)) cli.console.note(*line);
   cli.console.note(report::effort_line(result));
   return code;
 }
@@ -95,13 +96,17 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method", request.method,
-          "such as lm+gp: any identifier, alone or with any residual model")
+          "how: an identifier (lm), or one with a residual model (lm+gp)")
       ->capture_default_str();
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of the searches")->capture_default_str();
+  command
+      ->add_option(
+          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
+      ->capture_default_str();
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_fixed_parameters(*command, request.fix, request.free);
+  add_tolerance(*command, request.tolerance_mm);
   add_keep_gross_errors(*command, request.keep_gross_errors);
   add_result_file(*command, options->output);
   add_skip_bad_rows(*command, options->skip_bad_rows);

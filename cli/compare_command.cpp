@@ -27,6 +27,9 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
     return;
   }
   const studies::ComparisonResult result = report::comparison_from_json(document);
+  if (const auto line = report::far_from_noise_line(result.assessment.noise)) {
+    cli.console.out << "Careful: " << *line << ".\n";
+  }
   cli.console.out << report::comparison_text(result) << '\n';
   for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);
@@ -76,7 +79,10 @@ void add_compare_options(CLI::App& command, studies::CompareRequest& request) {
       ->check(CLI::IsMember({"positions", "dials"}))
       ->capture_default_str();
   add_fixed_parameters(command, request.fix, request.free);
-  command.add_option("--loss", request.loss, "of lm: huber and cauchy forgive gross errors")
+  command
+      .add_option(
+          "--loss", request.loss,
+          "of the method lm; gross errors pull huber and cauchy less than squared")
       ->check(CLI::IsMember({"square", "huber", "cauchy"}))
       ->capture_default_str();
   add_keep_gross_errors(command, request.keep_gross_errors);
@@ -94,7 +100,9 @@ void add_compare_command(CLI::App& app, Cli& cli) {
   add_subject(*command, options->subject);
   add_compare_options(*command, request);
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of searches and networks")
+  command
+      ->add_option(
+          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
       ->capture_default_str();
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
