@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/summary.h"
@@ -29,7 +30,7 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
     return;
   }
   const studies::CalibrationResult result = report::calibration_from_json(document);
-  cli.console.out << report::table_6_text(result);
+  cli.console.out << for_terminal(report::table_6_text(result));
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
       cli.console.warn(line);
@@ -37,7 +38,7 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
   }
   if (result.assessment) {
     for (const std::string& line : report::assessment_lines(*result.assessment)) {
-      cli.console.out << line << '\n';
+      cli.console.out << for_terminal(line) << '\n';
     }
   }
   if (result.precision) {
@@ -94,7 +95,7 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
           "such as lm+gp: any identifier, alone or with any residual model")
       ->capture_default_str();
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of the searches")->capture_default_str();
+  add_seed(*command, request.seed, "of the searches");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_fixed_parameters(*command, request.fix, request.free);

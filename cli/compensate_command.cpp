@@ -8,6 +8,7 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/words/validation_words.h"
@@ -37,6 +38,29 @@ struct ValidateOptions {
   std::int64_t result = 0, diagnosis = 0;
 };
 
+/// Says what of the answer was not measured.
+void tell_outside(Cli& cli, const Json& answer) {
+  const Json outside = answer.value("outside_measured", Json::object());
+  const auto words = outside.value("words", std::string());
+  if (!words.empty()) cli.console.warn(words);
+}
+
+/// As the service's answers say it.
+Json with_outside(
+    Json answer, const session::Session& session, const geometry::Position& target_mm,
+    geometry::WorkingMode mode) {
+  answer["outside_measured"] = report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), target_mm, mode), 1);
+  return answer;
+}
+Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
+  return {
+      {"outside_measured",
+       report::outside_json(
+           studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+           asked.points.size())}};
+}
+
 /// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
   const studies::CommandedTarget at = report::commanded_target_from_json(answer);
@@ -51,6 +75,7 @@ void print_target(Cli& cli, const Json& answer) {
           "{} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal{}; closes to {:.1e} mm\n", angles,
           at.target_mm.x(), at.target_mm.y(), geometry::to_string(at.mode), nominal,
           at.closure_mm));
+  tell_outside(cli, answer);
 }
 
 void print_plan(
@@ -62,7 +87,7 @@ void print_plan(
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
   } else if (options.output.empty()) {
-    cli.console.out << text;
+    cli.console.print_data(text);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, options.output));
   }
@@ -101,9 +126,10 @@ service::ExitCode extend_bundle(
   }
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::extended_plan(
-        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
-        options.temperature_c);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan =
+        studies::extended_plan(asked, command, session.rig, "", options.temperature_c);
+    tell_outside(cli, outside_of_plan(session, asked));
     print_plan(
         cli, options, plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)));
@@ -116,9 +142,11 @@ service::ExitCode extend_bundle(
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
   print_target(
-      cli, report::to_json(studies::commanded_target(
-               command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
-               target_mm, mode)));
+      cli, with_outside(
+               report::to_json(studies::commanded_target(
+                   command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
+                   target_mm, mode)),
+               session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -146,8 +174,9 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const calibration::CompensationModel model =
       studies::compensation_model(calibration_of(cli, options, session), session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::compensated_plan(
-        session::read_plan(options.plan_file, session.rig), model, session.rig);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
+    tell_outside(cli, outside_of_plan(session, asked));
     print_plan(
         cli, options, plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)));
@@ -155,9 +184,11 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
   print_target(
-      cli, report::to_json(studies::compensated_target(
-               model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode)));
+      cli, with_outside(
+               report::to_json(studies::compensated_target(model, by, target_mm, mode)),
+               session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -183,10 +214,12 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
     print_plan(
         cli, options, answer["points"].get<std::size_t>(),
         answer["plan_csv"].get<std::string>());
+    tell_outside(cli, answer);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
   const Json answer = cli.call("compensate.plan", params);
+  tell_outside(cli, answer);
   cli.console.print(
       "plan", {{"points", answer["points"]}, {"by", options.by}, {"file", options.output}}, "");
   if (!cli.console.json) {
@@ -272,8 +305,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--temperature", options->temperature_c,
       "of extended, in degC; default: as at the end of the session");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     if (options->target_mm.empty() && options->plan_file.empty()) {

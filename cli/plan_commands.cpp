@@ -37,10 +37,11 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("--repeats", plan.options.repeats, "readings of each point")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command.add_option("--seed", plan.options.seed, "of order and places")->capture_default_str();
+  add_seed(command, plan.options.seed, "of order and places");
   command.add_option("--margin", plan.options.margin_mm, "mm kept free inside the edge")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--first-point", plan.options.first_point, "number of the first point");
+  command.add_option("--first-point", plan.options.first_point, "number of the first point")
+      ->check(CLI::NonNegativeNumber);
   command
       .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
@@ -87,7 +88,7 @@ service::ExitCode write(
     return service::ExitCode::kOk;
   }
   if (output.empty()) {
-    cli.console.out << plan_csv;
+    cli.console.print_data(plan_csv);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, output));
   }

@@ -8,6 +8,7 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/cancellable.h"
 #include "studies/method_name.h"
 
 namespace sixdial::studies {
@@ -80,11 +81,9 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-}  // namespace
-
-CalibrationResult calibrate(
+CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
   const calibration::MethodChoice method = chosen_method(request.method, "method");
   if (method.identifier == nullptr) {
     throw StudyError(
@@ -126,6 +125,16 @@ CalibrationResult calibrate(
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the calibration", session.name, stop, {}, [&] {
+    return calibrate_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies
