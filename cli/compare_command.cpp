@@ -28,6 +28,9 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
     return;
   }
   const studies::ComparisonResult result = report::comparison_from_json(document);
+  if (const auto line = report::far_from_noise_line(result.assessment.noise)) {
+    cli.console.out << for_terminal("Careful: " + *line + ".\n");
+  }
   cli.console.out << for_terminal(report::comparison_text(result)) << '\n';
   for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);

@@ -11,7 +11,9 @@
 #include "report/documents/outside_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/warnings_document.h"
 #include "report/words/validation_words.h"
+#include "report/words/warning_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
@@ -38,11 +40,21 @@ struct ValidateOptions {
   std::int64_t result = 0, diagnosis = 0;
 };
 
-/// Says what of the answer was not measured.
-void tell_outside(Cli& cli, const Json& answer) {
+/// What speaks against the data, and what of the answer was not measured.
+void tell_warnings(Cli& cli, const Json& answer) {
+  if (cli.console.json) return;
+  for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
+    cli.console.warn(line);
+  }
   const Json outside = answer.value("outside_measured", Json::object());
   const auto words = outside.value("words", std::string());
   if (!words.empty()) cli.console.warn(words);
+}
+
+/// The document of a target, with what speaks against the data.
+Json with_warnings(Json document, const std::vector<studies::Warning>& warnings) {
+  document["warnings"] = report::warnings_json(warnings);
+  return document;
 }
 
 /// As the service's answers say it.
@@ -54,15 +66,14 @@ Json with_outside(
   return answer;
 }
 Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
-  return {
-      {"outside_measured",
-       report::outside_json(
-           studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
-           asked.points.size())}};
+  return report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+      asked.points.size());
 }
 
 /// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
+  tell_warnings(cli, answer);
   const studies::CommandedTarget at = report::commanded_target_from_json(answer);
   std::string angles, nominal;
   for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
@@ -75,14 +86,15 @@ void print_target(Cli& cli, const Json& answer) {
           "{} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal{}; closes to {:.1e} mm\n", angles,
           at.target_mm.x(), at.target_mm.y(), geometry::to_string(at.mode), nominal,
           at.closure_mm));
-  tell_outside(cli, answer);
 }
 
 void print_plan(
-    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text) {
+    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text,
+    const Json& warnings, const Json& outside) {
+  tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", options.by}};
+    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}, {"outside_measured", outside}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
@@ -107,9 +119,18 @@ auto made_first(
   return run_here(calm, what, work);
 }
 
+using Warnings = std::vector<studies::Warning>;
+
+/// Refuses to command by data that contradict themselves. Gives the working mode that commands
+/// are for unless another is asked for.
+geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::Rig& rig) {
+  report::check_may_command(warnings);
+  return studies::working_mode_in_use(warnings, rig);
+}
+
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
-    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+    Cli& cli, const CompensateOptions& options, session::Session session) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
@@ -124,15 +145,17 @@ service::ExitCode extend_bundle(
   } else {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
   }
+  const Warnings warnings = diagnosis.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
   if (!options.plan_file.empty()) {
     const session::Plan asked = session::read_plan(options.plan_file, session.rig);
     const session::Plan plan =
         studies::extended_plan(asked, command, session.rig, "", options.temperature_c);
-    tell_outside(cli, outside_of_plan(session, asked));
     print_plan(
         cli, options, plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -141,12 +164,12 @@ service::ExitCode extend_bundle(
   const studies::CommandMoment moment{
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
+  const studies::CommandedTarget commanded = studies::commanded_target(
+      command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended, target_mm,
+      mode);
   print_target(
       cli, with_outside(
-               report::to_json(studies::commanded_target(
-                   command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
-                   target_mm, mode)),
-               session, target_mm, mode));
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -167,28 +190,32 @@ studies::CalibrationResult calibration_of(
 }
 
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
-  const session::Session session =
+  session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  if (options.by == "extended") return extend_bundle(cli, options, session);
+  if (options.by == "extended") return extend_bundle(cli, options, std::move(session));
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
+  const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
+  const Warnings warnings = calibrated.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
-      studies::compensation_model(calibration_of(cli, options, session), session.rig, by);
+      studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan asked = session::read_plan(options.plan_file, session.rig);
     const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
-    tell_outside(cli, outside_of_plan(session, asked));
     print_plan(
         cli, options, plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const studies::CommandedTarget commanded =
+      studies::compensated_target(model, by, target_mm, mode);
   print_target(
       cli, with_outside(
-               report::to_json(studies::compensated_target(model, by, target_mm, mode)),
-               session, target_mm, mode));
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -213,15 +240,21 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
         cli, options, answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>());
-    tell_outside(cli, answer);
+        answer["plan_csv"].get<std::string>(), answer["warnings"],
+        answer["outside_measured"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
   const Json answer = cli.call("compensate.plan", params);
-  tell_outside(cli, answer);
+  tell_warnings(cli, answer);
   cli.console.print(
-      "plan", {{"points", answer["points"]}, {"by", options.by}, {"file", options.output}}, "");
+      "plan",
+      {{"points", answer["points"]},
+       {"by", options.by},
+       {"file", options.output},
+       {"warnings", answer["warnings"]},
+       {"outside_measured", answer["outside_measured"]}},
+      "");
   if (!cli.console.json) {
     cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));
   }

@@ -146,6 +146,8 @@ struct ReportData {
   std::optional<Opening> opening{};
   /// In the same box below the state of the robot.
   std::vector<OpeningList> also{};
+  /// Sentences that belong into the headline of the state of the robot.
+  std::vector<std::string> headline_more{};
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
 
@@ -177,6 +179,7 @@ struct ReportData {
   std::vector<BadReading> bad_readings{};
   std::vector<Outlier> outliers{};
 
+  std::vector<studies::Warning> warnings{};  // what speaks against the session
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 

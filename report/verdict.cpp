@@ -2,12 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "report/text.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
+
+constexpr std::pair<CalibrationState, std::string_view> kStates[] = {
+    {CalibrationState::kUnknown, "unknown"},
+    {CalibrationState::kCalibrated, "calibrated"},
+    {CalibrationState::kImproved, "improved"},
+    {CalibrationState::kNotImproved, "not_improved"},
+    {CalibrationState::kNotValidated, "not_validated"},
+    {CalibrationState::kNotCalibrated, "not_calibrated"}};
 
 constexpr double kClearGain = 2.0;   // before / after from which "calibrated" is said
 constexpr double kNoChange = 0.05;   // relative: a residual model that changes less is neutral
@@ -213,7 +225,34 @@ void question(const ReportData& data, Verdict& out) {
   }
 }
 
+/// A session that contradicts itself calibrates nothing, whatever its figures say.
+void doubt(const ReportData& data, Verdict& out) {
+  const auto first = std::ranges::find_if(data.warnings, [](const studies::Warning& each) {
+    return each.severity != studies::Severity::kNote;
+  });
+  if (first == data.warnings.end()) return;
+  out.state = CalibrationState::kNotCalibrated;
+  out.title = "Not calibrated: the data contradict themselves";
+  out.headline = warning_text(*first);
+  out.to_do = {
+      "Do not use the result. Settle what is listed as not plausible first, then calibrate "
+      "again."};
+  out.cautions.clear();
+}
+
 }  // namespace
+
+std::string_view state_name(CalibrationState state) {
+  const auto found =
+      std::ranges::find(kStates, state, &std::pair<CalibrationState, std::string_view>::first);
+  return found == std::end(kStates) ? "unknown" : found->second;
+}
+
+CalibrationState state_from(std::string_view name) {
+  const auto found =
+      std::ranges::find(kStates, name, &std::pair<CalibrationState, std::string_view>::second);
+  return found == std::end(kStates) ? CalibrationState::kUnknown : found->first;
+}
 
 Verdict verdict(const ReportData& data) {
   Verdict out;
@@ -225,8 +264,10 @@ Verdict verdict(const ReportData& data) {
     out.to_do.emplace_back("Run a calibration of this session and make the report again.");
   } else {
     judge(data, c, out);
+    for (const std::string& more : data.headline_more) out.headline += " " + more;
     advise(data, c, out);
     limit(data, c, out);
+    doubt(data, out);
     if (!c.on_g2) {
       out.not_judged.emplace_back(
           "There are no validation points (G2): how the robot does away from the fitted points "

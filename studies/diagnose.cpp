@@ -10,6 +10,7 @@
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
+#include "simulation/circumstances.h"
 #include "studies/cancellable.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
@@ -192,6 +193,7 @@ DiagnosisResult result_of(
       .unexplained =
           {.significant = found.unexplained.significant,
            .scatter = found.unexplained.scatter,
+           .scatter_size = found.unexplained.scatter_size,
            .depends_on = std::move(found.unexplained.depends_on),
            .rms_mm = rms_of_good(data),
            .noisy_dials = std::move(found.unexplained.noisy_dials)},
@@ -207,7 +209,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, data.after),
       .residuals = residuals_of(data)};
-  add_data_faults(result.causes, result.gross_readings);
+  add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});
   }
@@ -218,6 +220,26 @@ DiagnosisResult result_of(
   return result;
 }
 
+/// Where a named cause goes by the side that a joint came from, and nobody recorded the sides.
+void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings) {
+  const Readings& readings = *found.readings;
+  const auto from = simulation::sides_from(readings.model().robot(), readings.trials());
+  std::string joints;
+  for (const diagnosis::Cause& cause : found.causes) {
+    const diagnosis::Hypothesis& each = cause.finding.hypothesis;
+    if ((each.effect->needs & simulation::kApproach) == 0 || each.place.joint < 0) continue;
+    if (from[static_cast<std::size_t>(each.place.joint)] != simulation::SidesFrom::kRows)
+      continue;
+    joints += fmt::format("{}joint {}", joints.empty() ? "" : " and ", each.place.joint + 1);
+  }
+  if (joints.empty()) return;
+  warnings.push_back(
+      {"sides_from_rows",
+       Severity::kNote,
+       {.file = "session.csv", .field = "approach"},
+       {{"joints", joints}}});
+}
+
 }  // namespace
 
 namespace {
@@ -226,9 +248,11 @@ DiagnosisResult diagnose_here(
     const session::Session& session, const DiagnosisRequest& request, StageTeller& tell_stage,
     const std::stop_token& stop) {
   const auto began = std::chrono::steady_clock::now();
-  const simulation::ForwardModel model(session.rig);
-  std::vector<simulation::Trial> trials = session::trials_of(session, "");
-  std::vector<bool> held_out = held_out_of(session, trials);
+  const PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
+  const simulation::ForwardModel model(believed.rig);
+  std::vector<simulation::Trial> trials = session::trials_of(believed, "");
+  std::vector<bool> held_out = held_out_of(believed, trials);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
   const auto tell = [&](const diagnosis::DiagnosisProgress& now) { tell_stage.stage(now); };
   Diagnosis found;
@@ -248,6 +272,8 @@ DiagnosisResult diagnose_here(
   DiagnosisResult result = result_of(found, data, session, request, settings);
   geometry::check_end();
   add_curves(result, found, data);
+  result.warnings = believable.warnings;
+  add_sides_from_rows(found, *result.warnings);
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   geometry::check_end();

@@ -38,17 +38,24 @@ Column column(std::string key, std::string title, std::string unit = "") {
 report::Table network_table(const studies::Networks& networks) {
   report::Table table{.id = "anfis", .caption = "The networks and what they used"};
   table.columns = {
-      column("axis", "residual of"), column("functions", "functions per input"),
-      column("rules", "rules"),      column("consequents", "consequents"),
-      column("samples", "samples"),  column("effective_parameters", "effective parameters"),
-      column("ridge", "ridge"),      column("best_epoch", "best epoch")};
+      column("axis", "residual of"),
+      column("functions", "functions per input"),
+      column("rules", "rules"),
+      column("consequents", "consequents"),
+      column("samples", "samples"),
+      column("effective_parameters", "effective parameters"),
+      column("ridge", "ridge"),
+      column("best_epoch", "best epoch"),
+      column("target_reached", "target reached in epoch")};
   for (const auto& [axis, network] : axes_of(networks)) {
     const AnfisModel& model = network->model;
     table.rows.push_back(
         {std::string(axis), whole(model.functions), whole(model.rules()),
          whole(model.consequents.size()), whole(network->samples),
          number(model.effective_parameters, 1), fmt::format("{:g}", model.ridge),
-         whole(network->best_epoch)});
+         whole(network->best_epoch),
+         network->target_reached > 0 ? whole(network->target_reached)
+                                     : report::Cell{std::string("not reached")}});
   }
   table.notes.emplace_back(
       "Effective parameters: trace of the matrix that maps the samples to the network's "

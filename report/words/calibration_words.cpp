@@ -34,6 +34,9 @@ std::string condition_words(const studies::IdentifiabilityRow& known) {
   return text;
 }
 
+/// "0.4", "0.0031": two digits.
+std::string length_words(double mm) { return fmt::format("{:.2g}", mm); }
+
 std::string parameter_line(const studies::ParameterRow& row) {
   const auto unit = geometry::shown_unit(row.unit);
   const double shown = unit.per_unit;
@@ -93,6 +96,36 @@ std::string effort_line(const studies::CalibrationResult& result) {
   return fmt::format(
       "{} is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s", name,
       result.above_minimum_mm, result.inputs.seed, result.seconds);
+}
+
+std::optional<std::string> far_from_noise_line(const calibration::NoiseEstimate& noise) {
+  if (!noise.over_rig_file || !noise.residual) return std::nullopt;
+  return fmt::format(
+      "the model leaves {} mm where the rig file says that {} mm is the noise ({:.1f} times as "
+      "much): something is not in the model or wrong in the rig file; all uncertainties are "
+      "made "
+      "of what is left (sixdial diagnose looks for the cause)",
+      length_words(noise.residual->sigma_mm), length_words(noise.rig_file_mm),
+      *noise.over_rig_file);
+}
+
+std::optional<std::string> training_line(const studies::CalibrationResult& result) {
+  if (!result.networks) return std::nullopt;
+  const auto epoch = [](const calibration::AnfisReport& network) {
+    if (network.target_reached == 0) return std::string("not");
+    return fmt::format(
+        "in epoch {}{}", network.target_reached,
+        network.stopped_at_target() ? ", where training stops" : "");
+  };
+  if (result.networks->x.train_rmse_mm.empty() && result.networks->y.train_rmse_mm.empty()) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "ANFIS: target error {:g} mm\u00B2 (mean square of the training points) reached {} (x), "
+      "{} "
+      "(y); at most {} epochs",
+      result.settings.anfis.target_mse, epoch(result.networks->x), epoch(result.networks->y),
+      result.settings.anfis.epochs);
 }
 
 std::vector<std::string> assessment_lines(const studies::Assessment& assessment) {
@@ -162,7 +195,9 @@ std::string precision_line(const studies::Precision& precision) {
       "raw readings of all dials determine the parameters {:.1f} times as precisely as "
       "positions of the active three do (geometric mean){}",
       precision.geometric_mean_ratio,
-      precision.geometric_mean_ratio > 1.5 ? ": fit with --space dials" : "");
+      precision.geometric_mean_ratio > 1.5
+          ? ": \"sixdial compare SESSION --space dials\" fits them"
+          : "");
 }
 
 std::string working_modes_line(

@@ -11,6 +11,7 @@
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
 #include "report/documents/outside_json.h"
+#include "report/documents/warnings_document.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
 #include "service/patient_files.h"
@@ -47,7 +48,11 @@ Json target(const Call& call) {
   const studies::CompensateBy by = by_of(call.params);
   const bool extended = by == studies::CompensateBy::kExtended;
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
+  const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
   const Eigen::Vector2d target_mm(
@@ -61,15 +66,16 @@ Json target(const Call& call) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(
-        report::diagnosis_from_json(Json::parse(record.json)).extended_fit, rig);
+        report::diagnosis_from_json(document).extended_fit, rig);
     answer = report::to_json(studies::commanded_target(
         command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
-    const auto calibrated = report::calibration_from_json(Json::parse(record.json));
+    const auto calibrated = report::calibration_from_json(document);
     answer = report::to_json(studies::compensated_target(
         studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
+  answer["warnings"] = report::warnings_json(warnings);
   const studies::MeasuredArea area(call.service.reader().load_session(record.session));
   answer["outside_measured"] =
       report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
@@ -80,8 +86,11 @@ Json plan(const Call& call) {
   const studies::CompensateBy by = by_of(call.params);
   const bool extended = by == studies::CompensateBy::kExtended;
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
   const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const session::Plan asked =
       session::parse_plan(call.params.at("plan_csv").get<std::string>(), "plan", rig);
   std::optional<double> temperature_c;
@@ -99,10 +108,14 @@ Json plan(const Call& call) {
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
-  Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
   const studies::MeasuredArea area(call.service.reader().load_session(record.session));
-  answer["outside_measured"] =
-      report::outside_json(studies::outside_measured(area, asked, rig), asked.points.size());
+  Json answer{
+      {"result", record.id.value},
+      {"points", compensated.points.size()},
+      {"warnings", report::warnings_json(warnings)},
+      {"outside_measured",
+       report::outside_json(
+           studies::outside_measured(area, asked, rig), asked.points.size())}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
@@ -208,6 +221,7 @@ Json start_validation(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   const studies::CalibrationResult calibration =
       report::calibration_from_json(Json::parse(record.json));
+  report::check_may_command(calibration.warnings.value_or(std::vector<studies::Warning>()));
   const studies::ValidationRequest request = validation_request(call.params);
   const bool extended =
       std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();

@@ -9,6 +9,8 @@
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
@@ -139,7 +141,10 @@ Json write(const Call& call) {
       {"files", files},
       {"result", record.id.value},
       {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
-      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)}};
+      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)},
+      {"state", report::state_name(report::verdict_of(result).state)},
+      {"warnings",
+       report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}};
 }
 
 constexpr Param kResult{

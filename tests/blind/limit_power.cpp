@@ -59,7 +59,7 @@ AtLimit tried(
 
 }  // namespace
 
-std::vector<AtLimit> try_limits(std::uint64_t seed) {
+std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only) {
   const simulation::ForwardModel model(geometry::default_rig());
   diagnosis::Readings readings(model, session_with(model.rig(), {}, seed));
   const diagnosis::NamedCauses blank = diagnosis::name_causes(readings);
@@ -68,6 +68,7 @@ std::vector<AtLimit> try_limits(std::uint64_t seed) {
       readings, blank.baseline, diagnosis::hypotheses_for(readings, ignored), {});
   std::map<std::string, std::vector<const diagnosis::Limit*>> by_cause;
   for (const diagnosis::Limit& each : limits) {
+    if (!only.empty() && each.hypothesis.effect->cause != only) continue;
     by_cause[std::string(each.hypothesis.effect->cause)].push_back(&each);
   }
   constexpr std::uint64_t kElsewhere = 1'000'000'000;  // seeds of other sessions

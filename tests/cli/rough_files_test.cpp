@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <sstream>
 
@@ -53,12 +54,17 @@ int exit_code_of(const std::string& shell_command) {
 }
 
 TEST(StandardOutput, AFullDiskIsAFailureOfEveryProgram) {
-  for (const std::string& words :
-       {"sixdial --help", "sixdial plan random --rig " + kBundle + "/rig.toml --count 5",
-        "sixdial rig draw " + kBundle + "/rig.toml", "sixdial protocol",
-        "sixdial --json protocol", std::string("sixdiald --print-protocol"),
-        std::string("sixdiald --help"), std::string("sixdial-mock-rig --print-manual"),
-        std::string("sixdial-mock-rig --help")}) {
+  const std::vector<std::string> commands{
+      "sixdial --help",
+      "sixdial plan random --rig " + kBundle + "/rig.toml --count 5",
+      "sixdial rig draw " + kBundle + "/rig.toml",
+      "sixdial protocol",
+      "sixdial --json protocol",
+      "sixdiald --print-protocol",
+      "sixdiald --help",
+      "sixdial-mock-rig --print-manual",
+      "sixdial-mock-rig --help"};
+  for (const std::string& words : commands) {
     EXPECT_EQ(exit_code_of(kBin + "/" + words + " > /dev/full 2> /dev/null"), 1) << words;
     EXPECT_EQ(exit_code_of(kBin + "/" + words + " > /dev/null 2> /dev/null"), 0) << words;
   }
@@ -214,7 +220,10 @@ class Waiting {
     }
   }
   ~Waiting() {
-    if (pid_ > 0) ::kill(pid_, SIGKILL), ::waitpid(pid_, nullptr, 0);
+    if (pid_ > 0) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    }
     ::close(silent_[0]);
     ::close(silent_[1]);
   }
