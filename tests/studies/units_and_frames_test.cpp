@@ -17,6 +17,8 @@
 #include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
+#include "studies/compensate.h"
+#include "studies/next_plan.h"
 #include "studies/plausibility.h"
 #include "tests/geometry/test_arms.h"
 #include "tests/support/simulated.h"
@@ -287,6 +289,32 @@ TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
     EXPECT_NEAR(
         there.method("before")->g2->mean_mm, here.method("before")->g2->mean_mm,
         here.method("before")->g2->mean_mm);
+  }
+}
+
+TEST(Frame, OfTheInstrumentsOwnLeavesCommandsAndPlansWhereTheyWere) {
+  const session::Session right = by_positions(25);
+  const session::Session turned = changed(right, rigid(kPi / 2, {400.0, 100.0}));
+  const CalibrationRequest request{.method = "lm", .seed = 1, .threads = 1};
+  const auto model = [&](const session::Session& session) {
+    return compensation_model(
+        calibrate(session, request), session.rig, CompensateBy::kKinematics);
+  };
+  const Vector2d target(22.0, 36.0);
+  const geometry::WorkingMode mode = right.rig.robot.working_mode;
+  const auto here = compensated_target(model(right), CompensateBy::kKinematics, target, mode);
+  const auto there = compensated_target(model(turned), CompensateBy::kKinematics, target, mode);
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    // The frame is where the nominal robot fits it best: a millimetre of 60 mm.
+    EXPECT_NEAR(there.theta_rad[joint], here.theta_rad[joint], 0.04);
+  }
+  const NextPlan plan = next_plan(turned, {.points = 6});
+  EXPECT_EQ(plan.figures.samples, next_plan(right, {.points = 6}).figures.samples);
+  for (const session::PlanPoint& point : plan.plan.points) {
+    EXPECT_GT(point.target_mm.x(), 10.0);
+    EXPECT_LT(point.target_mm.x(), 46.0);
+    EXPECT_GT(point.target_mm.y(), 24.0);
+    EXPECT_LT(point.target_mm.y(), 72.0);
   }
 }
 
