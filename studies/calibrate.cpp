@@ -5,7 +5,6 @@
 #include <cmath>
 #include <thread>
 
-#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
@@ -82,25 +81,6 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
     row.low_95 = row.identified - quantile * row.sd;
     row.high_95 = row.identified + quantile * row.sd;
   }
-}
-
-/// By working mode, in order of appearance.
-std::vector<MeasuredJoints> measured_joints_of(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
-  const geometry::Tool tool(rig);
-  std::vector<MeasuredJoints> all;
-  for (const simulation::Trial& trial : trials) {
-    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
-    if (!mode) continue;
-    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
-    if (known == all.end()) {
-      all.push_back({*mode, trial.q, trial.q});
-      continue;
-    }
-    known->low = known->low.cwiseMin(trial.q);
-    known->high = known->high.cwiseMax(trial.q);
-  }
-  return all;
 }
 
 }  // namespace

@@ -259,6 +259,11 @@ DiagnosisResult diagnose(
   DiagnosisResult result = result_of(found, data, session, request, settings);
   checked();
   add_curves(result, found, data);
+  const Eigen::VectorXd& nominal = believed.rig.robot.nominal;
+  result.extended_fit.nominal = std::vector<double>(nominal.begin(), nominal.end());
+  result.extended_fit.measured_joints =
+      measured_joints_of(session::trials_of(believed, ""), believed.rig);
+  result.extended_fit.frame = believable.frame;
   result.warnings = believable.warnings;
   add_sides_from_rows(found, *result.warnings);
   result.seconds =
