@@ -284,7 +284,8 @@ TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
     X.t.setConstant(1500.0);
     const CalibrationResult there = calibrate(of_arm(each.kind, each.axes, X), request);
     EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr) << codes_of(*there.warnings);
-    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 1e-6);
+    // Directions that the poses leave open are held elsewhere: second order, a part of the noise.
+    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 1e-5);
     EXPECT_LT(there.method("lm")->g2->mean_mm, 0.02);
     EXPECT_NEAR(
         there.method("before")->g2->mean_mm, here.method("before")->g2->mean_mm,
