@@ -99,13 +99,15 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method", request.method,
-          "such as lm+gp: any identifier, alone or with any residual model")
+          "how: an identifier (lm), or one with a residual model (lm+gp)")
       ->capture_default_str();
   add_profile(*command, request.profile);
-  add_seed(*command, request.seed, "of the searches");
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_fixed_parameters(*command, request.fix, request.free);
+  add_tolerance(*command, request.tolerance_mm);
   add_keep_gross_errors(*command, request.keep_gross_errors);
   add_result_file(*command, options->output);
   add_skip_bad_rows(*command, options->skip_bad_rows);

@@ -29,27 +29,6 @@ struct CollectOptions {
   bool first_pass = false;
 };
 
-const char* method_for(char key) {
-  switch (key) {
-    case 'p':
-      return "collect.pause";
-    case 'c':
-      return "collect.resume";
-    case 'r':
-      return "collect.retake";
-    case 's':
-      return "collect.skip";
-    case 'a':
-      return "collect.accept";
-    case 'm':
-      return "collect.moved";
-    case 'q':
-      return "collect.stop";
-    default:
-      return nullptr;
-  }
-}
-
 bool has_ended(const Json& status) {
   return !service::is_active(service::collect_state_of(status));
 }
@@ -71,6 +50,7 @@ void load_plan(Cli& cli, Screen& screen, const std::string& session) {
 Json follow(Cli& cli, Screen& screen) {
   constexpr auto kLookForKeys = std::chrono::milliseconds(200);
   const Keys keys;
+  CollectKeys commands;
   Json status = cli.call("collect.status");
   load_plan(cli, screen, status["session"].get<std::string>());
   bool quitting = false;
@@ -91,9 +71,12 @@ Json follow(Cli& cli, Screen& screen) {
     try {
       const std::optional<Json> event = cli.client().next_event(kLookForKeys);
       if (event) take_event(*event);
-      if (const char* method = method_for(keys.pressed())) {
-        cli.call(method);
-        screen.note(method);
+      const CollectKeys::Answer key = commands.press(keys.pressed());
+      if (!key.question.empty()) screen.note(key.question);
+      if (key.refused) screen.note("no: it goes on");
+      if (key.method != nullptr) {
+        cli.call(key.method);
+        screen.note(std::string(key.said));
       }
     } catch (const service::Interrupted&) {
       if (quitting) throw;
@@ -291,7 +274,8 @@ void add_collect_command(CLI::App& app, Cli& cli) {
       "is none");
   command
       ->add_option(
-          "--on-dial-fault", options->on_dial_fault, "store without that dial, or pause")
+          "--on-dial-fault", options->on_dial_fault,
+          "when a dial does not answer: store without it, or pause")
       ->check(CLI::IsMember({"store", "pause"}));
   command
       ->add_option(
@@ -317,15 +301,19 @@ void add_collect_command(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--stop-below", options->stop_below_mm,
-          "mm: leave out what is left of G1 once the position uncertainty (standard deviation) "
-          "is below this at the worst place of the workspace")
+          "mm: leave out the rest of G1 once the uncertainty of a position (standard "
+          "deviation, "
+          "k = 1) is below this at the worst place of the workspace")
       ->check(CLI::Range(1e-6, 100.0));
   command->add_option(
       "--settle-spread", options->settle_spread_mm,
-      "mm within which readings are "
+      "mm: readings that stay within this are "
       "settled")
       ->check(CLI::PositiveNumber);
-  command->add_option("--settle-timeout", options->settle_timeout_ms, "ms of the rig's time")
+  command
+      ->add_option(
+          "--settle-timeout", options->settle_timeout_ms,
+          "ms of the rig's time to wait until readings settle")
       ->check(CLI::PositiveNumber);
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return collect(cli, *options); }; });

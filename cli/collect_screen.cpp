@@ -122,7 +122,7 @@ std::string sample_line(const Json& sample) {
   }
   for (const Json& remark : sample["remarks"]) text += "; " + remark.get<std::string>();
   if (sample["remarks"].empty() && !sample.value("doubt", std::string()).empty()) {
-    text += "; " + sample["doubt"].get<std::string>() + ": r to retake";
+    text += "; " + sample["doubt"].get<std::string>() + ": r measures it again";
   }
   return text;
 }

@@ -80,7 +80,10 @@ void add_compare_options(CLI::App& command, studies::CompareRequest& request) {
       ->check(CLI::IsMember({"positions", "dials"}))
       ->capture_default_str();
   add_fixed_parameters(command, request.fix, request.free);
-  command.add_option("--loss", request.loss, "of lm: huber and cauchy forgive gross errors")
+  command
+      .add_option(
+          "--loss", request.loss,
+          "of the method lm; gross errors pull huber and cauchy less than squared")
       ->check(CLI::IsMember({"square", "huber", "cauchy"}))
       ->capture_default_str();
   add_keep_gross_errors(command, request.keep_gross_errors);
@@ -98,7 +101,8 @@ void add_compare_command(CLI::App& app, Cli& cli) {
   add_subject(*command, options->subject);
   add_compare_options(*command, request);
   add_profile(*command, request.profile);
-  add_seed(*command, request.seed, "of searches and networks");
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_count(*command, "--bpnn-epochs", request.bpnn_epochs, "instead of 40000");

@@ -32,12 +32,17 @@ struct CompensateOptions {
   std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
+  bool from_other_session = false;
 };
+
+constexpr std::string_view kOtherSession =
+    "Use one of this session, or say --from-other-session where the robot is the same.";
 
 struct ValidateOptions {
   std::string session, set = "G2", rig_file, name, output;
   std::vector<std::string> by;
   std::int64_t result = 0, diagnosis = 0;
+  bool from_other_session = false;
 };
 
 /// What speaks against the data, and what of the answer was not measured.
@@ -144,6 +149,9 @@ service::ExitCode extend_bundle(
         });
   } else {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(diagnosis.inputs, session, "diagnosis", kOtherSession);
+    }
   }
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
@@ -177,7 +185,12 @@ service::ExitCode extend_bundle(
 studies::CalibrationResult calibration_of(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
   if (!options.result_file.empty()) {
-    return report::calibration_from_json(read_document(options.result_file));
+    studies::CalibrationResult stored =
+        report::calibration_from_json(read_document(options.result_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(stored.inputs, session, "calibration", kOtherSession);
+    }
+    return stored;
   }
   studies::CalibrationRequest request;
   request.seed = options.seed;
@@ -223,6 +236,7 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   Json params{{"session", options.subject}, {"by", options.by}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
     if (options.by == "extended") {
@@ -265,6 +279,7 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   Json params{{"session", options.session}, {"set", options.set}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (!options.by.empty()) params["by"] = options.by;
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
@@ -311,6 +326,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       ->check(working_mode_words())
       ->excludes(plan);
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
@@ -371,6 +387,7 @@ void add_validate(CLI::App& app, Cli& cli) {
       ->check(existing_file());
   command->add_option("--name", options->name, "of the new session");
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   add_result_file(*command, options->output);
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });

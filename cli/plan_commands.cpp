@@ -34,11 +34,15 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("-o,--output", plan.output, "the plan file; default: stdout");
   command.add_option("--set", plan.options.set, "G1, G2 or another name")
       ->capture_default_str();
-  command.add_option("--repeats", plan.options.repeats, "readings of each point")
+  command.add_option("--repeats", plan.options.repeats, "how often each point is measured")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  add_seed(command, plan.options.seed, "of order and places");
-  command.add_option("--margin", plan.options.margin_mm, "mm kept free inside the edge")
+  add_seed(
+      command, plan.options.seed, "of the random numbers; the same seed gives the same plan");
+  command
+      .add_option(
+          "--margin", plan.options.margin_mm,
+          "mm to stay away from the edge of what can be measured")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--first-point", plan.options.first_point, "number of the first point")
       ->check(CLI::NonNegativeNumber);

@@ -371,6 +371,40 @@ void along_dial(
 
 }  // namespace
 
+SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Covariates at = covariates_of(readings, fit, extended);
+  SmoothInTime result;
+  // As score_unknown tries them, but for those whose covariate does not vary.
+  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  result.tried = static_cast<int>(
+      3 + 2 * at.q.cols() + 2 * readings.model().robot_parameter_count() +
+      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+  const auto u = scaled(at.time);
+  if (!u) return result;
+  const Eigen::MatrixXd tool = stage_columns(
+      readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kTool);
+  for (const Box& box : kAlong) {
+    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, kOfTime);
+    Eigen::MatrixXd columns(readings.count(), kOfTime * tool.cols());
+    for (Eigen::Index row = 0; row < columns.rows(); ++row) {
+      const auto trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+      for (Eigen::Index s = 0; s < tool.cols(); ++s) {
+        columns.block(row, s * kOfTime, 1, kOfTime) = tool(row, s) * basis.row(trial);
+      }
+    }
+    for (const double length : box.lengths) {
+      Eigen::VectorXd spread(columns.cols());
+      for (Eigen::Index k = 0; k < spread.size(); ++k) {
+        const int j = static_cast<int>(k) % kOfTime;
+        spread[k] = std::sqrt(spectrum(j, box.half_width, length));
+      }
+      result.columns.push_back(prominent(columns, spread));
+    }
+  }
+  return result;
+}
+
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);

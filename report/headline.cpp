@@ -67,6 +67,7 @@ ReportData headline_data(const studies::CalibrationResult& result) {
   }
   data.methods = methods_of(result);
   data.result_method = result.result_method;
+  data.conformity = result.conformity;
   data.position_noise_mm = result.position_noise_mm;
   data.rmse_mm = if_finite(result.rmse_mm);
   data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
@@ -85,6 +86,7 @@ Verdict verdict_of(const studies::CalibrationResult& result) {
 std::string headline_text(const studies::CalibrationResult& result) {
   const Verdict said = verdict_of(result);
   std::string text = fmt::format("{}. {}\n", said.title, said.headline);
+  if (!said.decision.empty()) text += said.decision + '\n';
   if (result.warnings) text += warnings_text(*result.warnings);
   return text + "\n";
 }

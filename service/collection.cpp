@@ -251,7 +251,7 @@ std::string Collection::unusual(const std::string& session, const db::PointKey& 
   const std::lock_guard lock(mutex_);
   const auto found = unusual_.find(point);
   if (session != session_ || found == unusual_.end()) return "";
-  return fmt::format("{:.0f} times the usual residual", found->second);
+  return fmt::format("{:.0f} times as far off as usual", found->second);
 }
 
 void Collection::samples_changed(const std::string& session) {

@@ -35,6 +35,8 @@ class Service {
   Service& operator=(const Service&) = delete;
 
   [[nodiscard]] EventHub& events() { return events_; }
+  /// The rig's clock: samples carry its time.
+  [[nodiscard]] const acquisition::Clock& clock() const { return *clock_; }
   [[nodiscard]] JobBoard& jobs() { return jobs_; }
   [[nodiscard]] Collection& collection() { return collection_; }
   [[nodiscard]] DialWatch& dial_watch() { return dial_watch_; }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <thread>
 
-#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
 #include "studies/cancellable.h"
+#include "studies/conformity.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/position_noise.h"
@@ -84,25 +84,6 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-/// By working mode, in order of appearance.
-std::vector<MeasuredJoints> measured_joints_of(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
-  const geometry::Tool tool(rig);
-  std::vector<MeasuredJoints> all;
-  for (const simulation::Trial& trial : trials) {
-    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
-    if (!mode) continue;
-    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
-    if (known == all.end()) {
-      all.push_back({*mode, trial.q, trial.q});
-      continue;
-    }
-    known->low = known->low.cwiseMin(trial.q);
-    known->high = known->high.cwiseMax(trial.q);
-  }
-  return all;
-}
-
 CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress, const std::stop_token& stop) {
@@ -156,6 +137,10 @@ CalibrationResult calibrate_here(
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);
   result.position_noise_mm = position_noise_mm(believed);
+  if (const auto tolerance_mm =
+          request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
+    result.conformity = conformity_of(result, believed, *tolerance_mm);
+  }
   return result;
 }
 

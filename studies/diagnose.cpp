@@ -220,6 +220,14 @@ DiagnosisResult result_of(
   return result;
 }
 
+/// One exchanged pair is a cause of the catalogue: it is found and named as all others are.
+void exchange_back(session::Session& session, const std::pair<std::size_t, std::size_t>& pair) {
+  for (session::Sample& sample : session.samples) {
+    if (std::max(pair.first, pair.second) >= sample.channels.size()) continue;
+    std::swap(sample.channels[pair.first], sample.channels[pair.second]);
+  }
+}
+
 /// Where a named cause goes by the side that a joint came from, and nobody recorded the sides.
 void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings) {
   const Readings& readings = *found.readings;
@@ -248,8 +256,9 @@ DiagnosisResult diagnose_here(
     const session::Session& session, const DiagnosisRequest& request, StageTeller& tell_stage,
     const std::stop_token& stop) {
   const auto began = std::chrono::steady_clock::now();
-  const PlausibleSession believable = plausible(session);
-  const session::Session& believed = believable.session;
+  PlausibleSession believable = plausible(session);
+  session::Session& believed = believable.session;
+  if (const auto pair = exchanged_pair(believable)) exchange_back(believed, *pair);
   const simulation::ForwardModel model(believed.rig);
   std::vector<simulation::Trial> trials = session::trials_of(believed, "");
   std::vector<bool> held_out = held_out_of(believed, trials);
@@ -272,6 +281,11 @@ DiagnosisResult diagnose_here(
   DiagnosisResult result = result_of(found, data, session, request, settings);
   geometry::check_end();
   add_curves(result, found, data);
+  const Eigen::VectorXd& nominal = believed.rig.robot.nominal;
+  result.extended_fit.nominal = std::vector<double>(nominal.begin(), nominal.end());
+  result.extended_fit.measured_joints =
+      measured_joints_of(session::trials_of(believed, ""), believed.rig);
+  result.extended_fit.frame = believable.frame;
   result.warnings = believable.warnings;
   add_sides_from_rows(found, *result.warnings);
   result.seconds =

@@ -87,8 +87,8 @@ constexpr Words kWords[] = {
      "the column."},
     {"dials_exchanged",
      "Dials {dials} look exchanged ({how}): so they fit a robot like the rig file's within "
-     "{miss:.2g} mm, as they are within {now:.2g} mm. Exchange the columns, the plugs or the "
-     "connections in the rig file."},
+     "{miss:.2g} mm, as they are within {now:.2g} mm. A fit takes them put right. Exchange the "
+     "columns, the plugs or the connections in the rig file."},
     {"dial_unit",
      "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
      "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "

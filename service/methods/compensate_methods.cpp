@@ -34,7 +34,9 @@ studies::CompensateBy by_of(const Json& params) {
 db::ResultRecord extending_record(const Call& call) {
   Json params = Json::object();
   if (call.params.contains("diagnosis")) params["result"] = call.params["diagnosis"];
-  if (call.params.contains("session")) params["session"] = call.params["session"];
+  for (const char* key : {"session", "from_other_session"}) {
+    if (call.params.contains(key)) params[key] = call.params[key];
+  }
   const db::ResultRecord record =
       diagnosis_record({call.service, params, call.caller, call.sink});
   if (record.kind == "diagnosis") return record;
@@ -229,6 +231,9 @@ Json start_validation(const Call& call) {
   if (extended) extending = extending_record(call);
   std::optional<studies::DiagnosisResult> diagnosis;
   if (extending) diagnosis = report::diagnosis_from_json(Json::parse(extending->json));
+  if (extending && !params::from_other_session(call.params)) {
+    check_session(*extending, record.session, calibration.inputs.session);
+  }
   const session::Session calibrated = service.reader().load_session(record.session);
   const auto rig_text = param_or<std::string>(call.params, "rig_toml", calibrated.rig_text);
   session::Plan plan = studies::validation_plan(
@@ -332,6 +337,7 @@ constexpr std::array kTargetParams{
         .doc = "working mode; default: the rig's",
         .one_of = params::kModeWords},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature,
     side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
     side("approach2", "the same of joint 2")};
@@ -342,6 +348,7 @@ constexpr std::array kPlanParams{
     kBy,
     Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature};
 constexpr std::array kValidateParams{
     kSession,
@@ -353,6 +360,7 @@ constexpr std::array kValidateParams{
         .doc = "any of before, kinematics, full, extended; default the first three; each "
                "target in all ways in turn"},
     kDiagnosis,
+    params::kFromOtherSession,
     Param{.name = "name", .doc = "of the new session; default: <session>.validation"},
     Param{
         .name = "rig_toml",
@@ -364,15 +372,16 @@ constexpr std::array kMethods{
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
         .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result, outside_measured {farthest_mm (0: inside of what was measured), points, "
-                  "points_of_new_mode, words}",
+                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
+                  "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
     RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
-        .result = "result, points, outside_measured (as compensate.target), and plan_csv or path",
+        .result = "result, points, warnings, outside_measured (as compensate.target), and "
+                  "plan_csv or path",
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
         .runs_on = RunsOn::kFiles,

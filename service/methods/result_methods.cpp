@@ -126,13 +126,21 @@ Json write(const Call& call) {
     const session::Session other_session = reader.load_session(other.session);
     more = report::against_sections({result, session}, {other_result, other_session});
   }
+  std::optional<double> tolerance_mm;
+  if (call.params.contains("tolerance_mm")) {
+    tolerance_mm = call.params["tolerance_mm"].get<double>();
+  }
   const std::string who = reader.session_info(record.session).who.name;
   const auto files = with_patience(
-      call.service, path, [path, result, session, who, compared, diagnosed, more] {
+      call.service, path,
+      [path, result, session, who, compared, diagnosed, more, tolerance_mm,
+       made = call.service.clock().now_utc()] {
         return report::write_report(
             result, session, who, path,
             {.comparison = compared ? &*compared : nullptr,
-             .diagnosis = diagnosed ? &*diagnosed : nullptr},
+             .diagnosis = diagnosed ? &*diagnosed : nullptr,
+             .tolerance_mm = tolerance_mm,
+             .made = made},
             more);
       },
       kReportPatience);
@@ -175,6 +183,7 @@ constexpr std::array kCalibrateParams{
     params::kAnfisEpochs,
     params::kFix,
     params::kFree,
+    params::kTolerance,
     params::kKeepGrossErrors};
 constexpr std::array kGetParams{
     kResult, kSessionOr,
@@ -196,7 +205,8 @@ constexpr std::array kWriteParams{
     Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
     Param{
         .name = "against",
-        .doc = "another session, whose newest calibration is compared: as found, as left"}};
+        .doc = "another session, whose newest calibration is compared: as found, as left"},
+    params::kTolerance};
 
 constexpr std::array kMethods{
     RpcMethod{

@@ -24,7 +24,9 @@ struct Look {
   const session::Session& measured;  // as it was read
   session::Session& used;            // the same less what earlier checks took away
   std::vector<Warning>& found;
-  std::optional<geometry::Similarity>& frame;  // PlausibleSession::frame
+  // Of PlausibleSession.
+  std::optional<geometry::Similarity>& frame;
+  std::vector<int>& dial_of_column;
 
   void tell(
       std::string_view code, Severity severity, WarningPlace where = {},

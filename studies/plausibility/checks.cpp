@@ -76,7 +76,8 @@ geometry::WorkingMode working_mode_in_use(
 
 PlausibleSession plausible(const session::Session& session) {
   PlausibleSession judged{session};
-  plausibility::Look look{session, judged.session, judged.warnings, judged.frame};
+  plausibility::Look look{
+      session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
   for (const plausibility::Check& check : plausibility::checks()) check.look(look);
   return judged;
 }

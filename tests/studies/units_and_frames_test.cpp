@@ -11,12 +11,16 @@
 #include <random>
 
 #include "geometry/registration.h"
+#include "geometry/tool.h"
 #include "geometry/units.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
+#include "studies/compensate.h"
+#include "studies/next_plan.h"
 #include "studies/plausibility.h"
+#include "tests/geometry/test_arms.h"
 #include "tests/support/simulated.h"
 
 namespace sixdial::studies {
@@ -226,6 +230,95 @@ TEST(Frame, GrossRowsDoNotTurnIt) {
   }
 }
 
+/// Positions of an arm that the program does not know, in a plane or in space.
+session::Session of_arm(
+    const geometry::RobotKind& kind, int axes, const geometry::Similarity& X) {
+  session::Session session;
+  session.name = "arm";
+  session.rig.robot.model = kind.example();
+  session.rig.robot.nominal = session.rig.robot.model->nominal;
+  session.rig.robot.assembly =
+      static_cast<geometry::Assembly>(session.rig.robot.model->assemblies.front().number);
+  session.rig.instrument = {.kind = "position", .sd_mm = 0.003, .dimensions = axes};
+  session.rig.dials.clear();
+  const geometry::RobotModel& robot = *session.rig.robot.model;
+  const geometry::Tool tool(session.rig);
+  std::mt19937_64 engine(19);
+  std::normal_distribution<double> noise_mm(0.0, 0.003);
+  Drawn drawn(23);
+  Eigen::VectorXd truth = session.rig.robot.nominal;
+  for (Eigen::Index i = 0; i < truth.size(); ++i) {
+    truth[i] += drawn.within(-0.4, 0.4) * robot.parameters[static_cast<std::size_t>(i)].change;
+  }
+  for (int point = 0; point < 120; ++point) {
+    session::Sample sample;
+    sample.set = point < 80 ? "G1" : "G2";
+    sample.point = point;
+    sample.q.resize(robot.joint_count());
+    for (Eigen::Index i = 0; i < sample.q.size(); ++i) {
+      const auto& joint = robot.joints[static_cast<std::size_t>(i)];
+      sample.q[i] = drawn.within(joint.low, joint.high);
+    }
+    Eigen::VectorXd at = X(*tool.position(truth, sample.q, session.rig.robot.assembly));
+    for (double& each : at) each += noise_mm(engine);
+    session::set_position(sample, 0, at);
+    session.samples.push_back(std::move(sample));
+  }
+  return session;
+}
+
+TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
+  struct Case {
+    const geometry::RobotKind& kind;
+    int axes;
+  };
+  for (const Case& each : {Case{geometry::planar_arm(), 2}, Case{geometry::spatial_arm(), 3}}) {
+    geometry::Similarity X = geometry::Similarity::identity(each.axes);
+    const CalibrationRequest request{.method = "lm", .seed = 3, .threads = 1};
+    const CalibrationResult here = calibrate(of_arm(each.kind, each.axes, X), request);
+    EXPECT_TRUE(here.warnings->empty()) << codes_of(*here.warnings);
+    X.R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(2.5).toRotationMatrix();
+    if (each.axes == 3) {
+      X.R = Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+    }
+    X.t.setConstant(1500.0);
+    const CalibrationResult there = calibrate(of_arm(each.kind, each.axes, X), request);
+    EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr) << codes_of(*there.warnings);
+    // Directions that the poses leave open are held elsewhere: second order, a part of the noise.
+    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 1e-5);
+    EXPECT_LT(there.method("lm")->g2->mean_mm, 0.02);
+    EXPECT_NEAR(
+        there.method("before")->g2->mean_mm, here.method("before")->g2->mean_mm,
+        here.method("before")->g2->mean_mm);
+  }
+}
+
+TEST(Frame, OfTheInstrumentsOwnLeavesCommandsAndPlansWhereTheyWere) {
+  const session::Session right = by_positions(25);
+  const session::Session turned = changed(right, rigid(kPi / 2, {400.0, 100.0}));
+  const CalibrationRequest request{.method = "lm", .seed = 1, .threads = 1};
+  const auto model = [&](const session::Session& session) {
+    return compensation_model(
+        calibrate(session, request), session.rig, CompensateBy::kKinematics);
+  };
+  const Vector2d target(22.0, 36.0);
+  const geometry::WorkingMode mode = right.rig.robot.working_mode;
+  const auto here = compensated_target(model(right), CompensateBy::kKinematics, target, mode);
+  const auto there = compensated_target(model(turned), CompensateBy::kKinematics, target, mode);
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    // The frame is where the nominal robot fits it best: a millimetre of 60 mm.
+    EXPECT_NEAR(there.theta_rad[joint], here.theta_rad[joint], 0.04);
+  }
+  const NextPlan plan = next_plan(turned, {.points = 6});
+  EXPECT_EQ(plan.figures.samples, next_plan(right, {.points = 6}).figures.samples);
+  for (const session::PlanPoint& point : plan.plan.points) {
+    EXPECT_GT(point.target_mm.x(), 10.0);
+    EXPECT_LT(point.target_mm.x(), 46.0);
+    EXPECT_GT(point.target_mm.y(), 24.0);
+    EXPECT_LT(point.target_mm.y(), 72.0);
+  }
+}
+
 TEST(Frame, OfARobotBesideItsPlaceMovesTheBaseAndLeavesTheTargets) {
   // Where the rig file has the base 7 mm beside where it stands.
   session::Session session = by_dials(21);
@@ -302,6 +395,14 @@ TEST(Dials, EveryPairThatIsExchangedIsNamed) {
         const auto& dials = right.rig.dials;
         EXPECT_EQ(text_of(*warning, "dials"), dials[a].id + " and " + dials[b].id);
         EXPECT_EQ(warning->severity, Severity::kWrong);
+        EXPECT_EQ(exchanged_pair(judged), std::pair(a, b));
+        for (std::size_t i = 0; i < right.samples.size(); ++i) {
+          for (std::size_t k = 0; k < 6; ++k) {
+            EXPECT_EQ(
+                judged.session.samples[i].channels[k].value,
+                right.samples[i].channels[k].value);
+          }
+        }
         ++pairs;
       }
     }
