@@ -8,6 +8,7 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/cancellable.h"
 #include "studies/conformity.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
@@ -83,11 +84,9 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-}  // namespace
-
-CalibrationResult calibrate(
+CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
   PlausibleSession believable = plausible(session);
   const session::Session& believed = believable.session;
   const calibration::MethodChoice method = chosen_method(request.method, "method");
@@ -143,6 +142,16 @@ CalibrationResult calibrate(
     result.conformity = conformity_of(result, believed, *tolerance_mm);
   }
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the calibration", session.name, stop, {}, [&] {
+    return calibrate_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

@@ -392,11 +392,15 @@
       const method = (id) => (found.summary.methods || []).find((each) => each.id === id);
       const first = method('before'), last = method('ekf_dqpso+anfis');
       const set = last && last.g2 ? 'g2' : 'g1';
+      // What speaks against the data comes before any figure of them.
+      const told = (found.summary.warnings || []).map((each) => each.message);
+      if (found.summary.state === 'not_calibrated') told.unshift('Not calibrated.');
       if (first && last && first[set] && last[set]) {
-        $('result').textContent = `Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`;
+        told.push(`Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`);
       } else {
-        $('result').textContent = `Result ${found.result} is stored.`;
+        told.push(`Result ${found.result} is stored.`);
       }
+      $('result').textContent = told.join(' ');
     } catch (error) {
       $('result').textContent = 'Not calibrated yet.';
     }
