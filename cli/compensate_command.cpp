@@ -8,6 +8,7 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/documents/warnings_document.h"
@@ -44,17 +45,35 @@ struct ValidateOptions {
   bool from_other_session = false;
 };
 
+/// What speaks against the data, and what of the answer was not measured.
 void tell_warnings(Cli& cli, const Json& answer) {
   if (cli.console.json) return;
   for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
     cli.console.warn(line);
   }
+  const Json outside = answer.value("outside_measured", Json::object());
+  const auto words = outside.value("words", std::string());
+  if (!words.empty()) cli.console.warn(words);
 }
 
 /// The document of a target, with what speaks against the data.
 Json with_warnings(Json document, const std::vector<studies::Warning>& warnings) {
   document["warnings"] = report::warnings_json(warnings);
   return document;
+}
+
+/// As the service's answers say it.
+Json with_outside(
+    Json answer, const session::Session& session, const geometry::Position& target_mm,
+    geometry::WorkingMode mode) {
+  answer["outside_measured"] = report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), target_mm, mode), 1);
+  return answer;
+}
+Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
+  return report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+      asked.points.size());
 }
 
 /// `answer`: the document, as the service gave it or made here.
@@ -76,16 +95,16 @@ void print_target(Cli& cli, const Json& answer) {
 
 void print_plan(
     Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text,
-    const Json& warnings) {
-  tell_warnings(cli, {{"warnings", warnings}});
+    const Json& warnings, const Json& outside) {
+  tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}};
+    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}, {"outside_measured", outside}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
   } else if (options.output.empty()) {
-    cli.console.out << text;
+    cli.console.print_data(text);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, options.output));
   }
@@ -138,13 +157,13 @@ service::ExitCode extend_bundle(
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::extended_plan(
-        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
-        options.temperature_c);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan =
+        studies::extended_plan(asked, command, session.rig, "", options.temperature_c);
     print_plan(
         cli, options, plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings));
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -156,7 +175,9 @@ service::ExitCode extend_bundle(
   const studies::CommandedTarget commanded = studies::commanded_target(
       command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended, target_mm,
       mode);
-  print_target(cli, with_warnings(report::to_json(commanded), warnings));
+  print_target(
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -192,19 +213,22 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::compensated_plan(
-        session::read_plan(options.plan_file, session.rig), model, session.rig);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
     print_plan(
         cli, options, plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings));
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const studies::CommandedTarget commanded = studies::compensated_target(
-      model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode);
-  print_target(cli, with_warnings(report::to_json(commanded), warnings));
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const studies::CommandedTarget commanded =
+      studies::compensated_target(model, by, target_mm, mode);
+  print_target(
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -230,7 +254,8 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
         cli, options, answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>(), answer["warnings"]);
+        answer["plan_csv"].get<std::string>(), answer["warnings"],
+        answer["outside_measured"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
@@ -241,7 +266,8 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
       {{"points", answer["points"]},
        {"by", options.by},
        {"file", options.output},
-       {"warnings", answer["warnings"]}},
+       {"warnings", answer["warnings"]},
+       {"outside_measured", answer["outside_measured"]}},
       "");
   if (!cli.console.json) {
     cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));
@@ -328,8 +354,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--temperature", options->temperature_c,
       "of extended, in degC; default: as at the end of the session");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     if (options->target_mm.empty() && options->plan_file.empty()) {

@@ -14,6 +14,7 @@
 #include "calibration/residual_model.h"
 #include "studies/assessment.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
 #include "studies/plausibility.h"
 
 namespace sixdial::studies {
@@ -103,12 +104,6 @@ struct Conformity {
   double largest_mm = 0.0;   // error of the point with the largest error + U
   double expanded_mm = 0.0;  // U of that point; NaN: nobody knows it
   Decision decision = Decision::kUndecided;
-};
-
-/// Joint values at which a working mode was measured.
-struct MeasuredJoints {
-  geometry::WorkingMode mode{};
-  Eigen::VectorXd low{}, high{};
 };
 
 struct CalibrationResult {

@@ -2,6 +2,7 @@
 
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/documents/swarm_size_json.h"
@@ -164,19 +165,6 @@ void describe_keys(Fields& at, Of<Fields, studies::Conformity>& judged) {
   at("rejected", judged.rejected);
   at("largest_mm", judged.largest_mm);
   at("expanded_mm", judged.expanded_mm);
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::MeasuredJoints>& joints) {
-  at("mode", joints.mode.number);
-  at("low", joints.low);
-  at("high", joints.high);
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, geometry::Similarity>& frame) {
-  at("turn", frame.R);
-  at("shift_mm", frame.t);
 }
 
 template <class Fields>

@@ -236,6 +236,10 @@ std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatt
 
 std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
   std::vector<Line> lines;
+  if (result.warnings && !studies::is_clean(*result.warnings)) {
+    lines.push_back(
+        {"First settle what is said of the data at the top: all that follows rests on it."});
+  }
   for (std::size_t i = 0; i < result.causes.size(); ++i) {
     const FoundCause& cause = result.causes[i];
     const std::string_view advice = texts_of(cause).advice;

@@ -10,9 +10,11 @@
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/warnings_document.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
@@ -76,6 +78,9 @@ Json target(const Call& call) {
   }
   answer["result"] = record.id.value;
   answer["warnings"] = report::warnings_json(warnings);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  answer["outside_measured"] =
+      report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
   return answer;
 }
 
@@ -105,16 +110,24 @@ Json plan(const Call& call) {
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
   Json answer{
       {"result", record.id.value},
       {"points", compensated.points.size()},
-      {"warnings", report::warnings_json(warnings)}};
+      {"warnings", report::warnings_json(warnings)},
+      {"outside_measured",
+       report::outside_json(
+           studies::outside_measured(area, asked, rig), asked.points.size())}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = params::absolute_path(call);
-  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
+  run_patiently(
+      call.service, path,
+      [path, text = session::plan_csv(compensated, session::layout_of(rig))] {
+        session::write_file(path.string(), text);
+      });
   answer["path"] = path.string();
   return answer;
 }
@@ -359,16 +372,19 @@ constexpr std::array kMethods{
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
         .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result, warnings",
+                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
+                  "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
     RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
-        .result = "result, points, warnings, and plan_csv or path",
+        .result = "result, points, warnings, outside_measured (as compensate.target), and "
+                  "plan_csv or path",
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
+        .runs_on = RunsOn::kFiles,
         .run = plan},
     RpcMethod{
         .name = "validate.start",
