@@ -47,6 +47,8 @@ const std::vector<Check>& checks() {
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
       {"targets", {"targets_elsewhere"}, look_at_targets},
+      // What the figures can be traced to.
+      {"certificates", {"certificate_expired"}, look_at_certificates},
   };
   return kChecks;
 }
