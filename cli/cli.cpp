@@ -60,6 +60,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_diagnose_command(app, cli);
   add_report_command(app, cli);
   add_rig_commands(app, cli);
+  add_recommend_command(app, cli);
   add_compensate_commands(app, cli);
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);

@@ -23,8 +23,9 @@ void add_point_count(CLI::App& command, int& points);             // --points of
 
 /// "++", "+-", "-+" or "--".
 [[nodiscard]] CLI::IsMember working_mode_words();
-/// "before", "kinematics", "full" or "extended".
-[[nodiscard]] CLI::IsMember compensation_words();
+/// "before", "kinematics", "full", "extended" or "extended_full"; "recommended" too where a
+/// choice may be left to the program.
+[[nodiscard]] CLI::IsMember compensation_words(bool with_recommended = false);
 
 void add_profile(CLI::App& command, calibration::Profile& profile);
 void add_fixed_parameters(

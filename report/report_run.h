@@ -17,6 +17,7 @@
 #include "studies/calibration_result.h"
 #include "studies/compare.h"
 #include "studies/diagnosis_result.h"
+#include "studies/validate.h"
 
 namespace sixdial::report {
 
@@ -30,6 +31,7 @@ namespace sixdial::report {
 struct Companions {
   const studies::ComparisonResult* comparison = nullptr;
   const studies::DiagnosisResult* diagnosis = nullptr;
+  const studies::ValidationResult* validation = nullptr;
 };
 
 /// Throws StudyError bad_data where the result was made from other data than the session holds.
@@ -37,8 +39,9 @@ struct Companions {
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions = {});
 
-/// report.html, report.json, the CSV tables, calibration.json (the result), comparison.json
-/// and diagnosis.json (where there are such) and, in bundle/, session.csv and rig.toml. The
+/// report.html, report.json, the CSV tables, calibration.json (the result), recommendation.json
+/// (which model to command by, and its parameters), comparison.json, diagnosis.json and
+/// validation.json (where there are such) and, in bundle/, session.csv and rig.toml. The
 /// folder is made if absent; files of these names are replaced. `more`: sections that come
 /// before all others. Returns the files, relative to the folder. Throws StudyError file.
 [[nodiscard]] std::vector<std::string> write_report(

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "report/figures.h"
@@ -46,6 +47,7 @@ Section parameters(const ReportData& data) {
     out.blocks.emplace_back("No parameters were identified.");
     return out;
   }
+  if (!data.parameters_note.empty()) out.blocks.emplace_back(data.parameters_note);
   out.blocks.emplace_back(parameter_table(data, false));
   if (data.condition_number) {
     out.blocks.emplace_back(fmt::format(
@@ -234,10 +236,17 @@ std::vector<Section> sections_of(const ReportData& data) {
     out.push_back(conditions(data));
     return out;
   }
-  std::vector<Section> out{accuracy(data), parameters(data)};
+  // Which model to use stands before the parameters of one of them.
+  const auto recommended =
+      std::ranges::find(data.sections, std::string("recommendation"), &Section::id);
+  std::vector<Section> out{accuracy(data)};
+  if (recommended != data.sections.end()) out.push_back(*recommended);
+  out.push_back(parameters(data));
   if (Section found = identification(data); !found.blocks.empty())
     out.push_back(std::move(found));
-  out.insert(out.end(), data.sections.begin(), data.sections.end());
+  for (auto each = data.sections.begin(); each != data.sections.end(); ++each) {
+    if (each != recommended) out.push_back(*each);
+  }
   out.push_back(measured_data(data));
   out.push_back(conditions(data));
   if (!data.points.empty()) {

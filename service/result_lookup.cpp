@@ -42,4 +42,27 @@ db::ResultRecord diagnosis_record(const Call& call) {
       call, "diagnosis", "has not been diagnosed yet", "Start a diagnosis: diagnose.start.");
 }
 
+db::ResultRecord extending_record(const Call& call) {
+  Json params = Json::object();
+  if (call.params.contains("diagnosis")) params["result"] = call.params["diagnosis"];
+  if (call.params.contains("session")) params["session"] = call.params["session"];
+  const db::ResultRecord record =
+      diagnosis_record({call.service, params, call.caller, call.sink});
+  if (record.kind == "diagnosis") return record;
+  throw Error(
+      ErrorCode::kBadData,
+      fmt::format("result {} is a {}, not a diagnosis", record.id.value, record.kind),
+      {{"param", "diagnosis"}});
+}
+
+std::optional<db::ResultRecord> companion_of(
+    db::Store& reader, const db::ResultRecord& calibration, const char* kind) {
+  std::vector<db::ResultRecord> all = reader.load_results(calibration.session, kind);
+  std::erase_if(all, [&](const db::ResultRecord& each) {
+    return each.data_sha256 != calibration.data_sha256;
+  });
+  if (all.empty()) return std::nullopt;
+  return std::move(all.back());
+}
+
 }  // namespace sixdial::service

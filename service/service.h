@@ -36,6 +36,8 @@ class Service {
   [[nodiscard]] EventHub& events() { return events_; }
   [[nodiscard]] JobBoard& jobs() { return jobs_; }
   [[nodiscard]] Collection& collection() { return collection_; }
+  /// Of the rig: it may run faster than the wall's.
+  [[nodiscard]] const acquisition::Clock& clock() const { return *clock_; }
   /// The one connection that writes.
   [[nodiscard]] db::Store& store() { return store_; }
   /// Another connection, for reading: it never holds up a sample that is being stored.

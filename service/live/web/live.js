@@ -386,16 +386,16 @@
     $('result').textContent = '';
     if (!name) return;
     try {
-      const found = await call('result.get', { session: name });
+      // The same model as in the report and in `sixdial compensate`.
+      const found = await call('result.recommend', { session: name });
       if (name !== session) return;
-      const method = (id) => (found.summary.methods || []).find((each) => each.id === id);
-      const first = method('before'), last = method('ekf_dqpso+anfis');
-      const set = last && last.g2 ? 'g2' : 'g1';
-      if (first && last && first[set] && last[set]) {
-        $('result').textContent = `Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`;
-      } else {
-        $('result').textContent = `Result ${found.result} is stored.`;
-      }
+      const model = (id) => found.candidates.find((each) => each.id === id) || {};
+      const first = model('before'), last = model(found.by);
+      const again = typeof last.reached_mm === 'number' && typeof first.reached_mm === 'number';
+      const of = (each) => again ? each.reached_mm : each.g2_mm;
+      const figures = typeof of(first) === 'number' && typeof of(last) === 'number'
+        ? `Position error on G2: ${fixed(of(first), 3)} mm before, ${fixed(of(last), 3)} mm after (mean${again ? ', commanded again and measured' : ''}). ` : '';
+      $('result').textContent = figures + found.why;
     } catch (error) {
       $('result').textContent = 'Not calibrated yet.';
     }
