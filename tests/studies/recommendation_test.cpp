@@ -7,11 +7,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "report/documents/recommendation_json.h"
+#include "report/report_run.h"
+#include "report/verdict.h"
 #include "report/words/recommendation_words.h"
 #include "studies/calibrate.h"
 #include "studies/diagnose.h"
+#include "tests/support/paths.h"
 #include "tests/support/simulated.h"
 
 namespace sixdial::studies {
@@ -154,6 +158,27 @@ TEST(Recommendation, WithoutACrossValidationItIsPlainKinematics) {
   EXPECT_EQ(recommended.by, CompensateBy::kKinematics);
   EXPECT_EQ(recommended.because, ChosenBecause::kNotCompared);
   EXPECT_THAT(report::why_recommended(recommended), HasSubstr("not compared"));
+}
+
+TEST(Recommendation, AReportAfterAValidationBeginsWithWhatWasReached) {
+  const session::Session session = session::read_bundle(
+      std::filesystem::path(test_paths::test_data()) / "session_00");
+  const CalibrationResult calibration = calibrate(session, {.method = "lm"});
+  const auto words = [&](const ValidationResult* validation) {
+    return report::verdict(
+        report::report_data(calibration, session, "", {.validation = validation}));
+  };
+  const report::Verdict modelled = words(nullptr);
+  EXPECT_THAT(modelled.to_do, ::testing::Contains(HasSubstr("Confirm on the robot")));
+  ValidationResult validation = validation_with(
+      {{CompensateBy::kBefore, 2.71}, {CompensateBy::kKinematics, 0.0123}});
+  validation.inputs.calibration_data_hash = calibration.inputs.data_hash;
+  validation.inputs.validation_session = "again";
+  const report::Verdict measured = words(&validation);
+  EXPECT_THAT(measured.to_do, Not(::testing::Contains(HasSubstr("Confirm on the robot"))));
+  EXPECT_DOUBLE_EQ(measured.before_mm, 2.71);
+  EXPECT_DOUBLE_EQ(measured.after_mm, 0.0123);
+  EXPECT_THAT(measured.basis, HasSubstr("session again"));
 }
 
 /// A backlash and a smooth error of 0.02 mm: what kinematics alone takes over.
