@@ -23,8 +23,7 @@ namespace {
 
 struct CompensateOptions {
   std::string calibration_method{studies::kPaperMethod};
-  std::string subject, plan_file, output, result_file, diagnosis_file, by = "recommended",
-      mode;
+  std::string subject, plan_file, output, result_file, diagnosis_file, by = "recommended", mode;
   std::vector<double> target_mm;
   std::vector<int> approach{0, 0};
   std::optional<double> temperature_c;
@@ -313,7 +312,8 @@ void add_validate(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method,--model", options->by,
-          "one or more of before, kinematics, full, and by the session's diagnosis extended and "
+          "one or more of before, kinematics, full, and by the session's diagnosis extended "
+          "and "
           "extended_full; default: all of them, the last two where causes are named")
       ->check(compensation_words())
       ->delimiter(',');

@@ -38,9 +38,9 @@ std::string recommendation_text(const Json& answer) {
     text += fmt::format(
         "{:<42} {} {} {}{}\n", each["name"].get<std::string>(), cell(each["held_out_mm"]),
         cell(each["g2_mm"]), cell(each["reached_mm"]),
-        each["id"] == answer["by"]            ? "  recommended"
+        each["id"] == answer["by"]      ? "  recommended"
         : each["ruled_out"].get<bool>() ? "  ruled out"
-                                              : "");
+                                        : "");
   }
   text += '\n';
   for (const Json& each : answer["parameters"]) {
@@ -64,7 +64,8 @@ service::ExitCode recommend_bundle(Cli& cli, const RecommendOptions& options) {
       !options.result_file.empty()
           ? report::calibration_from_json(read_document(options.result_file))
           : run_here(
-                cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+                cli.console, "the calibration",
+                [&](const auto& progress, std::stop_token stop) {
                   studies::CalibrationRequest request;
                   request.seed = options.seed;
                   request.method = options.method;
@@ -75,8 +76,7 @@ service::ExitCode recommend_bundle(Cli& cli, const RecommendOptions& options) {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
   }
   print_recommendation(
-      cli,
-      report::to_json(studies::recommend(calibration, diagnosis ? &*diagnosis : nullptr)),
+      cli, report::to_json(studies::recommend(calibration, diagnosis ? &*diagnosis : nullptr)),
       options.output);
   return service::ExitCode::kOk;
 }

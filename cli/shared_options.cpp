@@ -47,8 +47,7 @@ CLI::IsMember working_mode_words() {
 }
 
 CLI::IsMember compensation_words(bool with_recommended) {
-  std::vector<std::string> words{
-      "before", "kinematics", "full", "extended", "extended_full"};
+  std::vector<std::string> words{"before", "kinematics", "full", "extended", "extended_full"};
   if (with_recommended) words.insert(words.begin(), "recommended");
   return CLI::IsMember(words);
 }

@@ -64,8 +64,7 @@ Eigen::Matrix2Xd explained_positions(
     const Eigen::Index first = readings.first_row(t);
     const Eigen::Index rows = readings.first_row(t + 1) - first;
     if (rows == 0 || !here.residual_mm.segment(first, rows).allFinite()) continue;
-    const Eigen::Index odd =
-        odd_one(readings, here, columns, first, rows, weight, fit.s_mm);
+    const Eigen::Index odd = odd_one(readings, here, columns, first, rows, weight, fit.s_mm);
     if (odd >= 0) weight[odd] = 0.0;
   }
   Eigen::Matrix2Xd position = tool_shift(readings, here, here.residual_mm, weight);

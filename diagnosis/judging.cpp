@@ -99,7 +99,8 @@ std::vector<std::size_t> poses_to_judge(
 }
 
 std::optional<calibration::TrainedResidual> trained_on(
-    const Readings& readings, const JointFit& fit, std::uint64_t seed, const std::stop_token& stop) {
+    const Readings& readings, const JointFit& fit, std::uint64_t seed,
+    const std::stop_token& stop) {
   const Eigen::Matrix2Xd shift = tool_shift(readings, fit, fit.residual_mm, fit.weight);
   std::vector<std::size_t> usable;
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
@@ -111,7 +112,8 @@ std::optional<calibration::TrainedResidual> trained_on(
   }
   constexpr std::size_t kFewest = 12;
   if (usable.size() < kFewest) return std::nullopt;
-  Eigen::MatrixXd q(static_cast<Eigen::Index>(usable.size()), readings.trials()[usable[0]].q.size());
+  Eigen::MatrixXd q(
+      static_cast<Eigen::Index>(usable.size()), readings.trials()[usable[0]].q.size());
   Eigen::MatrixXd target(q.rows(), 2);
   for (std::size_t i = 0; i < usable.size(); ++i) {
     q.row(static_cast<Eigen::Index>(i)) = readings.trials()[usable[i]].q.transpose();

@@ -43,8 +43,7 @@ FittedAndJudged split(const Readings& readings, const std::vector<int>& fold, in
 /// One fold's answers go to the end of each candidate's.
 class Folds {
  public:
-  Folds(
-      const GainQuestion& question, const GainSettings& settings, const std::stop_token& stop)
+  Folds(const GainQuestion& question, const GainSettings& settings, const std::stop_token& stop)
       : question_(question), settings_(settings), stop_(stop) {}
 
   [[nodiscard]] std::vector<CandidateErrors> run() {
@@ -66,8 +65,7 @@ class Folds {
     if (here.fitted.count() < fewest || here.judged.count() == 0) return false;
     const JointFit& extended = question_.extended;
     const double s_mm = std::max(extended.s_mm, settings_.noise_mm);
-    const Eigen::VectorXd weight =
-        weights_to_judge(question_.all, extended, here.judged, s_mm);
+    const Eigen::VectorXd weight = weights_to_judge(question_.all, extended, here.judged, s_mm);
     int excluded = 0;
     const std::vector<std::size_t> poses = poses_to_judge(here.judged, weight, excluded);
     std::optional<FittedAndJudged> measured;

@@ -19,11 +19,11 @@ std::optional<ErrorStatistics> modelled_on_g2(
     const studies::CalibrationResult& calibration, const studies::DiagnosisResult* diagnosis,
     CompensateBy by) {
   if (is_extended(by)) {
-    const studies::GainRow* row =
-        diagnosis == nullptr ? nullptr
-                             : gain_row(
-                                   *diagnosis, diagnosis::GainModel::kExtended,
-                                   by == CompensateBy::kExtendedFull);
+    const studies::GainRow* row = diagnosis == nullptr
+                                      ? nullptr
+                                      : gain_row(
+                                            *diagnosis, diagnosis::GainModel::kExtended,
+                                            by == CompensateBy::kExtendedFull);
     if (row == nullptr) return std::nullopt;
     return ErrorStatistics{
         .mean_mm = row->mean_mm,
@@ -45,8 +45,7 @@ std::optional<ErrorStatistics> modelled_on_g2(
 const studies::ValidatedWay* measured_way(
     const studies::ValidationResult* validation, CompensateBy by) {
   if (validation == nullptr) return nullptr;
-  const auto found =
-      std::ranges::find(validation->methods, by, &studies::ValidatedWay::by);
+  const auto found = std::ranges::find(validation->methods, by, &studies::ValidatedWay::by);
   return found == validation->methods.end() || !found->errors ? nullptr : &*found;
 }
 

@@ -142,9 +142,9 @@ struct Opening {
 
 /// The figures of the recommended model, which are read first.
 struct Headline {
-  std::string model{};                      // "robot and backlash of joint 2"
-  ErrorStatistics before{}, after{};        // on G2's targets
-  std::optional<double> predicted_mm{};     // mean, where it was measured again
+  std::string model{};                       // "robot and backlash of joint 2"
+  ErrorStatistics before{}, after{};         // on G2's targets
+  std::optional<double> predicted_mm{};      // mean, where it was measured again
   std::optional<std::string> measured_in{};  // session that holds what was measured again
 };
 

@@ -48,17 +48,15 @@ RecommendedModel recommended_model(db::Store& reader, const db::ResultRecord& ca
   std::vector<db::ResultRecord> validations =
       reader.load_results(calibration.session, "validation");
   for (auto each = validations.rbegin(); each != validations.rend(); ++each) {
-    studies::ValidationResult result =
-        report::validation_from_json(Json::parse(each->json));
+    studies::ValidationResult result = report::validation_from_json(Json::parse(each->json));
     const auto commanded = result.inputs.calibration_result;
-    if (!commanded ||
-        !commands_as(
-            reader, *commanded, calibration, {"parameters", "result_method", "anfis", "residual_model"})) {
+    if (!commanded || !commands_as(
+                          reader, *commanded, calibration,
+                          {"parameters", "result_method", "anfis", "residual_model"})) {
       continue;
     }
     const auto by = result.inputs.diagnosis_result;
-    if (!diagnosis || !by ||
-        !commands_as(reader, *by, *diagnosis, {"extended_model"})) {
+    if (!diagnosis || !by || !commands_as(reader, *by, *diagnosis, {"extended_model"})) {
       std::erase_if(result.methods, [](const studies::ValidatedWay& way) {
         return studies::is_extended(way.by);
       });

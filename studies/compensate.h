@@ -22,9 +22,9 @@
 
 namespace sixdial::studies {
 
-/// The robot of a calibration of a session on this rig, not one that is_extended(); kFull with the residual
-/// model that was trained, if the method has one. Throws StudyError bad_data where that cannot
-/// be loaded, or where the calibration has other parameters than the rig's robot.
+/// The robot of a calibration of a session on this rig, not one that is_extended(); kFull with
+/// the residual model that was trained, if the method has one. Throws StudyError bad_data where
+/// that cannot be loaded, or where the calibration has other parameters than the rig's robot.
 [[nodiscard]] calibration::CompensationModel compensation_model(
     const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by);
 

@@ -48,8 +48,7 @@ std::optional<MeanError> mean_error(const CrossValidation& checked, CompensateBy
   if (model == nullptr || samples.empty()) return std::nullopt;
   double sum = 0.0;
   for (const std::size_t i : samples) sum += model->error_mm[i];
-  return MeanError{
-      sum / static_cast<double>(samples.size()), static_cast<int>(samples.size())};
+  return MeanError{sum / static_cast<double>(samples.size()), static_cast<int>(samples.size())};
 }
 
 std::optional<ErrorDifference> difference(
@@ -100,8 +99,8 @@ std::optional<CrossValidation> cross_validated(
     };
     const calibration::ObservationSpace train = space(fitted);
     if (calibration::trouble_with(train) || judged.empty()) return std::nullopt;
-    const auto found = calibration::compare_methods(
-        train, train, space(judged), choices, settings, {}, stop);
+    const auto found =
+        calibration::compare_methods(train, train, space(judged), choices, settings, {}, stop);
     if (!found) return std::nullopt;
     for (std::size_t k = 0; k < choices.size(); ++k) {
       const std::vector<double>& errors = found->methods.at(k).errors.g2_mm;

@@ -120,8 +120,7 @@ ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
 std::optional<CrossValidation> cross_validation_of(const Diagnosis& found) {
   if (found.choice.empty()) return std::nullopt;
   CrossValidation result{
-      .folds = diagnosis::kChoiceFolds,
-      .residual_model = std::string(diagnosis::kModelOnTop)};
+      .folds = diagnosis::kChoiceFolds, .residual_model = std::string(diagnosis::kModelOnTop)};
   for (const diagnosis::CandidateErrors& each : found.choice) {
     const bool extended = each.model == diagnosis::GainModel::kExtended;
     result.models.push_back(

@@ -264,7 +264,7 @@ struct DiagnosisResult {
   std::vector<Limit> limits{};
   std::vector<diagnosis::ParameterChange> parameters{};
   FitSummary baseline{}, extended{};
-  std::vector<GainRow> gain{};  // empty: not computed
+  std::vector<GainRow> gain{};                        // empty: not computed
   std::optional<CrossValidation> cross_validation{};  // within G1; empty: not computed
   JudgedOn judged_on{};
   double false_alarm_probability = 1.0;

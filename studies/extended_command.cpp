@@ -199,8 +199,8 @@ Eigen::Vector2d last_travel(
   }
   if (before == nullptr) return Eigen::Vector2d::Zero();
   const auto assembly = tool.assembly_at(rig.robot.nominal, before->q, before->target_mm);
-  const auto stood = assembly ? command.position(before->q, *assembly, {})
-                              : tl::unexpected(assembly.error());
+  const auto stood =
+      assembly ? command.position(before->q, *assembly, {}) : tl::unexpected(assembly.error());
   return direction(point.target_mm - stood.value_or(Eigen::Vector2d(before->target_mm)));
 }
 

@@ -49,11 +49,10 @@ std::vector<simulation::Trial> one_after_the_other(
 
 bool names_the_instrument(const DiagnosisResult& diagnosis, const geometry::Rig& rig) {
   if (exchanged_dials(diagnosis, rig)) return true;
-  return std::ranges::any_of(
-      diagnosis.extended_fit.effects, [](const FittedEffect& each) {
-        const simulation::Effect* effect = simulation::find_effect(each.id.cause);
-        return effect != nullptr && (effect->before_contact || effect->after_reading);
-      });
+  return std::ranges::any_of(diagnosis.extended_fit.effects, [](const FittedEffect& each) {
+    const simulation::Effect* effect = simulation::find_effect(each.id.cause);
+    return effect != nullptr && (effect->before_contact || effect->after_reading);
+  });
 }
 
 std::vector<std::optional<Eigen::VectorXd>> measured_positions(

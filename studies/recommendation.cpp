@@ -33,11 +33,10 @@ std::optional<double> mean_of(const std::optional<SetErrors>& errors) {
 std::optional<double> g2_of(
     const CalibrationResult& calibration, const DiagnosisResult* diagnosis, CompensateBy by) {
   if (is_extended(by)) {
-    const GainRow* row = diagnosis == nullptr
-                             ? nullptr
-                             : gain_row(
-                                   *diagnosis, diagnosis::GainModel::kExtended,
-                                   by == CompensateBy::kExtendedFull);
+    const GainRow* row = diagnosis == nullptr ? nullptr
+                                              : gain_row(
+                                                    *diagnosis, diagnosis::GainModel::kExtended,
+                                                    by == CompensateBy::kExtendedFull);
     return row == nullptr ? std::nullopt : std::optional(row->mean_mm);
   }
   const std::string id = by == CompensateBy::kBefore ? "before"
@@ -196,8 +195,7 @@ class Choice {
   [[nodiscard]] bool nothing_helps() const {
     const Candidate* before = result_.of(CompensateBy::kBefore);
     const MethodRow* row = calibration_.method("before");
-    const std::optional<double> on_g1 =
-        row == nullptr ? std::nullopt : mean_of(row->g1);
+    const std::optional<double> on_g1 = row == nullptr ? std::nullopt : mean_of(row->g1);
     bool compared = false;
     for (const Candidate& each : result_.candidates) {
       if (each.by == CompensateBy::kBefore) continue;

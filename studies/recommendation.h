@@ -44,12 +44,12 @@ enum class ChosenBecause {
 struct Recommendation {
   CompensateBy by = CompensateBy::kKinematics;  // kBefore where nothing helps
   ChosenBecause because = ChosenBecause::kNotCompared;
-  std::optional<CompensateBy> best{};  // by cross-validation alone
-  bool by_diagnosis = false;           // whose cross-validation compared them
-  int folds = 0, samples = 0;          // of the cross-validation; 0: none
-  std::vector<Candidate> candidates{};  // "before" first, then from simple to complex
-  std::vector<ParameterRow> parameters{};  // of the robot, in stored units
-  std::vector<HypothesisId> causes{};      // that belong to the parameters
+  std::optional<CompensateBy> best{};           // by cross-validation alone
+  bool by_diagnosis = false;                    // whose cross-validation compared them
+  int folds = 0, samples = 0;                   // of the cross-validation; 0: none
+  std::vector<Candidate> candidates{};          // "before" first, then from simple to complex
+  std::vector<ParameterRow> parameters{};       // of the robot, in stored units
+  std::vector<HypothesisId> causes{};           // that belong to the parameters
   std::optional<std::string> residual_model{};  // that belongs to the parameters, "anfis"
 
   [[nodiscard]] const Candidate* of(CompensateBy way) const;

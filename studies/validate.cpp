@@ -109,8 +109,7 @@ session::Plan validation_plan(
     const ValidationRequest& request, const DiagnosisResult* diagnosis) {
   session::Plan plan;
   for (const CompensateBy by : request.by) {
-    const session::Plan pass =
-        validation_pass(calibrated, calibration, request, by, diagnosis);
+    const session::Plan pass = validation_pass(calibrated, calibration, request, by, diagnosis);
     plan.points.insert(plan.points.end(), pass.points.begin(), pass.points.end());
   }
   return plan;

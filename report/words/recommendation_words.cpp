@@ -30,8 +30,7 @@ std::string others(const Recommendation& recommended) {
   std::vector<std::string> parts;
   for (const Candidate& each : recommended.candidates) {
     if (each.by == recommended.by || !each.held_out_mm) continue;
-    parts.push_back(
-        fmt::format("{} {}", model_name(each.by), held_out(recommended, each.by)));
+    parts.push_back(fmt::format("{} {}", model_name(each.by), held_out(recommended, each.by)));
   }
   return list_of(parts);
 }
@@ -135,8 +134,9 @@ std::vector<std::string> how_to_use(
   const std::string command = fmt::format("\"sixdial compensate {} --plan PLAN.csv\"", session);
   switch (recommended.by) {
     case CompensateBy::kBefore:
-      return {"Change nothing in the controller: no model does better than the nominal "
-              "parameters."};
+      return {
+          "Change nothing in the controller: no model does better than the nominal "
+          "parameters."};
     case CompensateBy::kKinematics:
       return {"Enter the identified parameters in the controller."};
     case CompensateBy::kFull:
@@ -156,8 +156,7 @@ std::vector<std::string> how_to_use(
       "Command by the recommended model ({}), inside the measured area only: {} gives the "
       "joint values. Its parameters belong together with the causes; a controller that takes "
       "parameters only leaves {} instead of {} (G1, left out in turn).",
-      recommended_name(recommended), command,
-      held_out(recommended, CompensateBy::kKinematics),
+      recommended_name(recommended), command, held_out(recommended, CompensateBy::kKinematics),
       held_out(recommended, recommended.by))};
 }
 

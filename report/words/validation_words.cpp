@@ -50,7 +50,8 @@ std::string validation_text(const studies::ValidationResult& result) {
         cell(way.predicted_mean_mm()));
   }
   if (result.inputs.positions_by) {
-    text += "measured positions: by all dials, with what the diagnosis says of the instrument\n";
+    text +=
+        "measured positions: by all dials, with what the diagnosis says of the instrument\n";
   }
   return text;
 }

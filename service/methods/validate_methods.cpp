@@ -150,17 +150,16 @@ Validated validated(const Call& call, const db::ResultRecord& record) {
     result.diagnosis.reset();
     result.diagnosis_number.reset();
   }
-  result.rig_text =
-      param_or<std::string>(call.params, "rig_toml", result.calibrated.rig_text);
+  result.rig_text = param_or<std::string>(call.params, "rig_toml", result.calibrated.rig_text);
   return result;
 }
 
 /// One way's pass, measured into the session; its points that could not be had go to
 /// `troubles`.
 session::Plan measure_pass(
-    Service& service, const JobControl& control, const Validated& what,
-    db::SessionId measured, studies::CompensateBy by, const Caller& caller,
-    std::int64_t before, std::vector<studies::NotMeasured>& troubles) {
+    Service& service, const JobControl& control, const Validated& what, db::SessionId measured,
+    studies::CompensateBy by, const Caller& caller, std::int64_t before,
+    std::vector<studies::NotMeasured>& troubles) {
   const studies::PlanMoment moment = studies::moment_of_pass(
       what.calibrated, service.reader().load_session(measured), service.clock().now_utc());
   session::Plan pass = studies::validation_pass(
@@ -234,9 +233,8 @@ Json start_validation(const Call& call) {
   job.params = call.params;
   job.params.erase("rig_toml");
   const Job started = service.jobs().start(
-      std::move(job),
-      [&service, what = std::move(what), caller = call.caller,
-       id = record.session](const JobControl& control, const Job& self) {
+      std::move(job), [&service, what = std::move(what), caller = call.caller,
+                       id = record.session](const JobControl& control, const Job& self) {
         const studies::ValidationResult result = measure(service, control, what, caller);
         return save_document(
             service, self, id, report::to_json(result),
@@ -248,8 +246,7 @@ Json start_validation(const Call& call) {
 
 constexpr std::array kValidateParams{
     Param{
-        .name = "session",
-        .doc = "its newest calibration is used, unless `result` says which"},
+        .name = "session", .doc = "its newest calibration is used, unless `result` says which"},
     Param{
         .name = "result",
         .type = ParamType::kInteger,

@@ -142,8 +142,8 @@ TEST(Recommendation, WhatReachesLessThanPlainKinematicsIsNeverRecommended) {
 }
 
 TEST(Recommendation, WhereNothingHelpsNothingIsRecommended) {
-  const ValidationResult validation = validation_with(
-      {{CompensateBy::kBefore, 0.02}, {CompensateBy::kKinematics, 0.03}});
+  const ValidationResult validation =
+      validation_with({{CompensateBy::kBefore, 0.02}, {CompensateBy::kKinematics, 0.03}});
   EXPECT_EQ(
       recommend(calibration_with(0.02, 0.02), nullptr, &validation).by, CompensateBy::kBefore);
   const Recommendation worse = recommend(calibration_with(4.0, 5.0));
@@ -161,8 +161,8 @@ TEST(Recommendation, WithoutACrossValidationItIsPlainKinematics) {
 }
 
 TEST(Recommendation, AReportAfterAValidationBeginsWithWhatWasReached) {
-  const session::Session session = session::read_bundle(
-      std::filesystem::path(test_paths::test_data()) / "session_00");
+  const session::Session session =
+      session::read_bundle(std::filesystem::path(test_paths::test_data()) / "session_00");
   const CalibrationResult calibration = calibrate(session, {.method = "lm"});
   const auto words = [&](const ValidationResult* validation) {
     return report::verdict(
@@ -170,8 +170,8 @@ TEST(Recommendation, AReportAfterAValidationBeginsWithWhatWasReached) {
   };
   const report::Verdict modelled = words(nullptr);
   EXPECT_THAT(modelled.to_do, ::testing::Contains(HasSubstr("Confirm on the robot")));
-  ValidationResult validation = validation_with(
-      {{CompensateBy::kBefore, 2.71}, {CompensateBy::kKinematics, 0.0123}});
+  ValidationResult validation =
+      validation_with({{CompensateBy::kBefore, 2.71}, {CompensateBy::kKinematics, 0.0123}});
   validation.inputs.calibration_data_hash = calibration.inputs.data_hash;
   validation.inputs.validation_session = "again";
   const report::Verdict measured = words(&validation);
@@ -185,8 +185,7 @@ TEST(Recommendation, AReportAfterAValidationBeginsWithWhatWasReached) {
 mock_devices::World bent_world(std::uint64_t seed) {
   mock_devices::World world = testing::simple_world(seed);
   world.warp.amplitude_mm = 0.02;
-  world.effects = {
-      mock_devices::parse_effect(world.rig, "joint_backlash:joint2:0.0006", seed)};
+  world.effects = {mock_devices::parse_effect(world.rig, "joint_backlash:joint2:0.0006", seed)};
   return world;
 }
 
