@@ -252,6 +252,15 @@ int main(int argc, char** argv) {
   app.add_flag("--xy", challenge.xy_only, "positions instead of dial readings");
   app.add_flag("--curve", challenge.curve, "dials with error curves and hysteresis");
   app.add_flag("--rigs", challenge.drawn_rig, "another rig in each session");
+  app.add_option(
+      "--scatter-mm", challenge.scatter.tool_mm,
+      "standard deviation of each arrival in x and y");
+  app.add_option(
+      "--joints-rad", challenge.scatter.joints_rad,
+      "standard deviation of the joints against their encoders");
+  app.add_option("--shifted", challenge.shifted, "so many dials stand elsewhere");
+  app.add_option("--shift-low", challenge.shift_low_mm, "by at least this [mm]");
+  app.add_option("--shift-high", challenge.shift_high_mm, "by at most this [mm]");
   app.add_flag("--verbose", verbose, "print each session that was not right");
   CLI11_PARSE(app, argc, argv);
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
@@ -263,10 +272,18 @@ int main(int argc, char** argv) {
   }
   const auto outcomes = run(challenge, sessions, first_seed, threads);
   for (const Outcome& each : outcomes) {
-    if (!verbose || good(challenge.kind, each)) continue;
+    if (!verbose || (good(challenge.kind, each) && !each.scatter)) continue;
     fmt::print("  seed {} R {:.2f} truth", each.seed, each.least);
     for (const auto& truth : each.truth) fmt::print(" {}", truth);
-    fmt::print("  said {}\n", each.said.empty() ? "nothing" : each.said);
+    fmt::print("  said {}", each.said.empty() ? "nothing" : each.said);
+    if (each.scatter) {
+      fmt::print(
+          " scatter {:.2f} ({:.2f} to {:.2f}) um in {}", 1e3 * each.scatter->sd_mm,
+          1e3 * each.scatter->low_mm, 1e3 * each.scatter->high_mm,
+          static_cast<int>(each.scatter->in));
+    }
+    if (each.gross_share > 0) fmt::print(" gross {:.1f} %", 100 * each.gross_share);
+    fmt::print("\n");
   }
   print_tables(challenge.kind, outcomes);
   print_confusions(outcomes);

@@ -7,6 +7,7 @@
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/summary.h"
+#include "report/headline.h"
 #include "report/words/calibration_words.h"
 #include "service/study_params.h"
 #include "session/csv.h"
@@ -22,14 +23,17 @@ struct CalibrateOptions {
   bool skip_bad_rows = false;
 };
 
-void print_calibration(Cli& cli, const Json& document, const std::string& output) {
+/// The exit code that goes with what it found.
+service::ExitCode print_calibration(Cli& cli, const Json& document, const std::string& output) {
   if (!output.empty()) session::write_file(output, document.dump(1) + "\n");
+  const studies::CalibrationResult result = report::calibration_from_json(document);
+  const bool usable = report::may_be_used(report::verdict_of(result).state);
+  const auto code = usable ? service::ExitCode::kOk : service::ExitCode::kDataQuality;
   if (cli.console.json) {
     cli.console.print_json("calibration", report::document_summary(document));
-    return;
+    return code;
   }
-  const studies::CalibrationResult result = report::calibration_from_json(document);
-  cli.console.out << report::table_6_text(result);
+  cli.console.out << report::headline_text(result) << report::table_6_text(result);
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
       cli.console.warn(line);
@@ -44,6 +48,7 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
     cli.console.out << report::precision_line(*result.precision) << '\n';
   }
   cli.console.note(report::effort_line(result));
+  return code;
 }
 
 service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
@@ -53,20 +58,19 @@ service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
       run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, options.request, progress, std::move(stop));
       });
-  print_calibration(cli, report::to_json(result), options.output);
-  return service::ExitCode::kOk;
+  return print_calibration(cli, report::to_json(result), options.output);
 }
 
 service::ExitCode calibrate_session(Cli& cli, const CalibrateOptions& options) {
   Json params = service::params_of(options.request);
   params["session"] = options.subject;
   const StoredResult stored = run_job(cli, "calibrate.start", params);
-  print_calibration(cli, stored.document, options.output);
+  const service::ExitCode code = print_calibration(cli, stored.document, options.output);
   if (!cli.console.json) {
     cli.console.note(fmt::format(
         "result {} in the store: sixdial report {}", stored.number, options.subject));
   }
-  return service::ExitCode::kOk;
+  return code;
 }
 
 }  // namespace

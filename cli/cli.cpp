@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -42,9 +43,10 @@ service::Client& Cli::client() {
   return *client_;
 }
 
-int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
-  Cli cli(out, err);
-  CLI::App app{kAbout, "sixdial"};
+namespace {
+
+/// All commands and their options.
+void add_commands(CLI::App& app, Cli& cli) {
   app.require_subcommand(1);
   app.fallthrough();
   app.set_version_flag("--version", SIXDIAL_VERSION);
@@ -65,6 +67,29 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);
   add_service_commands(app, cli);
+}
+
+}  // namespace
+
+std::optional<ParseTrouble> parse_trouble(const std::vector<std::string>& words) {
+  std::ostringstream nowhere;
+  Cli cli(nowhere, nowhere);
+  CLI::App app{kAbout, "sixdial"};
+  add_commands(app, cli);
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 takes them
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return std::nullopt;
+    return ParseTrouble{error.get_name(), error.what()};
+  }
+  return std::nullopt;
+}
+
+int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+  Cli cli(out, err);
+  CLI::App app{kAbout, "sixdial"};
+  add_commands(app, cli);
   cli.console.terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) != 0;
   cli.console.colour = cli.console.terminal && colour_wanted();
   // "sixdial help plan" as "sixdial plan --help".

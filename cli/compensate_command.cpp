@@ -10,7 +10,9 @@
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/warnings_document.h"
 #include "report/words/validation_words.h"
+#include "report/words/warning_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
@@ -38,8 +40,22 @@ struct ValidateOptions {
   std::int64_t result = 0, diagnosis = 0;
 };
 
+void tell_warnings(Cli& cli, const Json& answer) {
+  if (cli.console.json) return;
+  for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
+    cli.console.warn(line);
+  }
+}
+
+/// The document of a target, with what speaks against the data.
+Json with_warnings(Json document, const std::vector<studies::Warning>& warnings) {
+  document["warnings"] = report::warnings_json(warnings);
+  return document;
+}
+
 /// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
+  tell_warnings(cli, answer);
   const studies::CommandedTarget at = report::commanded_target_from_json(answer);
   std::string angles, nominal;
   for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
@@ -57,10 +73,11 @@ void print_target(Cli& cli, const Json& answer) {
 /// `by`: what it was solved by.
 void print_plan(
     Cli& cli, const CompensateOptions& options, std::string_view by, std::size_t points,
-    const std::string& text) {
+    const std::string& text, const Json& warnings) {
+  tell_warnings(cli, {{"warnings", warnings}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", by}};
+    Json answer{{"points", points}, {"by", by}, {"warnings", warnings}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
@@ -85,9 +102,18 @@ auto made_first(
   return run_here(calm, what, work);
 }
 
+using Warnings = std::vector<studies::Warning>;
+
+/// Refuses to command by data that contradict themselves. Gives the working mode that commands
+/// are for unless another is asked for.
+geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::Rig& rig) {
+  report::check_may_command(warnings);
+  return studies::working_mode_in_use(warnings, rig);
+}
+
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
-    Cli& cli, const CompensateOptions& options, const session::Session& session,
+    Cli& cli, const CompensateOptions& options, session::Session session,
     studies::CompensateBy by) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
@@ -103,6 +129,8 @@ service::ExitCode extend_bundle(
   } else {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
   }
+  const Warnings warnings = diagnosis.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::extended_plan(
@@ -110,7 +138,8 @@ service::ExitCode extend_bundle(
         {.temperature_c = options.temperature_c});
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -119,9 +148,9 @@ service::ExitCode extend_bundle(
   const studies::CommandMoment moment{
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
-  print_target(
-      cli, report::to_json(studies::commanded_target(
-               command.solve(target_mm, mode, moment), by, target_mm, mode)));
+  const studies::CommandedTarget commanded =
+      studies::commanded_target(command.solve(target_mm, mode, moment), by, target_mm, mode);
+  print_target(cli, with_warnings(report::to_json(commanded), warnings));
   return service::ExitCode::kOk;
 }
 
@@ -151,28 +180,33 @@ studies::CompensateBy recommended_of(
 }
 
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
-  const session::Session session =
+  session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
   const std::optional<studies::CompensateBy> asked = studies::compensate_by_from(options.by);
-  if (asked && is_extended(*asked)) return extend_bundle(cli, options, session, *asked);
-  const studies::CalibrationResult calibration = calibration_of(cli, options, session);
-  const studies::CompensateBy by = asked.value_or(recommended_of(calibration, options));
-  if (is_extended(by)) return extend_bundle(cli, options, session, by);
+  if (asked && is_extended(*asked)) {
+    return extend_bundle(cli, options, std::move(session), *asked);
+  }
+  const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
+  const studies::CompensateBy by = asked ? *asked : recommended_of(calibrated, options);
+  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by);
+  const Warnings warnings = calibrated.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
-      studies::compensation_model(calibration, session.rig, by);
+      studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan plan = studies::compensated_plan(
         session::read_plan(options.plan_file, session.rig), model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  print_target(
-      cli, report::to_json(studies::compensated_target(
-               model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode)));
+  const studies::CommandedTarget commanded = studies::compensated_target(
+      model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode);
+  print_target(cli, with_warnings(report::to_json(commanded), warnings));
   return service::ExitCode::kOk;
 }
 
@@ -195,13 +229,18 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
         cli, options, answer["by"].get<std::string>(), answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>());
+        answer["plan_csv"].get<std::string>(), answer["warnings"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
   const Json answer = cli.call("compensate.plan", params);
+  tell_warnings(cli, answer);
   cli.console.print(
-      "plan", {{"points", answer["points"]}, {"by", answer["by"]}, {"file", options.output}},
+      "plan",
+      {{"points", answer["points"]},
+       {"by", answer["by"]},
+       {"file", options.output},
+       {"warnings", answer["warnings"]}},
       "");
   if (!cli.console.json) {
     cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));

@@ -10,8 +10,11 @@
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
+#include "report/words/warning_words.h"
 #include "service/report_pdf.h"
 #include "service/socket/server.h"
 #include "session/bundle.h"
@@ -33,7 +36,12 @@ struct ReportOptions {
   bool diagnose = false;
 };
 
-void print_files(Cli& cli, const ReportOptions& options, Json answer) {
+/// The exit code that goes with the state of the robot.
+service::ExitCode print_files(Cli& cli, const ReportOptions& options, Json answer) {
+  for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
+    cli.console.warn(line);
+  }
+  const std::string state = answer.value("state", "calibrated");
   std::string text = answer["path"].get<std::string>() + "/report.html\n";
   if (!options.pdf.empty()) {
     const std::filesystem::path folder = answer["path"].get<std::string>();
@@ -42,6 +50,8 @@ void print_files(Cli& cli, const ReportOptions& options, Json answer) {
     text += options.pdf + "\n";
   }
   cli.console.print("report", answer, text);
+  return report::may_be_used(report::state_from(state)) ? service::ExitCode::kOk
+                                                        : service::ExitCode::kDataQuality;
 }
 
 studies::CalibrationResult calibrate_here(
@@ -93,8 +103,13 @@ service::ExitCode report_bundle(
       {.comparison = comparison ? &*comparison : nullptr,
        .diagnosis = diagnosis ? &*diagnosis : nullptr},
       std::move(more));
-  print_files(cli, options, {{"path", folder}, {"files", files}});
-  return service::ExitCode::kOk;
+  return print_files(
+      cli, options,
+      {{"path", folder},
+       {"files", files},
+       {"state", report::state_name(report::verdict_of(result).state)},
+       {"warnings",
+        report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}});
 }
 
 }  // namespace
@@ -149,8 +164,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
       if (!options->against.empty()) params["against"] = options->against;
-      print_files(cli, *options, call_for_files(cli, "report.write", params));
-      return service::ExitCode::kOk;
+      return print_files(cli, *options, call_for_files(cli, "report.write", params));
     };
   });
 }

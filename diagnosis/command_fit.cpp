@@ -5,14 +5,14 @@
 namespace sixdial::diagnosis {
 
 Eigen::MatrixXd covariance_with_structure(const JointFit& plain, const JointFit& structured) {
-  const Eigen::VectorXd root = plain.root();
+  const Whitening whitening = plain.whitening();
   const Eigen::Index n = plain.J.rows();
   const Eigen::Index p = plain.J.cols();
   const Eigen::Index m = plain.random.cols();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, p + m);
-  A.topLeftCorner(n, p) = root.asDiagonal() * plain.J;
+  A.topLeftCorner(n, p) = whitening(plain.J);
   if (m > 0) {
-    A.topRightCorner(n, m) = root.asDiagonal() * plain.random;
+    A.topRightCorner(n, m) = whitening(plain.random);
     A.bottomRightCorner(m, m).setIdentity();
   }
   // Scaled: millimetres stand beside radians.
@@ -22,10 +22,10 @@ Eigen::MatrixXd covariance_with_structure(const JointFit& plain, const JointFit&
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
   solver.setThreshold(kUnseen);
   solver.compute(A * scale.asDiagonal());
-  // Parameters by weighted reading.
+  // Parameters by whitened reading.
   const Eigen::MatrixXd estimate =
       (scale.asDiagonal() * solver.pseudoInverse()).topLeftCorner(p, n);
-  const Eigen::MatrixXd smooth = estimate * (root.asDiagonal() * structured.random);
+  const Eigen::MatrixXd smooth = estimate * whitening(structured.random);
   const double variance = structured.s_mm * structured.s_mm;
   return variance * (estimate * estimate.transpose() + smooth * smooth.transpose());
 }

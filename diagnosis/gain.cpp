@@ -51,18 +51,50 @@ GainStudy fits_on_g1(const GainQuestion& question) {
   return study;
 }
 
+/// Shifts that the readings of an arrival share, found in these readings: fills shift_mm. What
+/// they cost the log likelihood.
+double shared_shifts(JointFit& here, const Eigen::VectorXd& counted) {
+  if (!here.shared) return 0.0;
+  double cost = 0.0;
+  here.weight = counted;
+  constexpr int kPasses = 3;  // a gross reading pulls the shift until it is known as one
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Whitening whitening = here.whitening();
+    Whitening::Shifts shifts = whitening.shifts_of(here.residual_mm);
+    cost = 0.5 * shifts.squares / (here.s_mm * here.s_mm) + 0.5 * whitening.log_volume();
+    here.shift_mm = std::move(shifts.in_readings_mm);
+    const Eigen::VectorXd own_mm = here.own_residual_mm();
+    for (Eigen::Index row = 0; row < own_mm.size(); ++row) {
+      const double s_mm = here.s_mm * here.noise[row];
+      const double all = log_density(own_mm[row], s_mm, here.gross_share);
+      const double gross = std::log(here.gross_share / kGrossRange_mm);
+      here.weight[row] = counted[row] * -std::expm1(std::min(0.0, gross - all));
+    }
+  }
+  return cost;
+}
+
 /// Log odds of each cause: G2 with it against without.
 std::vector<double> odds_on_g2(
     const Readings& g2, const Eigen::VectorXd& weight, const GainStudy& study) {
   const auto likelihood = [&](const JointFit& fit) {
-    const JointFit here = applied(g2, fit);
-    double sum = 0.0;
+    JointFit here = applied(g2, fit);
+    const Eigen::VectorXd counted =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? 1.0 : 0.0; })
+            .cwiseProduct(weight);
+    here.residual_mm =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? e : 0.0; });
+    // Independent readings are judged by the noise of the whole explanation. Where one side has
+    // shared shifts, these are its way to explain G2, and each side is judged by its own noise.
+    if (!study.extended.shared && !fit.shared) {
+      here.s_mm = study.extended.s_mm;
+      here.gross_share = study.extended.gross_share;
+    }
+    double sum = -shared_shifts(here, counted);
+    const Eigen::VectorXd own_mm = here.own_residual_mm();
     for (Eigen::Index row = 0; row < g2.count(); ++row) {
-      if (weight[row] > 0 && std::isfinite(here.residual_mm[row])) {
-        sum += log_density(
-            here.residual_mm[row], study.extended.s_mm * here.noise[row],
-            study.extended.gross_share);
-      }
+      if (counted[row] == 0) continue;
+      sum += log_density(own_mm[row], here.s_mm * here.noise[row], here.gross_share);
     }
     return sum;
   };

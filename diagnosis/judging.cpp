@@ -14,7 +14,7 @@ namespace {
 /// above the noise once everything else that was fitted has taken over what it can (a step that
 /// comes after the last fitted point).
 std::vector<bool> not_determined(const Readings& readings, const JointFit& fit) {
-  const Eigen::MatrixXd J = fit.root().asDiagonal() * fit.J;
+  const Eigen::MatrixXd J = fit.whitening()(fit.J);
   std::vector<bool> result;
   Eigen::Index at = readings.model().parameter_count();
   for (const simulation::ActiveEffect& each : fit.effects) {
@@ -46,6 +46,8 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   result.noise = result.noise.cwiseSqrt();
   result.random.resize(readings.count(), 0);
   result.u.resize(0);
+  result.shared = readings.shareable_like(fitted.shared.get());
+  result.shift_mm = Eigen::VectorXd::Zero(readings.count());
   return result;
 }
 
@@ -75,7 +77,8 @@ Eigen::VectorXd weights_to_judge(
     const Row& each = all.rows()[static_cast<std::size_t>(row)];
     const Row& here = judged.rows()[static_cast<std::size_t>(at)];
     if (each.trial != here.trial || each.dial != here.dial) continue;
-    const double size_mm = std::abs(extended.residual_mm[row]) / extended.noise[row];
+    const double own_mm = extended.residual_mm[row] - extended.shift_mm[row];
+    const double size_mm = std::abs(own_mm) / extended.noise[row];
     if (extended.weight[row] < kGoodWeight && size_mm > kGrossSigma * s_mm) weight[at] = 0.0;
     ++at;
   }

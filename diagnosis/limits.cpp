@@ -62,9 +62,8 @@ double least_size(double low, double high, Test&& enough) {
 
 std::vector<std::string> absorbers(
     std::span<const geometry::ParameterInfo> parameters, const Eigen::VectorXd& raw,
-    const Eigen::MatrixXd& J, const Eigen::VectorXd& root) {
+    const Eigen::MatrixXd& J) {
   const Eigen::MatrixXd A =
-      root.asDiagonal() *
       J.leftCols(std::min(J.cols(), static_cast<Eigen::Index>(parameters.size())));
   Eigen::VectorXd norm = A.colwise().norm();
   norm = norm.cwiseMax(1e-300);
@@ -144,9 +143,8 @@ class LimitStudy {
     }
     const Eigen::MatrixXd& Q = projector_.Q();
     for (const double value : values) {
-      const Eigen::MatrixXd raw =
-          projector_.root_weight().asDiagonal() *
-          effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated);
+      const Eigen::MatrixXd raw = projector_.whitening()(
+          effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated));
       Eigen::MatrixXd kept(raw.rows(), 0);
       Columns columns;
       for (Eigen::Index i = 0; i < raw.cols(); ++i) {
@@ -182,7 +180,7 @@ class LimitStudy {
     limit.detect = limit.name = kInfinite;
     if (own.surviving >= kLeastSurviving) find_sizes(own, limit);
     limit.absorbed_by =
-        absorbers(readings_.model().parameters(), own.raw, fit_.J, projector_.root_weight());
+        absorbers(readings_.model().parameters(), own.raw, projector_.whitening()(fit_.J));
     return limit;
   }
 

@@ -116,7 +116,38 @@ Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
   result.doubts_ = doubts_;
+  for (const auto& each : shareable_) result.shareable_.push_back(rows_of(*each, result));
   return result.with_noise(noise_of_dial_);
+}
+
+/// The part of the columns that another choice of trials needs.
+std::shared_ptr<const ScatterColumns> Readings::rows_of(
+    const ScatterColumns& all, const Readings& chosen) const {
+  ScatterColumns result{all.of, all.of_stops, {}, {}};
+  result.columns.setZero(chosen.count(), all.columns.cols());
+  std::size_t block = 0;
+  for (std::size_t t = 0; t < trials_.size(); ++t) {
+    const Eigen::Index rows = first_row_[t + 1] - first_row_[t];
+    const Eigen::Index here = chosen.first_row_[t];
+    if (rows == 0 || chosen.first_row_[t + 1] - here != rows) continue;
+    bool begins = result.first_row.empty();
+    while (block + 1 < all.first_row.size() && all.first_row[block + 1] <= first_row_[t]) {
+      ++block;
+      begins = true;
+    }
+    if (begins) result.first_row.push_back(here);
+    result.columns.middleRows(here, rows) = all.columns.middleRows(first_row_[t], rows);
+  }
+  result.first_row.push_back(chosen.count());
+  return std::make_shared<const ScatterColumns>(std::move(result));
+}
+
+std::shared_ptr<const ScatterColumns> Readings::shareable_like(
+    const ScatterColumns* other) const {
+  for (const auto& each : shareable_) {
+    if (other && each->of == other->of && each->of_stops == other->of_stops) return each;
+  }
+  return nullptr;
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {

@@ -13,6 +13,7 @@
 #include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -154,18 +155,27 @@ class Page {
   }
 
   [[nodiscard]] Opening opening() const {
-    if (data_.opening) return *data_.opening;
+    const OpeningList against{
+        "What speaks against the data", "cautions", warning_lines(data_.warnings)};
+    if (data_.opening) {
+      Opening out = *data_.opening;
+      out.lists.insert(out.lists.begin(), against);
+      return out;
+    }
     const Verdict v = verdict(data_);
     Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
-    out.mood = v.state == CalibrationState::kCalibrated    ? "good"
-               : v.state == CalibrationState::kNotImproved ? "bad"
-                                                           : "open";
+    out.mood = v.state == CalibrationState::kCalibrated ? "good"
+               : v.state == CalibrationState::kNotImproved ||
+                       v.state == CalibrationState::kNotCalibrated
+                   ? "bad"
+                   : "open";
     if (v.state != CalibrationState::kUnknown) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
       out.basis = "mean position error before and after, " + v.basis;
     }
-    out.lists = data_.also;
+    out.lists.push_back(against);
+    out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());
     out.lists.push_back({"What to do", "to_do", v.to_do});
     out.lists.push_back({"How far to trust it", "cautions", v.cautions});
     out.lists.push_back({"What could not be judged", "not_judged", v.not_judged});

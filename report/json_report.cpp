@@ -9,6 +9,7 @@
 #include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -101,12 +102,10 @@ ordered_json head(const Head& h) {
 }
 
 ordered_json state(const ReportData& data) {
-  constexpr std::string_view kNames[] = {
-      "unknown", "calibrated", "improved", "not_improved", "not_validated"};
   const Verdict v = verdict(data);
   const bool known = v.state != CalibrationState::kUnknown;
   return {
-      {"state", kNames[static_cast<std::size_t>(v.state)]},
+      {"state", state_name(v.state)},
       {"headline", value(v.headline)},
       {"before_mm", known ? value(v.before_mm) : ordered_json()},
       {"after_mm", known ? value(v.after_mm) : ordered_json()},
@@ -115,6 +114,18 @@ ordered_json state(const ReportData& data) {
       {"to_do", list(v.to_do)},
       {"cautions", list(v.cautions)},
       {"not_judged", list(v.not_judged)}};
+}
+
+ordered_json warnings(const ReportData& data) {
+  ordered_json out = ordered_json::array();
+  for (const studies::Warning& each : data.warnings) {
+    out.push_back(
+        {{"code", value(each.code)},
+         {"severity", severity_name(each.severity)},
+         {"message", value(warning_text(each))},
+         {"where", value(where_text(each.where))}});
+  }
+  return out;
 }
 
 ordered_json points(const ReportData& data) {
@@ -245,6 +256,7 @@ std::string json_report(const ReportData& data) {
       {"schema_version", kJsonSchemaVersion},
       {"head", head(data.head)},
       {"state", state(data)},
+      {"warnings", warnings(data)},
       {"result_method", result ? value(data.methods[*result].id) : ordered_json()},
       {"table2", rows(parameter_table(data, true))},
       {"table6", rows(accuracy_table(data, true))},

@@ -190,6 +190,7 @@ struct ReportData {
   std::vector<BadReading> bad_readings{};
   std::vector<Outlier> outliers{};
 
+  std::vector<studies::Warning> warnings{};  // what speaks against the session
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 

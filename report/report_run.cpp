@@ -16,6 +16,7 @@
 #include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
+#include "report/headline.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
 #include "report/recommended.h"
@@ -31,6 +32,8 @@
 #include "studies/dial_residuals.h"
 #include "studies/live_estimate.h"
 #include "studies/method_name.h"
+#include "studies/plausibility.h"
+#include "studies/position_noise.h"
 
 namespace sixdial::report {
 namespace {
@@ -99,50 +102,18 @@ std::vector<report::ShownParameter> parameters_of(
   return rows;
 }
 
-std::optional<report::ErrorStatistics> statistics_of(
-    const std::optional<studies::SetErrors>& errors) {
-  if (!errors) return std::nullopt;
-  report::ErrorStatistics statistics;
-  statistics.mean_mm = errors->mean_mm;
-  statistics.std_mm = errors->std_mm;
-  statistics.max_mm = errors->max_mm;
-  statistics.mean_low_mm = if_finite(errors->mean_low_mm);
-  statistics.mean_high_mm = if_finite(errors->mean_high_mm);
-  statistics.points = errors->points;
-  return statistics;
-}
-
-/// A panel of the residual map each: the robot before, its parameters alone, the result.
-std::vector<std::string> methods_on_map(const studies::CalibrationResult& result) {
-  return {
-      "before", studies::without_residual_model(result.result_method), result.result_method};
-}
-
-std::vector<report::ShownMethod> methods_of(const studies::CalibrationResult& result) {
-  const std::vector<std::string> on_map = methods_on_map(result);
-  std::vector<report::ShownMethod> methods;
-  for (const studies::MethodRow& each : result.methods) {
-    report::ShownMethod method;
-    method.id = each.id;
-    method.name = studies::method_name(each.id);
-    method.g1 = statistics_of(each.g1);
-    method.g2 = statistics_of(each.g2);
-    method.seconds = each.seconds;
-    method.has_residual_model = method.id.find('+') != std::string::npos;
-    method.on_map = std::ranges::find(on_map, method.id) != on_map.end();
-    methods.push_back(std::move(method));
-  }
-  return methods;
-}
-
-/// All samples of the session, those without a position too; residuals from the result.
+/// All samples of the session as the calibration took them, those without a position too;
+/// residuals from the result.
 std::vector<report::PointRow> points_of(
     const studies::CalibrationResult& result, const session::Session& session) {
   std::vector<report::PointRow> rows;
-  const std::vector<simulation::Trial> trials = session::trials_of(session, "");
+  std::vector<simulation::Trial> trials(session.samples.size());
+  for (simulation::Trial& trial : session::trials_of(session, "")) {
+    trials[static_cast<std::size_t>(trial.sample)] = std::move(trial);
+  }
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const session::Sample& sample = session.samples[i];
-    const simulation::Trial& trial = trials.at(i);
+    const simulation::Trial& trial = trials[i];
     report::PointRow row;
     row.set = sample.set;
     row.point = sample.point;
@@ -285,19 +256,6 @@ void add_gross_errors(report::ReportData& data, const studies::GrossErrors& erro
   }
 }
 
-std::optional<double> position_noise(const session::Session& session) {
-  double sum_mm2 = 0.0;
-  int count = 0;
-  for (const session::Sample& sample : session.samples) {
-    const simulation::Trial trial = session::trial_of(session.rig, sample);
-    if (!trial.position_mm || trial.position_channels.empty()) continue;
-    sum_mm2 += trial.position_covariance.trace();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return std::sqrt(sum_mm2 / count);
-}
-
 void write_text(
     const std::filesystem::path& folder, const std::string& name, std::string_view text,
     std::vector<std::string>& files) {
@@ -354,7 +312,7 @@ report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
   check_belongs_together(result, session);
-  report::ReportData data;
+  report::ReportData data = headline_data(result);
   data.head = report_head(
       result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
   const geometry::RobotModel& robot = *session.rig.robot.model;
@@ -363,24 +321,13 @@ report::ReportData report_data(
     data.joints.push_back({.name = joint.name, .unit = std::string(joint.unit())});
   }
   data.axes = session.rig.instrument.dimensions;
-  for (const studies::CorrelationRow& each : result.identification.correlations) {
-    data.correlations.push_back({each.first, each.second, each.coefficient});
-  }
-  const Eigen::VectorXd& values = result.identification.singular_values;
-  data.singular_values.assign(values.begin(), values.end());
-  data.condition_number = if_finite(result.identification.condition);
-  for (const studies::HeldRow& each : result.identification.held) {
-    data.unidentifiable.push_back(each.words);
-  }
-  data.methods = methods_of(result);
-  data.result_method = result.result_method;
-  data.position_noise_mm = position_noise(session);
-  data.rmse_mm = if_finite(result.rmse_mm);
-  data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
+  if (!data.position_noise_mm) data.position_noise_mm = studies::position_noise_mm(session);
   data.convergence = result.convergence;
   data.traces = result.traces;
-  data.points = points_of(result, session);
-  data.dials = studies::dial_residuals(session, session.rig.robot.nominal, result.identified());
+  // As the calibration took it: in the frame of its parameters, without what it left out.
+  const session::Session used = studies::plausible(session).session;
+  data.points = points_of(result, used);
+  data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
   if (result.gross_errors) {
     add_gross_errors(data, *result.gross_errors);

@@ -2,12 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "report/text.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
+
+constexpr std::pair<CalibrationState, std::string_view> kStates[] = {
+    {CalibrationState::kUnknown, "unknown"},
+    {CalibrationState::kCalibrated, "calibrated"},
+    {CalibrationState::kImproved, "improved"},
+    {CalibrationState::kNotImproved, "not_improved"},
+    {CalibrationState::kNotValidated, "not_validated"},
+    {CalibrationState::kNotCalibrated, "not_calibrated"}};
 
 constexpr double kClearGain = 2.0;   // before / after from which "calibrated" is said
 constexpr double kNoChange = 0.05;   // relative: a residual model that changes less is neutral
@@ -87,6 +99,7 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
       c.on_g2 ? counted(after.points, "validation point", "validation points")
               : counted(after.points, "calibration point", "calibration points"),
       c.on_g2 ? "G2" : "G1", c.on_g2 ? "not used in the fit" : "the ones that were fitted");
+  if (data.measured_again) out.basis = basis_of_measured(*data.headline);
   const double factor = after.mean_mm > 0.0 ? before.mean_mm / after.mean_mm : HUGE_VAL;
   const std::string missed = fmt::format(
       "The robot missed its positions by {} on average and {} at worst", length(before.mean_mm),
@@ -231,7 +244,34 @@ void question(const ReportData& data, Verdict& out) {
   }
 }
 
+/// A session that contradicts itself calibrates nothing, whatever its figures say.
+void doubt(const ReportData& data, Verdict& out) {
+  const auto first = std::ranges::find_if(data.warnings, [](const studies::Warning& each) {
+    return each.severity != studies::Severity::kNote;
+  });
+  if (first == data.warnings.end()) return;
+  out.state = CalibrationState::kNotCalibrated;
+  out.title = "Not calibrated: the data contradict themselves";
+  out.headline = warning_text(*first);
+  out.to_do = {
+      "Do not use the result. Settle what is listed as not plausible first, then calibrate "
+      "again."};
+  out.cautions.clear();
+}
+
 }  // namespace
+
+std::string_view state_name(CalibrationState state) {
+  const auto found =
+      std::ranges::find(kStates, state, &std::pair<CalibrationState, std::string_view>::first);
+  return found == std::end(kStates) ? "unknown" : found->second;
+}
+
+CalibrationState state_from(std::string_view name) {
+  const auto found =
+      std::ranges::find(kStates, name, &std::pair<CalibrationState, std::string_view>::second);
+  return found == std::end(kStates) ? CalibrationState::kUnknown : found->first;
+}
 
 Verdict verdict(const ReportData& data) {
   Verdict out;
@@ -245,6 +285,7 @@ Verdict verdict(const ReportData& data) {
     judge(data, c, out);
     advise(data, c, out);
     limit(data, c, out);
+    doubt(data, out);
     if (!c.on_g2) {
       out.not_judged.emplace_back(
           "There are no validation points (G2): how the robot does away from the fitted points "

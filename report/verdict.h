@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "report/report_data.h"
@@ -10,12 +11,17 @@
 namespace sixdial::report {
 
 enum class CalibrationState {
-  kUnknown,       // nothing to compare
-  kCalibrated,    // at least twice as accurate on points that were not fitted
-  kImproved,      // more accurate, by less than that
-  kNotImproved,   // the calibration does not help
-  kNotValidated,  // better on the fitted points; there are no others
+  kUnknown,        // nothing to compare
+  kCalibrated,     // at least twice as accurate on points that were not fitted
+  kImproved,       // more accurate, by less than that
+  kNotImproved,    // the calibration does not help
+  kNotValidated,   // better on the fitted points; there are no others
+  kNotCalibrated,  // something about the session forbids to believe its figures
 };
+/// "calibrated", "not_calibrated": `state` in documents.
+[[nodiscard]] std::string_view state_name(CalibrationState state);
+/// kUnknown for a word that is none of them.
+[[nodiscard]] CalibrationState state_from(std::string_view name);
 
 struct Verdict {
   CalibrationState state = CalibrationState::kUnknown;

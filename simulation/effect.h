@@ -133,6 +133,10 @@ struct Effect {
   /// only.
   Callable<double(double value)> searched_change = {};
 
+  /// Lost motion is lost: its first parameter is never less than zero. A fit that wants it to
+  /// be has found something else.
+  bool never_negative = false;
+
   /// It changes with time alone, so that anything else that wanders in time can be mistaken for
   /// it.
   bool in_time = false;

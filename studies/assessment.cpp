@@ -210,7 +210,7 @@ std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials) {
 
 CheckedSession check_gross_errors(
     const session::Session& session, const calibration::IdentifySettings& settings,
-    bool set_aside) {
+    bool set_aside, const std::optional<std::string>& not_possible) {
   CheckedSession checked{session, {}};
   const auto split = [&] {
     checked.all = session::trials_of(checked.session, "");
@@ -223,6 +223,11 @@ CheckedSession check_gross_errors(
     }
   };
   split();
+  checked.found.set_aside = set_aside;
+  if (not_possible) {
+    checked.found.not_possible = not_possible;
+    return checked;
+  }
   calibration::IdentifySettings wide = settings;
   wide.fixed.clear();  // a robot that is told less about itself accuses nobody wrongly
   const auto in_g1 = calibration::find_gross_errors(checked.g1, session.rig, wide);
@@ -230,7 +235,6 @@ CheckedSession check_gross_errors(
   found.readings = in_g1.readings;
   found.sigma_mm = in_g1.sigma_mm;
   found.limit_times_sigma = in_g1.limit_times_sigma;
-  found.set_aside = set_aside;
   found.systematic_g1 = in_g1.systematic;
   if (!in_g1.not_possible.empty()) found.not_possible = in_g1.not_possible;
   for (const GrossError& each : in_g1.found) {
@@ -291,13 +295,13 @@ ObservationSpace space_of(
         StudyErrorCode::kBadData,
         fmt::format("G1 of {} has no dial readings that can be fitted", session.name),
         {{"session", session.name}},
-        "The session gives positions (x_mm, y_mm): compare with --space positions.");
+        "The session gives positions (x_mm, y_mm): sixdial compare SESSION --space positions.");
   }
   return space;
 }
 
 std::vector<char> fixed_parameters(
-    const ObservationSpace& space, const std::vector<std::string>& fix,
+    const ObservationSpace& space, int robot_parameters, const std::vector<std::string>& fix,
     const std::vector<std::string>& free) {
   const auto index_of = [&](const std::string& name) {
     const auto index = space.find(name);
@@ -319,6 +323,13 @@ std::vector<char> fixed_parameters(
           "Name it once.");
     }
     fixed[index_of(name)] = 1;
+  }
+  // An instrument's own parameters stand behind the robot's.
+  if (std::count(fixed.begin(), fixed.begin() + robot_parameters, 1) == robot_parameters) {
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
+        "every parameter of the robot is fixed: there is nothing to identify",
+        {{"param", "fix"}}, "Leave at least one parameter free.");
   }
   return fixed;
 }

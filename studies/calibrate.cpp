@@ -5,10 +5,13 @@
 #include <cmath>
 #include <thread>
 
+#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
 #include "studies/method_name.h"
+#include "studies/plausibility_of_fit.h"
+#include "studies/position_noise.h"
 
 namespace sixdial::studies {
 namespace {
@@ -89,11 +92,32 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
+/// By working mode, in order of appearance.
+std::vector<MeasuredJoints> measured_joints_of(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
+  const geometry::Tool tool(rig);
+  std::vector<MeasuredJoints> all;
+  for (const simulation::Trial& trial : trials) {
+    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
+    if (!mode) continue;
+    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
+    if (known == all.end()) {
+      all.push_back({*mode, trial.q, trial.q});
+      continue;
+    }
+    known->low = known->low.cwiseMin(trial.q);
+    known->high = known->high.cwiseMax(trial.q);
+  }
+  return all;
+}
+
 }  // namespace
 
 CalibrationResult calibrate(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress, std::stop_token stop) {
+  PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
   const calibration::MethodChoice method = chosen_method(request.method, "method");
   if (method.identifier == nullptr) {
     throw StudyError(
@@ -103,10 +127,13 @@ CalibrationResult calibrate(
   calibration::PipelineSettings settings = settings_of(request);
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
-    const std::vector<simulation::Trial> stored = session::trials_of(session, "G1");
+    const std::vector<simulation::Trial> stored = session::trials_of(believed, "G1");
     settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
-    return check_gross_errors(session, judged, !request.keep_gross_errors);
+    add_too_few_poses(believable.warnings, stored, believed.rig, request.fix, request.free);
+    return check_gross_errors(
+        believed, judged, !request.keep_gross_errors,
+        why_no_reading_is_judged(believable.warnings));
   }();
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return space_of("positions", trials, checked.session, settings.noise_mm);
@@ -116,7 +143,7 @@ CalibrationResult calibrate(
   if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
-  judged.fixed = fixed_parameters(data.g1, request.fix, request.free);
+  judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
   settings.fixed = judged.fixed;
   const auto reference =
       calibration::identify(*calibration::find_identifier("lm"), data.g1, judged);
@@ -130,7 +157,7 @@ CalibrationResult calibrate(
   result.inputs = inputs_of(session, settings.seed);
   result.assessment = assess(
       data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
-      checked.all, session.rig);
+      checked.all, believed.rig);
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
@@ -138,6 +165,11 @@ CalibrationResult calibrate(
       .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
   result.cross_validation = cross_validated(
       checked.g1, checked.session, registry_method(method, settings.profile), as_fitted, stop);
+  add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
+  result.measured_joints = measured_joints_of(checked.g1, believed.rig);
+  result.frame = believable.frame;
+  result.warnings = std::move(believable.warnings);
+  result.position_noise_mm = position_noise_mm(believed);
   return result;
 }
 

@@ -14,6 +14,7 @@
 #include "studies/assessment.h"
 #include "studies/cross_validation.h"
 #include "studies/inputs.h"
+#include "studies/plausibility.h"
 #include "studies/stored_residual.h"
 
 namespace sixdial::studies {
@@ -82,6 +83,12 @@ struct PointResiduals {
   std::vector<std::optional<Eigen::VectorXd>> residual_mm{};
 };
 
+/// Joint values at which a working mode was measured.
+struct MeasuredJoints {
+  geometry::WorkingMode mode{};
+  Eigen::VectorXd low{}, high{};
+};
+
 struct CalibrationResult {
   std::string created_utc{};
   Inputs inputs{};
@@ -102,6 +109,15 @@ struct CalibrationResult {
   std::optional<Networks> networks{};                   // of the paper's method
   std::optional<StoredResidualModel> residual_model{};  // of every other one that has one
   std::vector<PointResiduals> points{};                 // G1, then G2
+  /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
+  /// results of early versions.
+  std::optional<double> position_noise_mm{};
+  /// Where the joints stood in G1; empty in results of early versions.
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  /// From the frame in which targets are given to that of the parameters; empty: the same.
+  std::optional<geometry::Similarity> frame{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   // Empty in results of early versions.
   std::optional<Assessment> assessment{};
   std::optional<GrossErrors> gross_errors{};

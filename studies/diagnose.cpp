@@ -186,6 +186,7 @@ DiagnosisResult result_of(
       .unexplained =
           {.significant = found.unexplained.significant,
            .scatter = found.unexplained.scatter,
+           .scatter_size = found.unexplained.scatter_size,
            .depends_on = std::move(found.unexplained.depends_on),
            .rms_mm = rms_of_good(data),
            .noisy_dials = std::move(found.unexplained.noisy_dials)},
@@ -202,7 +203,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, found),
       .residuals = residuals_of(data)};
-  add_data_faults(result.causes, result.gross_readings);
+  add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});
   }
@@ -219,9 +220,11 @@ DiagnosisResult diagnose(
     const session::Session& session, const DiagnosisRequest& request,
     const ProgressCallback& progress, std::stop_token stop) {
   const auto began = std::chrono::steady_clock::now();
-  const simulation::ForwardModel model(session.rig);
-  std::vector<simulation::Trial> trials = session::trials_of(session, "");
-  std::vector<bool> held_out = held_out_of(session, trials);
+  const PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
+  const simulation::ForwardModel model(believed.rig);
+  std::vector<simulation::Trial> trials = session::trials_of(believed, "");
+  std::vector<bool> held_out = held_out_of(believed, trials);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
   const auto tell = [&](const diagnosis::DiagnosisProgress& now) {
     if (progress) progress({.stage = now.stage, .done = now.done, .total = now.total});
@@ -248,6 +251,7 @@ DiagnosisResult diagnose(
   DiagnosisResult result = result_of(found, data, session, request, settings);
   checked();
   add_curves(result, found, data);
+  result.warnings = believable.warnings;
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   checked();

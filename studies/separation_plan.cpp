@@ -146,7 +146,7 @@ SeparationPlan separation_plan(
   if (candidates.empty()) {
     throw StudyError(
         StudyErrorCode::kBadData, "no pose can be measured in these working modes",
-        {{"session", session.name}}, "Leave --mode out.");
+        {{"session", session.name}}, "Use sixdial plan separate without --mode.");
   }
   const diagnosis::Separation separation = diagnosis::separating_poses(
       readings, question->fit, question->cause, question->rival, candidates, request.points);

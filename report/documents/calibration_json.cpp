@@ -7,6 +7,8 @@
 #include "report/documents/set_errors_json.h"
 #include "report/documents/stored_residual_json.h"
 #include "report/documents/swarm_size_json.h"
+#include "report/documents/warnings_json.h"
+#include "report/headline.h"
 #include "report/words/comparison_words.h"
 #include "studies/method_name.h"
 
@@ -145,6 +147,19 @@ void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::MeasuredJoints>& joints) {
+  at("mode", joints.mode.number);
+  at("low", joints.low);
+  at("high", joints.high);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, geometry::Similarity>& frame) {
+  at("turn", frame.R);
+  at("shift_mm", frame.t);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) {
@@ -179,6 +194,11 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
   at.maybe("cross_validation", result.cross_validation);
+  at.maybe("position_noise_mm", result.position_noise_mm);
+  at.maybe("measured_joints", result.measured_joints);
+  at.maybe("frame", result.frame);
+  at.maybe("warnings", result.warnings);
+  if constexpr (!Fields::kReads) at("state", state_name(verdict_of(result).state));
 }
 
 Json to_json(const studies::CalibrationResult& result) { return write(result); }

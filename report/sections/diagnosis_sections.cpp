@@ -426,6 +426,7 @@ std::string diagnosis_page(
       report_head(result.inputs, settings_rows(settings_json(result)), session, operator_name);
   data.head.title = "Diagnosis report";
   data.opening = opening_of(result, verdict_in_words(result));
+  if (result.warnings) data.warnings = *result.warnings;
   data.sections = diagnosis_sections(result);
   data.samples = static_cast<int>(session.samples.size());
   return report::html_report(data);

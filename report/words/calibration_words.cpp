@@ -162,7 +162,9 @@ std::string precision_line(const studies::Precision& precision) {
       "raw readings of all dials determine the parameters {:.1f} times as precisely as "
       "positions of the active three do (geometric mean){}",
       precision.geometric_mean_ratio,
-      precision.geometric_mean_ratio > 1.5 ? ": fit with --space dials" : "");
+      precision.geometric_mean_ratio > 1.5
+          ? ": \"sixdial compare SESSION --space dials\" fits them"
+          : "");
 }
 
 std::string working_modes_line(

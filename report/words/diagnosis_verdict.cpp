@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
 
 namespace sixdial::report {
@@ -48,7 +49,7 @@ std::string found_line(const FoundCause& cause) {
     for (const Rival& rival : cause.tied_with) {
       rivals.push_back(
           rival.kind == RivalKind::kNothing ? std::string("nothing at all")
-          : rival.kind == RivalKind::kUnsettled
+          : rival.kind == RivalKind::kUnsettled || rival.kind == RivalKind::kLeftOut
               ? named(rival)
               : fmt::format("{} (odds {} to 1)", named(rival), odds_text(rival.log_odds)));
     }
@@ -141,6 +142,39 @@ std::string noisy_dials_sentence(const DiagnosisResult& result) {
   return said;
 }
 
+/// "by 5.1 µm (one standard deviation; 95 % interval 4.6 to 5.7 µm)"
+std::string by_micrometres(const diagnosis::ScatterFound& scatter) {
+  constexpr double kUmPerMm = 1000.0;
+  return fmt::format(
+      "by {:.2g} µm (one standard deviation; 95 % interval {:.2g} to {:.2g} µm)",
+      kUmPerMm * scatter.sd_mm, kUmPerMm * scatter.low_mm, kUmPerMm * scatter.high_mm);
+}
+
+/// " Each arrival of the robot is off by ...": what scatters, and how much.
+std::string scatter_sentence(const DiagnosisResult& result) {
+  const auto& scatter = result.unexplained.scatter_size;
+  if (!scatter) return "";
+  switch (scatter->in) {
+    case diagnosis::ScatterIn::kTool:
+      return fmt::format(
+          " The robot does not come to the same place twice: each arrival is off {} in x and "
+          "in "
+          "y, and all dials of a sample see the same shift.",
+          by_micrometres(*scatter));
+    case diagnosis::ScatterIn::kJoints:
+      return fmt::format(
+          " The joint values that were recorded are not quite where the joints stood: by "
+          "chance "
+          "from sample to sample, which moves the tool {} in x and in y.",
+          by_micrometres(*scatter));
+    case diagnosis::ScatterIn::kReadings:
+      return fmt::format(
+          " Besides the noise each {} scatters by itself {}.",
+          result.has_dials ? "reading" : "coordinate", by_micrometres(*scatter));
+  }
+  return "";
+}
+
 std::string remainder_sentence(const DiagnosisResult& result) {
   const studies::Unexplained& left = result.unexplained;
   const std::string rms = millimetres(left.rms_mm);
@@ -154,17 +188,20 @@ std::string remainder_sentence(const DiagnosisResult& result) {
         result.has_dials ? "dials'" : "positions'", noise);
   }
   if (left.depends_on.empty() && !left.noisy_dials.empty()) {
-    return fmt::format("What is left: {} rms.{}", rms, noisy_dials_sentence(result));
+    return fmt::format(
+        "What is left: {} rms.{}{}", rms, noisy_dials_sentence(result),
+        scatter_sentence(result));
   }
   if (left.depends_on.empty()) {
     return fmt::format(
-        "What is left ({} rms) scatters more than the noise allows ({}), without structure.",
-        rms, noise);
+        "What is left ({} rms) scatters more than the noise allows ({}), without structure.{}",
+        rms, noise, scatter_sentence(result));
   }
   return fmt::format(
       "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
-      "explains it, so none is named for it.{}",
-      rms, noise, covariates_in_words(result), noisy_dials_sentence(result));
+      "explains it, so none is named for it.{}{}",
+      rms, noise, covariates_in_words(result), noisy_dials_sentence(result),
+      scatter_sentence(result));
 }
 
 /// What could not be tested, by reason: "a, b and c: the session has no time_utc column."
@@ -184,6 +221,23 @@ std::vector<std::string> not_judged(const DiagnosisResult& result) {
     lines.push_back(capital(fmt::format("{}: {}.", list_of(names), reason)));
   }
   return lines;
+}
+
+std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatter) {
+  if (scatter && scatter->in == diagnosis::ScatterIn::kTool) {
+    return "No model can foretell what differs from arrival to arrival: no command will be "
+           "better "
+           "than that. If the robot's maker states a better repeatability, look for play, "
+           "loose "
+           "screws, vibration and a controller that has not settled when the dials are read.";
+  }
+  if (scatter && scatter->in == diagnosis::ScatterIn::kJoints) {
+    return "Record joint values that are better than that: the mean of several readings of the "
+           "encoders while the robot stands, not one of them.";
+  }
+  return "Repeat some poses with full re-approach: whether the dials or the robot scatter "
+         "shows "
+         "there.";
 }
 
 std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
@@ -217,10 +271,7 @@ std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
         each.dial)});
   }
   if (kind == VerdictKind::kScatter && noisy_dials.empty()) {
-    lines.push_back(
-        {"Repeat some poses with full re-approach: whether the dials or the robot scatter "
-         "shows "
-         "there."});
+    lines.push_back({what_to_do_about(result.unexplained.scatter_size)});
   }
   const bool rivals = std::ranges::any_of(result.causes, [](const FoundCause& cause) {
     return cause.certainty() == Certainty::kTied && !cause.is_doubtful();
@@ -280,6 +331,13 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
             ? "as the held-out points were not asked (no gain was computed)."
             : "as the fitted points or the held-out ones alone do not show it clearly; measure "
               "more before spending money on it.")));
+  }
+  if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {
+    lines.push_back(fmt::format(
+        "All of this rests on leaving out {:.0f} % of the readings, so nothing of it is "
+        "certain: "
+        "these readings may say something else.",
+        100.0 * share));
   }
   if (!result.unexplained.significant) lines.push_back(remainder_sentence(result));
   return lines;

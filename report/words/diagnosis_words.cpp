@@ -80,6 +80,8 @@ std::string named(const studies::Rival& rival) {
           "something unnamed that depends on {}", fmt::join(rival.depends_on, ", "));
     case studies::RivalKind::kNothing:
       return "nothing";
+    case studies::RivalKind::kLeftOut:
+      return "what the readings say that had to be left out";
     case studies::RivalKind::kUnsettled:
       return "what a fit would say that converged; this one did not";
     case studies::RivalKind::kEffect:

@@ -5,6 +5,7 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/warnings_document.h"
 #include "service/methods/shared_params.h"
 #include "service/recommended_model.h"
 #include "service/result_lookup.h"
@@ -28,7 +29,11 @@ Json target(const Call& call) {
   const studies::CompensateBy by = by_of(call);
   const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
+  const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
   const Eigen::Vector2d target_mm(
@@ -42,15 +47,16 @@ Json target(const Call& call) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(
-        report::diagnosis_from_json(Json::parse(record.json)).extended_fit, rig, by);
+        report::diagnosis_from_json(document).extended_fit, rig, by);
     answer = report::to_json(studies::commanded_target(
         command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
-    const auto calibrated = report::calibration_from_json(Json::parse(record.json));
+    const auto calibrated = report::calibration_from_json(document);
     answer = report::to_json(studies::compensated_target(
         studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
+  answer["warnings"] = report::warnings_json(warnings);
   return answer;
 }
 
@@ -58,8 +64,11 @@ Json plan(const Call& call) {
   const studies::CompensateBy by = by_of(call);
   const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
   const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const session::Plan asked =
       session::parse_plan(call.params.at("plan_csv").get<std::string>(), "plan", rig);
   std::optional<double> temperature_c;
@@ -80,7 +89,8 @@ Json plan(const Call& call) {
   Json answer{
       {"result", record.id.value},
       {"by", studies::to_string(by)},
-      {"points", compensated.points.size()}};
+      {"points", compensated.points.size()},
+      {"warnings", report::warnings_json(warnings)}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;

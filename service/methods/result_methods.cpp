@@ -9,6 +9,8 @@
 #include "report/documents/comparison_json.h"
 #include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
@@ -132,7 +134,10 @@ Json write(const Call& call) {
       {"result", record.id.value},
       {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
       {"diagnosis", number_or_null(model.diagnosis_number)},
-      {"validation", number_or_null(model.validation_number)}};
+      {"validation", number_or_null(model.validation_number)},
+      {"state", report::state_name(report::verdict_of(result).state)},
+      {"warnings",
+       report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}};
 }
 
 constexpr Param kResult{

@@ -8,6 +8,7 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/warnings_document.h"
 #include "service/document_job.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
@@ -129,6 +130,8 @@ Validated validated(const Call& call, const db::ResultRecord& record) {
       .calibrated = reader.load_session(record.session),
       .calibration = report::calibration_from_json(Json::parse(record.json)),
       .calibration_number = record.id.value};
+  report::check_may_command(
+      result.calibration.warnings.value_or(std::vector<studies::Warning>()));
   std::optional<db::ResultRecord> extending;
   if (call.params.contains("diagnosis")) {
     extending = extending_record(call);
