@@ -31,6 +31,7 @@ struct ReportOptions {
   std::string subject, output, result_file, pdf, against;
   std::int64_t result = 0;
   std::uint64_t seed = 1;
+  std::optional<double> tolerance_mm{};
   bool skip_bad_rows = false;
   bool compare = false;
   bool diagnose = false;
@@ -85,11 +86,12 @@ service::ExitCode report_bundle(
   }
   std::optional<studies::DiagnosisResult> diagnosis;
   if (options.diagnose) {
-    ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(
-        session, request, [&](const studies::Progress& progress) { line.show(progress); });
+    diagnosis = run_here(
+        cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+          return studies::diagnose(session, request, progress, std::move(stop));
+        });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
@@ -101,7 +103,8 @@ service::ExitCode report_bundle(
   const auto files = report::write_report(
       result, session, service::operator_of(::getuid()), folder,
       {.comparison = comparison ? &*comparison : nullptr,
-       .diagnosis = diagnosis ? &*diagnosis : nullptr},
+       .diagnosis = diagnosis ? &*diagnosis : nullptr,
+       .tolerance_mm = options.tolerance_mm},
       std::move(more));
   return print_files(
       cli, options,
@@ -136,12 +139,12 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "--diagnose", options->diagnose,
       "look for the physical cause of what is left now, and show it; a stored diagnosis is "
       "shown anyway");
-  command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration, and of --compare");
   command->add_option(
       "--against", options->against,
       "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
       "left");
+  add_tolerance(*command, options->tolerance_mm);
   command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
@@ -164,6 +167,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
       if (!options->against.empty()) params["against"] = options->against;
+      if (options->tolerance_mm) params["tolerance_mm"] = *options->tolerance_mm;
       return print_files(cli, *options, call_for_files(cli, "report.write", params));
     };
   });

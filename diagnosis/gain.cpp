@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/pose_groups.h"
 #include "calibration/random.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
@@ -179,25 +180,55 @@ std::vector<double> rms_by_dial(const Judged& judged, const std::vector<std::siz
   return result;
 }
 
-/// 95 % interval of the mean difference: poses are drawn, the same for both models.
+/// Of one pose: how many samples of it were judged, and the sum of their differences.
+struct PoseDifference {
+  double sum_mm = 0.0;
+  double samples = 0.0;
+};
+
+/// Of the usable samples, pose by pose.
+std::vector<PoseDifference> by_pose(
+    const Judged& each, const Judged& reference, const std::vector<std::size_t>& samples,
+    const std::vector<Eigen::Index>& usable) {
+  if (usable.empty()) return {};
+  const auto& trials = each.readings->trials();
+  Eigen::MatrixXd q(std::ssize(usable), trials.front().q.size());
+  for (Eigen::Index row = 0; row < q.rows(); ++row) {
+    const Eigen::Index i = usable[static_cast<std::size_t>(row)];
+    q.row(row) = trials[samples[static_cast<std::size_t>(i)]].q.transpose();
+  }
+  std::vector<PoseDifference> poses;
+  for (const std::vector<int>& rows : calibration::rows_by_group(calibration::pose_groups(q))) {
+    PoseDifference& pose = poses.emplace_back();
+    for (const int row : rows) {
+      const Eigen::Index i = usable[static_cast<std::size_t>(row)];
+      pose.sum_mm += each.error_mm[i] - reference.error_mm[i];
+      pose.samples += 1.0;
+    }
+  }
+  return poses;
+}
+
+/// 95 % interval of the mean difference: poses are drawn with all their repeats, the same for
+/// both models. Repeats share their pose's error, so that drawing them one by one would make
+/// the interval too short.
 void add_interval(
-    GainRow& row, const Judged& each, const Judged& reference,
-    const std::vector<Eigen::Index>& usable, const GainSettings& settings) {
-  if (usable.empty() || settings.draws <= 0) return;
-  const auto count = static_cast<double>(usable.size());
+    GainRow& row, const std::vector<PoseDifference>& poses, const GainSettings& settings) {
+  if (poses.empty() || settings.draws <= 0) return;
   std::vector<double> drawn(static_cast<std::size_t>(settings.draws));
   for (std::size_t d = 0; d < drawn.size(); ++d) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < usable.size(); ++k) {
+    PoseDifference all;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
       const auto words = calibration::random_words(
           settings.seed, static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(d), 0,
           kDrawStream);
       const auto pick = static_cast<std::size_t>(
-          calibration::open_unit(words[0]) * static_cast<double>(usable.size()));
-      const Eigen::Index i = usable[std::min(pick, usable.size() - 1)];
-      sum += each.error_mm[i] - reference.error_mm[i];
+          calibration::open_unit(words[0]) * static_cast<double>(poses.size()));
+      const PoseDifference& pose = poses[std::min(pick, poses.size() - 1)];
+      all.sum_mm += pose.sum_mm;
+      all.samples += pose.samples;
     }
-    drawn[d] = sum / count;
+    drawn[d] = all.sum_mm / all.samples;
   }
   std::sort(drawn.begin(), drawn.end());
   const auto quantile = [&](double share) {
@@ -241,7 +272,7 @@ GainRow row_of(
   const bool shares =
       each.model != GainModel::kNominal && explainable > kWorthSharing * noise_square;
   row.removed_share = shares ? (reference_square - square) / explainable : kNan;
-  add_interval(row, each, reference, usable, settings);
+  add_interval(row, by_pose(each, reference, poses, usable), settings);
   return row;
 }
 

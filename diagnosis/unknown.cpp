@@ -9,6 +9,7 @@
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/stages.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -116,6 +117,7 @@ class UnknownSearch {
     if (!u) return;
     begin({name}, enters);
     for (const Box& box : kAlong) {
+      geometry::check_end();
       const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
       Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
       std::vector<std::array<int, 2>> order;
@@ -142,6 +144,7 @@ class UnknownSearch {
     if (!ux || !uy) return;
     begin({"x", "y"}, enters);
     for (const Box& box : kOver) {
+      geometry::check_end();
       const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
       const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
       Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
@@ -202,6 +205,7 @@ class UnknownSearch {
     best_.enters = enters;
     top_ = -1e300;
     all_.clear();
+    geometry::check_end();
   }
   /// One box of kernels; without `order` the columns as they are.
   void score(
@@ -213,6 +217,7 @@ class UnknownSearch {
     const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
     for (const double length : box.lengths) {
+      geometry::check_end();
       Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
       for (std::size_t j = 0; j < order.size(); ++j) {
         double s = spectrum(order[j][0], box.half_width, length);
@@ -365,6 +370,40 @@ void along_dial(
 }
 
 }  // namespace
+
+SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Covariates at = covariates_of(readings, fit, extended);
+  SmoothInTime result;
+  // As score_unknown tries them, but for those whose covariate does not vary.
+  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  result.tried = static_cast<int>(
+      3 + 2 * at.q.cols() + 2 * readings.model().robot_parameter_count() +
+      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+  const auto u = scaled(at.time);
+  if (!u) return result;
+  const Eigen::MatrixXd tool = stage_columns(
+      readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kTool);
+  for (const Box& box : kAlong) {
+    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, kOfTime);
+    Eigen::MatrixXd columns(readings.count(), kOfTime * tool.cols());
+    for (Eigen::Index row = 0; row < columns.rows(); ++row) {
+      const auto trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+      for (Eigen::Index s = 0; s < tool.cols(); ++s) {
+        columns.block(row, s * kOfTime, 1, kOfTime) = tool(row, s) * basis.row(trial);
+      }
+    }
+    for (const double length : box.lengths) {
+      Eigen::VectorXd spread(columns.cols());
+      for (Eigen::Index k = 0; k < spread.size(); ++k) {
+        const int j = static_cast<int>(k) % kOfTime;
+        spread[k] = std::sqrt(spectrum(j, box.half_width, length));
+      }
+      result.columns.push_back(prominent(columns, spread));
+    }
+  }
+  return result;
+}
 
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/words/calibration_words.h"
 #include "report/words/warning_words.h"
 #include "studies/method_name.h"
 
@@ -66,9 +67,15 @@ ReportData headline_data(const studies::CalibrationResult& result) {
   }
   data.methods = methods_of(result);
   data.result_method = result.result_method;
+  data.conformity = result.conformity;
   data.position_noise_mm = result.position_noise_mm;
   data.rmse_mm = if_finite(result.rmse_mm);
   data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
+  if (result.assessment) {
+    if (const auto line = far_from_noise_line(result.assessment->noise)) {
+      data.headline_more.push_back("Careful: " + *line + ".");
+    }
+  }
   return data;
 }
 
@@ -79,6 +86,7 @@ Verdict verdict_of(const studies::CalibrationResult& result) {
 std::string headline_text(const studies::CalibrationResult& result) {
   const Verdict said = verdict_of(result);
   std::string text = fmt::format("{}. {}\n", said.title, said.headline);
+  if (!said.decision.empty()) text += said.decision + '\n';
   if (result.warnings) text += warnings_text(*result.warnings);
   return text + "\n";
 }

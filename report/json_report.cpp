@@ -106,7 +106,10 @@ ordered_json state(const ReportData& data) {
   const bool known = v.state != CalibrationState::kUnknown;
   return {
       {"state", state_name(v.state)},
+      {"mood", mood_name(v.mood)},
       {"headline", value(v.headline)},
+      {"decision", value(v.decision)},
+      {"tolerance_mm", data.conformity ? value(data.conformity->tolerance_mm) : ordered_json()},
       {"before_mm", known ? value(v.before_mm) : ordered_json()},
       {"after_mm", known ? value(v.after_mm) : ordered_json()},
       {"basis", value(v.basis)},
@@ -170,14 +173,16 @@ ordered_json quality(const ReportData& data) {
          {"reason", value(b.reason)}});
   }
   ordered_json outliers = ordered_json::array();
-  for (const Outlier& o : data.outliers) {
+  for (const StandsOut& o : data.facts.stand_out) {
     outliers.push_back(
         {{"set", value(o.set)},
          {"point", o.point},
          {"repeat", o.repeat},
          {"dial", o.dial.empty() ? ordered_json() : value(o.dial)},
-         {"residual_mm", value(o.residual_mm)},
-         {"times_usual", value(o.times_usual)}});
+         {"residual_mm", value(o.off_mm)},
+         {"times_usual", value(o.times_noise)},
+         {"not_fitted", o.not_fitted},
+         {"not_diagnosed", o.not_diagnosed}});
   }
   return {
       {"samples", data.samples},
@@ -259,6 +264,7 @@ std::string json_report(const ReportData& data) {
       {"warnings", warnings(data)},
       {"result_method", result ? value(data.methods[*result].id) : ordered_json()},
       {"table2", rows(parameter_table(data, true))},
+      {"fits", data.facts.fits.empty() ? ordered_json::array() : rows(fits_table(data))},
       {"table6", rows(accuracy_table(data, true))},
       {"residual_by", by ? rows(by->table) : ordered_json::array()},
       {"residual_by_dial", rows(dial_table(data))},

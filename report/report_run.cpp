@@ -42,18 +42,6 @@ std::optional<double> if_finite(double value) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-void check_belongs_together(
-    const studies::CalibrationResult& result, const session::Session& session) {
-  if (result.inputs.data_hash ==
-      std::string(studies::kHashPrefix) + session::data_sha256(session)) {
-    return;
-  }
-  throw studies::StudyError(
-      studies::StudyErrorCode::kBadData,
-      fmt::format("the session {} has other data than the result was made from", session.name),
-      {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
-}
-
 void add_times_and_temperatures(report::Head& head, const session::Session& session) {
   std::optional<session::TimePoint> first;
   std::optional<session::TimePoint> last;
@@ -198,7 +186,9 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
         data.head.session_name));
     return;
   }
-  append(data.sections, diagnosis_sections(*diagnosis));
+  append(data.sections, diagnosis_sections(*diagnosis, Beside::kCalibration));
+  data.cause_remains =
+      studies::names_an_effect(*diagnosis) || diagnosis->unexplained.significant;
   DiagnosisVerdict verdict = verdict_in_words(*diagnosis);
   data.also.push_back({"Causes found", "cautions", found_in_box(*diagnosis, verdict)});
   for (Line& line : verdict.to_do) {
@@ -234,25 +224,12 @@ void add_outliers(report::ReportData& data, const std::string& id) {
     if (!row.residual_mm[column]) continue;
     const double size_mm = row.residual_mm[column]->norm();
     if (size_mm <= studies::kUnusual * usual_mm) continue;
-    data.outliers.push_back(
+    data.facts.stand_out.push_back(
         {.set = row.set,
          .point = row.point,
          .repeat = row.repeat,
-         .dial = {},
-         .residual_mm = size_mm,
-         .times_usual = size_mm / usual_mm});
-  }
-}
-
-void add_gross_errors(report::ReportData& data, const studies::GrossErrors& errors) {
-  for (const studies::GrossErrors::Found& each : errors.found) {
-    data.outliers.push_back(
-        {.set = each.set,
-         .point = each.point,
-         .repeat = each.repeat,
-         .dial = each.dial.value_or(""),
-         .residual_mm = each.size_mm,
-         .times_usual = each.times_sigma});
+         .off_mm = size_mm,
+         .times_noise = size_mm / usual_mm});
   }
 }
 
@@ -267,14 +244,15 @@ void write_text(
 
 report::Head report_head(
     const studies::Inputs& inputs, std::vector<std::pair<std::string, std::string>> settings,
-    const session::Session& session, const std::string& operator_name) {
+    const session::Session& session, const std::string& operator_name,
+    std::optional<session::TimePoint> made) {
   report::Head head;
   head.session_name = session.name;
   head.rig_name = session.rig.name;
   head.robot = fmt::format(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
   head.operator_name = operator_name;
-  head.reported = session::now_utc_text();
+  head.reported = made ? session::to_iso8601(*made) : session::now_utc_text();
   head.software_version = inputs.version;
   head.data_hash = inputs.data_hash;
   head.rig_hash = inputs.rig_hash;
@@ -311,10 +289,17 @@ studies::Recommendation recommended(
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
-  check_belongs_together(result, session);
+  studies::check_same_data(
+      result.inputs, session, "calibration",
+      "A report shows the samples that were calibrated: calibrate this session.");
+  if (companions.diagnosis != nullptr) {
+    studies::check_same_data(
+        companions.diagnosis->inputs, session, "diagnosis", "Diagnose this session.");
+  }
   report::ReportData data = headline_data(result);
   data.head = report_head(
-      result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
+      result.inputs, settings_rows(settings_json(result.settings)), session, operator_name,
+      companions.made);
   const geometry::RobotModel& robot = *session.rig.robot.model;
   data.parameters = parameters_of(result, robot);
   for (const geometry::JointInfo& joint : robot.joints) {
@@ -329,20 +314,25 @@ report::ReportData report_data(
   data.points = points_of(result, used);
   data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
-  if (result.gross_errors) {
-    add_gross_errors(data, *result.gross_errors);
-  } else {
+  if (const auto tolerance_mm = companions.tolerance_mm ? companions.tolerance_mm
+                                : result.conformity     ? std::nullopt
+                                                        : session.rig.tolerance_mm) {
+    data.conformity = studies::conformity_of(result, used, *tolerance_mm);
+  }
+  data.facts.check = result.gross_errors;
+  data.facts.fits = fits_of(result, companions.diagnosis);
+  data.facts.stand_out = stand_out_of(result.gross_errors, companions.diagnosis);
+  if (!result.gross_errors) {  // of an earlier version of this program
     add_outliers(data, studies::without_residual_model(result.result_method));
   }
   if (companions.comparison != nullptr) {
     append(data.sections, comparison_sections(*companions.comparison));
   }
   append(data.sections, residual_model_sections(result));
-  if (result.assessment && result.gross_errors) {
+  if (result.assessment) {
     append(
-        data.sections, assessment_sections(
-                           *result.assessment, result.precision, *result.gross_errors,
-                           !session.rig.dials.empty()));
+        data.sections,
+        assessment_sections(*result.assessment, result.precision, !session.rig.dials.empty()));
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));

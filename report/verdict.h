@@ -23,10 +23,22 @@ enum class CalibrationState {
 /// kUnknown for a word that is none of them.
 [[nodiscard]] CalibrationState state_from(std::string_view name);
 
+/// The colour of the box that is read first. doc/manual/report.md says the same.
+enum class Mood {
+  kPlain,  // blue: no tolerance is stated, and nothing is left open
+  kGood,   // green: within tolerance, and nothing is left open
+  kOpen,   // ochre: a cause or structure remains, or the tolerance cannot be decided
+  kBad,    // red: outside tolerance, or the result is not to be used
+};
+/// "plain", "good", "open", "bad".
+[[nodiscard]] std::string_view mood_name(Mood mood);
+
 struct Verdict {
   CalibrationState state = CalibrationState::kUnknown;
-  std::string title{};                     // "Calibrated"
-  std::string headline{};                  // one sentence with the figures
+  Mood mood = Mood::kOpen;
+  std::string decision{};  // on the tolerance, one or two sentences; empty: nothing to decide
+  std::string title{};     // "Calibrated"
+  std::string headline{};  // one sentence with the figures
   double before_mm = 0.0, after_mm = 0.0;  // mean position errors behind it
   std::string basis{};                     // "50 validation points (G2), not used in the fit"
   std::vector<std::string> to_do{};        // what to do now

@@ -20,5 +20,9 @@ namespace sixdial::service {
 /// The newest result of a kind from the same samples as a calibration; empty: there is none.
 [[nodiscard]] std::optional<db::ResultRecord> companion_of(
     db::Store& reader, const db::ResultRecord& calibration, const char* kind);
+/// Results know their data. Throws Error bad_data where the result is not of the session
+/// `wanted`, called `name`.
+void check_session(
+    const db::ResultRecord& record, db::SessionId wanted, const std::string& name);
 
 }  // namespace sixdial::service

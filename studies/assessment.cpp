@@ -70,6 +70,21 @@ PositionMap map_of(const calibration::PositionUncertainty& from) {
   return map;
 }
 
+/// Intervals hold what the poses leave open too: there a parameter is as well known as before.
+void add_what_is_held(
+    Assessment& result, Eigen::MatrixXd& covariance, const Eigen::MatrixXd& held) {
+  covariance += held;
+  const double quantile = calibration::quantile_95(result.noise);
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    ParameterRow& row = result.parameters[i];
+    if (row.fixed || !(held(k, k) > 0.0)) continue;
+    row.sd = std::hypot(row.sd, std::sqrt(held(k, k)));
+    row.low_95 = row.identified - quantile * row.sd;
+    row.high_95 = row.identified + quantile * row.sd;
+  }
+}
+
 IdentifiabilityRow identifiability_of(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     const calibration::PositionUncertainty* map) {
@@ -269,6 +284,7 @@ Assessment assess(
       calibration::estimates_with_noise(
           space, fit, weighting, result.noise, result.structure, covariance),
       space);
+  add_what_is_held(result, covariance, calibration::held_covariance(fit, space.parameter_info));
   result.covariance = covariance;
   std::optional<calibration::PositionUncertainty> map;
   const geometry::Tool tool(rig);

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <thread>
 
-#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/cancellable.h"
+#include "studies/conformity.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/position_noise.h"
@@ -92,30 +93,9 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-/// By working mode, in order of appearance.
-std::vector<MeasuredJoints> measured_joints_of(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
-  const geometry::Tool tool(rig);
-  std::vector<MeasuredJoints> all;
-  for (const simulation::Trial& trial : trials) {
-    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
-    if (!mode) continue;
-    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
-    if (known == all.end()) {
-      all.push_back({*mode, trial.q, trial.q});
-      continue;
-    }
-    known->low = known->low.cwiseMin(trial.q);
-    known->high = known->high.cwiseMax(trial.q);
-  }
-  return all;
-}
-
-}  // namespace
-
-CalibrationResult calibrate(
+CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
   PlausibleSession believable = plausible(session);
   const session::Session& believed = believable.session;
   const calibration::MethodChoice method = chosen_method(request.method, "method");
@@ -170,7 +150,21 @@ CalibrationResult calibrate(
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);
   result.position_noise_mm = position_noise_mm(believed);
+  if (const auto tolerance_mm =
+          request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
+    result.conformity = conformity_of(result, believed, *tolerance_mm);
+  }
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the calibration", session.name, stop, {}, [&] {
+    return calibrate_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

@@ -61,10 +61,7 @@ calibration::CompensationModel compensation_model(
       .nominal = result.nominal(),
       .v = by == CompensateBy::kBefore ? result.nominal() : result.identified()};
   model.frame = result.frame;
-  for (const MeasuredJoints& each :
-       result.measured_joints.value_or(std::vector<MeasuredJoints>())) {
-    model.measured_at[each.mode.number] = (each.low + each.high) / 2.0;
-  }
+  model.measured_at = middles_of(result.measured_joints);
   if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }

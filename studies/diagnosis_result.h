@@ -13,6 +13,7 @@
 #include "diagnosis/diagnosis.h"
 #include "studies/cross_validation.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
 #include "studies/plausibility.h"
 #include "studies/stored_residual.h"
 
@@ -219,6 +220,10 @@ struct ExtendedFit {
   int last_order = 0;
   double last_time_h = 0.0;
   double last_temperature_degC = 20.0;
+  // As CalibrationResult has them; empty in diagnoses of early versions.
+  std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  std::optional<geometry::Similarity> frame{};
 };
 
 /// One entry a reading.

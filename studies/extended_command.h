@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -68,6 +69,9 @@ class ExtendedCommand {
   int order_ = 0;
   double last_time_h_ = 0.0;
   double last_temperature_degC_ = 20.0;
+  Eigen::VectorXd nominal_;  // of the robot
+  std::map<int, Eigen::VectorXd> measured_at_;
+  std::optional<geometry::Similarity> frame_;
 };
 
 /// When the points of a plan are commanded. Empty: as at the end of the diagnosed session.

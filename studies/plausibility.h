@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -73,7 +74,17 @@ struct PlausibleSession {
   /// meant, into it. `session` is all in the instrument's frame then, nominal robot and targets
   /// included. Empty: both are the same.
   std::optional<geometry::Similarity> frame{};
+  /// Dials are exchanged: whose readings each dial's column holds, and `session` has them put
+  /// right. Empty: they are not.
+  std::vector<int> dial_of_column{};
 };
+/// `judged.session` where the rig file's frame is the only one: positions and targets are in it.
+/// Plans are made there. `filed`: the rig as the file has it.
+[[nodiscard]] session::Session in_rig_frame(
+    const PlausibleSession& judged, const geometry::Rig& filed);
+/// Two dials and no more are exchanged; a diagnosis names that by itself.
+[[nodiscard]] std::optional<std::pair<std::size_t, std::size_t>> exchanged_pair(
+    const PlausibleSession& judged);
 [[nodiscard]] PlausibleSession plausible(const session::Session& session);
 
 }  // namespace sixdial::studies

@@ -3,6 +3,7 @@
 #include "report/documents/assessment_json.h"
 #include "report/documents/cross_validation_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/documents/stored_residual_json.h"
@@ -10,6 +11,7 @@
 #include "report/documents/warnings_json.h"
 #include "report/headline.h"
 #include "report/words/comparison_words.h"
+#include "report/words/conformity_words.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -147,16 +149,16 @@ void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::MeasuredJoints>& joints) {
-  at("mode", joints.mode.number);
-  at("low", joints.low);
-  at("high", joints.high);
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, geometry::Similarity>& frame) {
-  at("turn", frame.R);
-  at("shift_mm", frame.t);
+void describe_keys(Fields& at, Of<Fields, studies::Conformity>& judged) {
+  at("tolerance_mm", judged.tolerance_mm);
+  at.named("decision", judged.decision, decision_name, decision_from);
+  at("set", judged.set);
+  at("validated", judged.validated);
+  at("points", judged.points);
+  at("accepted", judged.accepted);
+  at("rejected", judged.rejected);
+  at("largest_mm", judged.largest_mm);
+  at("expanded_mm", judged.expanded_mm);
 }
 
 template <class Fields>
@@ -194,6 +196,7 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
   at.maybe("cross_validation", result.cross_validation);
+  at.maybe("conformity", result.conformity);
   at.maybe("position_noise_mm", result.position_noise_mm);
   at.maybe("measured_joints", result.measured_joints);
   at.maybe("frame", result.frame);

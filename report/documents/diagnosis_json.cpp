@@ -11,6 +11,7 @@
 #include "report/documents/diagnosis_parts_json.h"
 #include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
 #include "report/documents/stored_residual_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
@@ -157,6 +158,9 @@ void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at("last_order", fit.last_order);
   at("last_time_h", fit.last_time_h);
   at("last_temperature_c", fit.last_temperature_degC);
+  at.maybe("nominal", fit.nominal);
+  at.maybe("measured_joints", fit.measured_joints);
+  at.maybe("frame", fit.frame);
 }
 
 template <class Fields>

@@ -32,11 +32,11 @@ std::string lines(const std::string& heading, const std::vector<std::string>& it
 std::string gain_table(const DiagnosisResult& result) {
   if (result.gain.empty()) return "";
   std::string text = fmt::format(
-      "\n{:<44}{:>10}{:>10}{:>10}{:>10}   {}\n", "held out, position error, mm", "mean", "std",
-      "max", "rms*", "change of the mean, 95 %");
+      "\n{:<44}{:>10}{:>10}{:>10}{:>10}   {}\n", "tool shift on points not fitted, mm", "mean",
+      "std", "max", "rms*", "change of the mean, 95 %");
   for (const studies::GainRow& row : result.gain) {
     text += fmt::format(
-        "{:<44}{}{}{}{}   ", gain_row_name(row), cell(row.mean_mm), cell(row.std_mm),
+        "{:<44}{}{}{}{}   ", gain_row_in_words(row), cell(row.mean_mm), cell(row.std_mm),
         cell(row.max_mm), cell(row.rms_mm));
     if (std::isfinite(row.low_mm) && std::isfinite(row.high_mm)) {
       text += fmt::format("{:+.4f} to {:+.4f}", row.low_mm, row.high_mm);

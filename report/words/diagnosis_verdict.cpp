@@ -27,19 +27,11 @@ std::string odds_text(double log_odds) {
   return odds < 10.0 ? fmt::format("{:.1f}", odds) : fmt::format("{:.0f}", odds);
 }
 
-std::string covariates_in_words(const DiagnosisResult& result, std::string_view last = "and") {
-  std::vector<std::string> names;
-  for (const std::string& each : result.unexplained.depends_on) {
-    names.push_back(covariate_in_words(each));
-  }
-  return list_of(names, last);
-}
-
 std::string found_line(const FoundCause& cause) {
   const std::string size = size_in_words(cause);
   if (cause.is_doubtful()) {
     return fmt::format(
-        "Perhaps {}: {}; too weak to be sure that there is anything (odds {} to 1).",
+        "Perhaps {}: {}. Too weak to be sure (odds of {} to 1 that there is anything).",
         named(cause), size, odds_text(cause.tied_with.front().log_odds));
   }
   std::string line = capital(named(cause));
@@ -53,7 +45,7 @@ std::string found_line(const FoundCause& cause) {
               ? named(rival)
               : fmt::format("{} (odds {} to 1)", named(rival), odds_text(rival.log_odds)));
     }
-    line += fmt::format("; these data cannot tell it from {}", list_of(rivals, "or"));
+    line += fmt::format("; these data do not tell it from {}", list_of(rivals, "or"));
   }
   if (cause.is_data_fault()) return line + ".";
   return line + (cause.standing == Standing::kConfirmed ? "; confirmed." : "; suspected.");
@@ -71,16 +63,18 @@ std::string gain_sentence(const DiagnosisResult& result) {
   const std::string by_network = network == nullptr
                                      ? std::string()
                                      : fmt::format(
-                                           "; a network on joint angles instead (ANFIS): {}",
+                                           "; a network that learns from the joint angles "
+                                           "instead (ANFIS) leaves {}",
                                            millimetres(network->mean_mm));
   if (extended == nullptr || !studies::names_an_effect(result)) {
     return fmt::format(
-        "The mean position error {} is {} after calibration{}.", where,
+        "With the robot's parameters alone the mean tool shift {} is {}{}.", where,
         millimetres(calibrated->mean_mm), by_network);
   }
   return fmt::format(
-      "The mean position error {} falls from {} (calibrated) to {} (95 % interval of the "
-      "change: {:+.4f} to {:+.4f} mm){}.",
+      "The mean tool shift {} falls from {} with the robot's parameters alone to {} with the "
+      "causes "
+      "(95 % interval of the change: {:+.4f} to {:+.4f} mm){}.",
       where, millimetres(calibrated->mean_mm), millimetres(extended->mean_mm), extended->low_mm,
       extended->high_mm, by_network);
 }
@@ -120,7 +114,9 @@ std::string title_of(const DiagnosisResult& result, VerdictKind kind) {
     names.emplace_back("scatter above the noise");
   }
   if (kind == VerdictKind::kUnknown) {
-    names.push_back("something unknown that depends on " + covariates_in_words(result));
+    names.push_back(
+        "something unnamed that depends on " +
+        covariates_in_words(result.unexplained.depends_on));
   }
   // What readings went wrong comes last: it says nothing of the robot.
   std::string title = list_of(names);
@@ -194,14 +190,15 @@ std::string remainder_sentence(const DiagnosisResult& result) {
   }
   if (left.depends_on.empty()) {
     return fmt::format(
-        "What is left ({} rms) scatters more than the noise allows ({}), without structure.{}",
+        "What is left ({} rms) scatters more than noise ({}), but does not depend on anything "
+        "that was recorded.{}",
         rms, noise, scatter_sentence(result));
   }
   return fmt::format(
       "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
-      "explains it, so none is named for it.{}{}",
-      rms, noise, covariates_in_words(result), noisy_dials_sentence(result),
-      scatter_sentence(result));
+      "explains it.{}{}",
+      rms, noise, covariates_in_words(result.unexplained.depends_on),
+      noisy_dials_sentence(result), scatter_sentence(result));
 }
 
 /// What could not be tested, by reason: "a, b and c: the session has no time_utc column."
@@ -226,43 +223,44 @@ std::vector<std::string> not_judged(const DiagnosisResult& result) {
 std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatter) {
   if (scatter && scatter->in == diagnosis::ScatterIn::kTool) {
     return "No model can foretell what differs from arrival to arrival: no command will be "
-           "better "
-           "than that. If the robot's maker states a better repeatability, look for play, "
-           "loose "
-           "screws, vibration and a controller that has not settled when the dials are read.";
+           "better than that. If the robot's maker states a better repeatability, look for "
+           "play, loose screws, vibration and a controller that has not settled when the dials are read.";
   }
   if (scatter && scatter->in == diagnosis::ScatterIn::kJoints) {
     return "Record joint values that are better than that: the mean of several readings of the "
            "encoders while the robot stands, not one of them.";
   }
-  return "Repeat some poses with full re-approach: whether the dials or the robot scatter "
-         "shows "
-         "there.";
+  return "Repeat some poses, driving away and back each time: that shows whether the dials "
+         "scatter or the robot.";
 }
 
 std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
   std::vector<Line> lines;
+  if (result.warnings && !studies::is_clean(*result.warnings)) {
+    lines.push_back(
+        {"First settle what is said of the data at the top: all that follows rests on it."});
+  }
   for (std::size_t i = 0; i < result.causes.size(); ++i) {
     const FoundCause& cause = result.causes[i];
     const std::string_view advice = texts_of(cause).advice;
     if (advice.empty()) continue;
     const std::string name = capital(named(cause));
     lines.push_back(
-        {cause.is_doubtful()
-             ? fmt::format(
-                   "{}: nothing yet; measure again, with more points, and see whether it comes "
-                   "back.",
-                   name)
-             : fmt::format("{}: {}", name, advice),
+        {cause.is_doubtful() ? fmt::format(
+                                   "{}: do nothing yet. Measure again, with more points, and "
+                                   "see whether it comes "
+                                   "back.",
+                                   name)
+                             : fmt::format("{}: {}", name, advice),
          i});
   }
   const auto& noisy_dials = result.unexplained.noisy_dials;
   if (kind == VerdictKind::kUnknown) {
     lines.push_back({fmt::format(
-        "Look for something that changes with {}; the charts of what is left show its course. "
-        "Until it is found, a residual model (ANFIS) can be tried where it depends on the "
-        "pose.",
-        covariates_in_words(result, "or"))});
+        "Look for something that changes with {}; the charts of what is left show how. Until "
+        "it is "
+        "found, a residual model (ANFIS) can make up for what depends on the pose.",
+        covariates_in_words(result.unexplained.depends_on, "or"))});
   }
   for (const diagnosis::NoisyDial& each : noisy_dials) {
     lines.push_back({fmt::format(
@@ -278,11 +276,13 @@ std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
   });
   if (rivals) {
     lines.push_back(
-        {"Before repairing what is tied, measure poses that separate the candidates: other "
-         "working modes, a wider range of joint angles, both approach directions."});
+        {"Before repairing anything that these data do not tell apart, measure poses that do: "
+         "other "
+         "working modes, a wider range of joint angles, both sides of approach."});
   }
   if (lines.empty()) {
-    lines.push_back({"Nothing to repair. The limits below say what could have been seen."});
+    lines.push_back(
+        {"Nothing to repair. The limits say how small a cause would have been seen."});
   }
   return lines;
 }
@@ -299,11 +299,14 @@ std::string chance_sentence(const DiagnosisResult& result) {
         draws);
   }
   if (chance < kMillionth) {
-    return "Of sessions of pure noise fewer than one in a million looks as much like a cause "
-           "(by formula, none were simulated).";
+    return "Fewer than one in a million sessions with nothing but noise would look as much "
+           "like a "
+           "cause (by formula, none were simulated).";
   }
   return fmt::format(
-      "Of sessions of pure noise a share of {:.2g} looks as much like some cause.", chance);
+      "A share of {:.2g} of all sessions with nothing but noise would look as much like a "
+      "cause.",
+      chance);
 }
 
 std::vector<std::string> trust(const DiagnosisResult& result) {
@@ -320,16 +323,15 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
   };
   if (const auto names = of_standing(Standing::kConfirmed); !names.empty()) {
     lines.push_back(capital(fmt::format(
-        "{}: confirmed, as the points that were fitted and the points that were not both show "
-        "it.",
+        "{}: confirmed, as the points that were fitted and those that were not both show it.",
         list_of(names))));
   }
   if (const auto names = of_standing(Standing::kSuspected); !names.empty()) {
     lines.push_back(capital(fmt::format(
         "{}: suspected only, {}", list_of(names),
         result.gain.empty()
-            ? "as the held-out points were not asked (no gain was computed)."
-            : "as the fitted points or the held-out ones alone do not show it clearly; measure "
+            ? "as no points were kept back to check it (no gain was computed)."
+            : "as either the fitted points or the others alone do not show it clearly; measure "
               "more before spending money on it.")));
   }
   if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {

@@ -87,8 +87,8 @@ constexpr Words kWords[] = {
      "the column."},
     {"dials_exchanged",
      "Dials {dials} look exchanged ({how}): so they fit a robot like the rig file's within "
-     "{miss:.2g} mm, as they are within {now:.2g} mm. Exchange the columns, the plugs or the "
-     "connections in the rig file."},
+     "{miss:.2g} mm, as they are within {now:.2g} mm. A fit takes them put right. Exchange the "
+     "columns, the plugs or the connections in the rig file."},
     {"dial_unit",
      "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
      "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
@@ -125,6 +125,13 @@ constexpr Words kWords[] = {
      "nominal "
      "robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The fit starts "
      "from there."},
+    {"sides_reversed",
+     "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
+     "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
+     "turning up."},
+    {"sides_from_rows",
+     "Nobody recorded from which side {joints} came: each move is taken to be the way from the "
+     "row before."},
     {"targets_elsewhere",
      "{rows:target|targets} of {targets} {rows|lies|lie} {miss:.1f} mm from where the joint "
      "angles put the nominal robot: not used, and errors before the calibration are those of "

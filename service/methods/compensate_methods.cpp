@@ -5,8 +5,10 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/warnings_document.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/recommended_model.h"
 #include "service/result_lookup.h"
 #include "session/csv.h"
@@ -57,6 +59,9 @@ Json target(const Call& call) {
   }
   answer["result"] = record.id.value;
   answer["warnings"] = report::warnings_json(warnings);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  answer["outside_measured"] =
+      report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
   return answer;
 }
 
@@ -86,17 +91,24 @@ Json plan(const Call& call) {
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
   Json answer{
       {"result", record.id.value},
       {"by", studies::to_string(by)},
       {"points", compensated.points.size()},
-      {"warnings", report::warnings_json(warnings)}};
+      {"warnings", report::warnings_json(warnings)},
+      {"outside_measured",
+       report::outside_json(studies::outside_measured(area, asked, rig), asked.points.size())}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = params::absolute_path(call);
-  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
+  run_patiently(
+      call.service, path,
+      [path, text = session::plan_csv(compensated, session::layout_of(rig))] {
+        session::write_file(path.string(), text);
+      });
   answer["path"] = path.string();
   return answer;
 }
@@ -148,6 +160,7 @@ constexpr std::array kTargetParams{
         .doc = "working mode; default: the rig's",
         .one_of = params::kModeWords},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature,
     side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
     side("approach2", "the same of joint 2")};
@@ -158,6 +171,7 @@ constexpr std::array kPlanParams{
     kBy,
     Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature};
 constexpr std::array kMethods{
     RpcMethod{
@@ -165,16 +179,19 @@ constexpr std::array kMethods{
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
         .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result",
+                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
+                  "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
     RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
-        .result = "result, by, points, and plan_csv or path",
+        .result = "result, by, points, warnings, outside_measured (as compensate.target), and "
+                  "plan_csv or path",
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
+        .runs_on = RunsOn::kFiles,
         .run = plan},
 };
 

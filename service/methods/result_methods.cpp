@@ -15,6 +15,7 @@
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/recommended_model.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
@@ -27,6 +28,7 @@
 namespace sixdial::service {
 namespace {
 
+constexpr auto kReportPatience = std::chrono::minutes(5);  // its pages are made, too
 constexpr std::size_t kMostPageBytes =
     std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
@@ -54,7 +56,9 @@ Json get(const Call& call) {
   Json answer = to_json(record, call.service.reader().session_info(record.session).name);
   if (call.params.contains("path")) {
     const std::filesystem::path path = params::absolute_path(call);
-    session::write_file(path.string(), record.json);
+    run_patiently(call.service, path, [path, json = record.json] {
+      session::write_file(path.string(), json);
+    });
     answer["path"] = path.string();
     return answer;
   }
@@ -98,6 +102,9 @@ Json recommend(const Call& call) {
   answer["calibration"] = model.calibration_number;
   answer["diagnosis"] = number_or_null(model.diagnosis_number);
   answer["validation"] = number_or_null(model.validation_number);
+  answer["state"] = report::state_name(report::verdict_of(model.calibration).state);
+  answer["warnings"] = report::warnings_json(
+      model.calibration.warnings.value_or(std::vector<studies::Warning>()));
   return answer;
 }
 
@@ -122,12 +129,25 @@ Json write(const Call& call) {
     const session::Session other_session = reader.load_session(other.session);
     more = report::against_sections({result, session}, {other_result, other_session});
   }
-  const auto files = report::write_report(
-      result, session, reader.session_info(record.session).who.name, path,
-      {.comparison = compared ? &*compared : nullptr,
-       .diagnosis = model.diagnosis ? &*model.diagnosis : nullptr,
-       .validation = model.validation ? &*model.validation : nullptr},
-      std::move(more));
+  std::optional<double> tolerance_mm;
+  if (call.params.contains("tolerance_mm")) {
+    tolerance_mm = call.params["tolerance_mm"].get<double>();
+  }
+  const std::string who = reader.session_info(record.session).who.name;
+  const auto files = with_patience(
+      call.service, path,
+      [path, model, session, who, compared, more, tolerance_mm,
+       made = call.service.clock().now_utc()] {
+        return report::write_report(
+            result, session, who, path,
+            {.comparison = compared ? &*compared : nullptr,
+             .diagnosis = model.diagnosis ? &*model.diagnosis : nullptr,
+             .validation = model.validation ? &*model.validation : nullptr,
+             .tolerance_mm = tolerance_mm,
+             .made = made},
+            more);
+      },
+      kReportPatience);
   return {
       {"path", path.string()},
       {"files", files},
@@ -168,6 +188,7 @@ constexpr std::array kCalibrateParams{
     params::kAnfisEpochs,
     params::kFix,
     params::kFree,
+    params::kTolerance,
     params::kKeepGrossErrors};
 constexpr std::array kGetParams{
     kResult, kSessionOr,
@@ -190,7 +211,8 @@ constexpr std::array kWriteParams{
     Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
     Param{
         .name = "against",
-        .doc = "another session, whose newest calibration is compared: as found, as left"}};
+        .doc = "another session, whose newest calibration is compared: as found, as left"},
+    params::kTolerance};
 
 constexpr std::array kMethods{
     RpcMethod{
@@ -214,6 +236,7 @@ constexpr std::array kMethods{
             "result, kind, session, job, created_utc, seed, version, rig_hash, data_hash, "
             "bytes; and summary, or text and next_offset (null: the last page), or path",
         .example = R"({"session": "demo", "offset": 0})",
+        .runs_on = RunsOn::kFiles,
         .run = get},
     RpcMethod{
         .name = "result.list",
@@ -229,7 +252,7 @@ constexpr std::array kMethods{
                    "never one that a validation ruled out.",
         .params = kRecommendParams,
         .result = "a sixdial.recommendation document; calibration, diagnosis and validation "
-                  "(numbers of the results that say so, or null)",
+                  "(numbers of the results that say so, or null), state, warnings",
         .example = R"({"session": "demo"})",
         .command = "sixdial recommend {session}",
         .run = recommend},
@@ -244,6 +267,7 @@ constexpr std::array kMethods{
             "path, files, result, comparison, diagnosis and validation (numbers of those it "
             "shows, or null)",
         .example = R"({"session": "demo", "path": "/srv/rig/report"})",
+        .runs_on = RunsOn::kFiles,
         .run = write},
 };
 

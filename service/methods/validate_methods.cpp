@@ -10,6 +10,7 @@
 #include "report/documents/validation_json.h"
 #include "report/documents/warnings_document.h"
 #include "service/document_job.h"
+#include "service/methods/shared_params.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
@@ -145,6 +146,9 @@ Validated validated(const Call& call, const db::ResultRecord& record) {
   if (extending) take_diagnosis();
   result.request = validation_request(call.params, result.diagnosed());
   const bool extended = std::ranges::any_of(result.request.by, studies::is_extended);
+  if (extended && extending && !params::from_other_session(call.params)) {
+    check_session(*extending, record.session, result.calibration.inputs.session);
+  }
   if (extended && !extending) {
     extending = extending_record(call);
     take_diagnosis();
@@ -266,6 +270,7 @@ constexpr std::array kValidateParams{
         .type = ParamType::kInteger,
         .doc = "number of a diagnosis, of by extended; default: the newest of the session",
         .min = 1},
+    params::kFromOtherSession,
     Param{.name = "name", .doc = "of the new session; default: <session>.validation"},
     Param{
         .name = "rig_toml",

@@ -24,7 +24,9 @@ struct Look {
   const session::Session& measured;  // as it was read
   session::Session& used;            // the same less what earlier checks took away
   std::vector<Warning>& found;
-  std::optional<geometry::Similarity>& frame;  // PlausibleSession::frame
+  // Of PlausibleSession.
+  std::optional<geometry::Similarity>& frame;
+  std::vector<int>& dial_of_column;
 
   void tell(
       std::string_view code, Severity severity, WarningPlace where = {},
@@ -62,6 +64,7 @@ void look_at_two_instruments(Look& look);
 void look_at_turns(Look& look);
 void look_at_joints(Look& look);
 void look_at_dials(Look& look);
+void look_at_sides(Look& look);
 void look_at_frame(Look& look);
 void look_at_targets(Look& look);
 

@@ -35,6 +35,7 @@ const std::vector<Check>& checks() {
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
       {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
       {"modes", {kWrongMode}, look_at_modes},
@@ -75,7 +76,8 @@ geometry::WorkingMode working_mode_in_use(
 
 PlausibleSession plausible(const session::Session& session) {
   PlausibleSession judged{session};
-  plausibility::Look look{session, judged.session, judged.warnings, judged.frame};
+  plausibility::Look look{
+      session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
   for (const plausibility::Check& check : plausibility::checks()) check.look(look);
   return judged;
 }

@@ -87,6 +87,14 @@ void tell_exchange(Look& look, const DialJudgement& judged) {
        {"how", how},
        {"now", worst_of(judged.as_is_mm, columns.index)},
        {"miss", worst_of(judged.best_mm, columns.index)}});
+  look.dial_of_column = judged.best.shows;
+  for (session::Sample& sample : look.used.samples) {
+    const std::vector<session::ChannelValue> as_is = sample.channels;
+    for (std::size_t k = 0; k < dials.size() && k < as_is.size(); ++k) {
+      const auto dial = static_cast<std::size_t>(judged.best.shows[k]);
+      if (dial < as_is.size()) sample.channels[dial] = as_is[k];
+    }
+  }
 }
 
 }  // namespace
@@ -94,8 +102,22 @@ void tell_exchange(Look& look, const DialJudgement& judged) {
 void look_at_dials(Look& look) {
   const auto judged = judge_dials(look.used);
   if (!judged) return;
-  if (judged->best.exchanged()) tell_exchange(look, *judged);
   tell_units(look, *judged);
+  if (judged->best.exchanged()) tell_exchange(look, *judged);
 }
 
 }  // namespace sixdial::studies::plausibility
+
+namespace sixdial::studies {
+
+std::optional<std::pair<std::size_t, std::size_t>> exchanged_pair(
+    const PlausibleSession& judged) {
+  std::vector<std::size_t> moved;
+  for (std::size_t k = 0; k < judged.dial_of_column.size(); ++k) {
+    if (judged.dial_of_column[k] != static_cast<int>(k)) moved.push_back(k);
+  }
+  if (moved.size() != 2) return std::nullopt;
+  return std::pair{moved[0], moved[1]};
+}
+
+}  // namespace sixdial::studies
