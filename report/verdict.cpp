@@ -276,12 +276,14 @@ void doubt(const ReportData& data, Verdict& out) {
   });
   if (first == data.warnings.end()) return;
   out.state = CalibrationState::kNotCalibrated;
-  out.title = "Not calibrated: the data contradict themselves";
+  out.title = first->code == studies::kTooFewPoses ? "Not calibrated: too few different poses"
+                                                   : "Not calibrated: the data are not plausible";
   out.headline = warning_text(*first);
   out.to_do = {
       "Do not use the result. Settle what is listed as not plausible first, then calibrate "
       "again."};
   out.cautions.clear();
+  out.decision.clear();
 }
 
 }  // namespace

@@ -93,6 +93,21 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
+/// Dials that allow no position can be fitted all the same.
+[[noreturn]] void refuse_with_hint(
+    const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
+    const std::string& session) {
+  const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
+    return std::ranges::any_of(trial.reading, [](const auto& each) { return each.has_value(); });
+  });
+  if (trouble.kind != calibration::Trouble::Kind::kTooFewSamples || !any_reading) {
+    refuse(trouble, session);
+  }
+  throw StudyError(
+      StudyErrorCode::kBadData, trouble.message, {{"session", session}},
+      "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
+}
+
 CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress, const std::stop_token& stop) {
@@ -120,7 +135,9 @@ CalibrationResult calibrate_here(
   };
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
-  if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
+  if (const auto trouble = calibration::trouble_with(data.g1)) {
+    refuse_with_hint(*trouble, checked.g1, session.name);
+  }
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
   judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);

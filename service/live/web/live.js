@@ -201,9 +201,10 @@
   // What can be done, and why the rest cannot, is the service's to say.
   async function askChoices() {
     const asked = ++choicesAsked, name = session;
-    const answer = name ? (await call('session.choices', { session: name })).choices : {};
+    const answer = name ? await call('session.choices', { session: name }) : { choices: {}, warnings: [] };
     if (asked !== choicesAsked) return;
-    choices = answer;
+    choices = answer.choices;
+    $('against').textContent = answer.warnings.map((each) => each.message + (each.where ? ` (${each.where})` : '')).join(' ');
     showButtons();
   }
 
