@@ -14,6 +14,7 @@
 #include "session/trials.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 namespace {
@@ -124,8 +125,9 @@ PlacedCause name_of(const simulation::ActiveEffect& effect) {
 
 SeparationPlan separation_plan(
     const session::Session& session, const SeparationRequest& request) {
-  const simulation::ForwardModel model(session.rig);
-  diagnosis::Readings readings(model, session::trials_of(session, ""));
+  const session::Session used = in_rig_frame(plausible(session), session.rig);
+  const simulation::ForwardModel model(used.rig);
+  diagnosis::Readings readings(model, session::trials_of(used, ""));
   constexpr Eigen::Index kFewest = 40;
   if (readings.count() < kFewest) {
     throw StudyError(

@@ -301,3 +301,20 @@ void look_at_frame(Look& look) {
 }
 
 }  // namespace sixdial::studies::plausibility
+
+namespace sixdial::studies {
+
+session::Session in_rig_frame(const PlausibleSession& judged, const geometry::Rig& filed) {
+  session::Session session = judged.session;
+  if (!judged.frame) return session;
+  session.rig = filed;
+  const geometry::Similarity back = judged.frame->inverse();
+  for (session::Sample& sample : session.samples) {
+    if (sample.target_mm) sample.target_mm = back(*sample.target_mm);
+    const auto at = session::position_of(sample, filed.dials.size());
+    if (at) session::set_position(sample, filed.dials.size(), back(*at));
+  }
+  return session;
+}
+
+}  // namespace sixdial::studies
