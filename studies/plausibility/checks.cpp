@@ -34,7 +34,7 @@ const std::vector<Check>& checks() {
       // What the columns hold: the nominal robot knows it better than their names do.
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
-      {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"dials", {"dials_exchanged", "dial_unit", "dial_reversed"}, look_at_dials},
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
