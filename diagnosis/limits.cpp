@@ -11,6 +11,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -108,6 +109,7 @@ class LimitStudy {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
     for (const Hypothesis& each : hypotheses) {
+      geometry::check_end();
       if (each.effect->exchanges_dials) continue;  // no size to be told
       Seen seen = seen_of(each, extended, simulated);
       if (!seen.values.empty()) all_.push_back(std::move(seen));
@@ -120,7 +122,10 @@ class LimitStudy {
 
   [[nodiscard]] std::vector<Limit> limits() const {
     std::vector<Limit> result;
-    for (const Seen& own : all_) result.push_back(limit_of(own));
+    for (const Seen& own : all_) {
+      geometry::tell_step("limits of causes", std::ssize(result), std::ssize(all_));
+      result.push_back(limit_of(own));
+    }
     return result;
   }
 
@@ -129,6 +134,7 @@ class LimitStudy {
   void draw_noise() {
     noise_.resize(readings_.count(), kDraws);
     for (Eigen::Index draw = 0; draw < kDraws; ++draw) {
+      geometry::check_end();
       for (Eigen::Index row = 0; row < noise_.rows(); ++row) {
         noise_(row, draw) = calibration::random_normal(
             1, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0,

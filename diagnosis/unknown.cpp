@@ -9,6 +9,7 @@
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/stages.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -116,6 +117,7 @@ class UnknownSearch {
     if (!u) return;
     begin({name}, enters);
     for (const Box& box : kAlong) {
+      geometry::check_end();
       const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
       Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
       std::vector<std::array<int, 2>> order;
@@ -142,6 +144,7 @@ class UnknownSearch {
     if (!ux || !uy) return;
     begin({"x", "y"}, enters);
     for (const Box& box : kOver) {
+      geometry::check_end();
       const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
       const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
       Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
@@ -202,6 +205,7 @@ class UnknownSearch {
     best_.enters = enters;
     top_ = -1e300;
     all_.clear();
+    geometry::check_end();
   }
   /// One box of kernels; without `order` the columns as they are.
   void score(
@@ -213,6 +217,7 @@ class UnknownSearch {
     const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
     for (const double length : box.lengths) {
+      geometry::check_end();
       Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
       for (std::size_t j = 0; j < order.size(); ++j) {
         double s = spectrum(order[j][0], box.half_width, length);

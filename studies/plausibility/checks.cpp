@@ -8,6 +8,7 @@ namespace plausibility {
 WarningPlace Look::rows(std::span<const std::size_t> rows, std::string field) const {
   WarningPlace place{
       .file = "session.csv", .field = std::move(field), .rows = static_cast<int>(rows.size())};
+  if (rows.size() == measured.samples.size()) return place;  // all: none is worth a name
   for (const std::size_t row : rows.first(std::min(rows.size(), WarningPlace::kNamedRows))) {
     const session::Sample& sample = measured.samples[row];
     place.named.push_back({sample.line, sample.set, sample.point, sample.repeat});
