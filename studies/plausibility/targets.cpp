@@ -76,17 +76,14 @@ void look_at_targets(Look& look) {
     look.used.samples[row[i]].target_mm.reset();
   }
   if (elsewhere.empty()) return;
-  WarningParts parts{
-      {"targets", static_cast<double>(row.size())}, {"miss", geometry::median_of([&] {
-                                                       std::vector<double> of;
-                                                       for (const double each : off) {
-                                                         if (each > limit) of.push_back(each);
-                                                       }
-                                                       return of;
-                                                     }())}};
+  std::string columns;
+  for (const std::string& axis : session::layout_of(look.used.rig).axes) {
+    columns += (columns.empty() ? "target_" : ", target_") + axis + "_mm";
+  }
   look.tell(
-      "targets_elsewhere", Severity::kNote, look.rows(elsewhere, "target_x_mm, target_y_mm"),
-      parts);
+      "targets_elsewhere", Severity::kNote, look.rows(elsewhere, std::move(columns)),
+      {{"targets", static_cast<double>(row.size())},
+       {"miss", geometry::median_of(std::move(missed))}});
 }
 
 }  // namespace sixdial::studies::plausibility
