@@ -156,7 +156,10 @@ std::shared_ptr<const ScatterColumns> Readings::rows_of(
 std::shared_ptr<const ScatterColumns> Readings::shareable_like(
     const ScatterColumns* other) const {
   for (const auto& each : shareable_) {
-    if (other && each->of == other->of && each->of_stops == other->of_stops) return each;
+    if (other && each->of == other->of && each->of_stops == other->of_stops &&
+        each->columns.cols() == other->columns.cols()) {
+      return each;
+    }
   }
   return nullptr;
 }

@@ -8,7 +8,6 @@
 #include "acquisition/connection.h"
 #include "service/collection_run.h"
 #include "service/first_pass.h"
-#include "service/live_dials.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
 
@@ -17,9 +16,7 @@ namespace {
 
 using acquisition::CollectorStage;
 
-constexpr auto kLiveEvery = std::chrono::milliseconds(200);  // on the wall
 constexpr std::size_t kMostTroubles = 50;
-constexpr std::size_t kMostClockSteps = 20;
 
 /// The plan must not name another place for a point that is measured already: it would be
 /// passed over as done.
@@ -408,56 +405,6 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   if (!told) return;
   show_estimate(run);
   publish("estimate");
-}
-
-// Stored times stay what the clock said; that it was changed is stored beside them.
-void Collection::watch_clock(Run& run) {
-  const auto step = run.clock_watch.look();
-  if (!step) return;
-  std::string told;
-  {
-    const std::lock_guard lock(mutex_);
-    told = fmt::format(
-        "{} after {} samples of this run: times before and after do not compare",
-        acquisition::describe(*step), stored_);
-    clock_remarks_.push_back(acquisition::describe(*step));
-    if (clock_steps_.size() < kMostClockSteps) {
-      clock_steps_.push_back(
-          {{"by_s", std::chrono::duration<double>(step->by).count()},
-           {"time_utc", session::to_iso8601(step->now)},
-           {"after_samples", stored_}});
-    }
-  }
-  spdlog::warn("{}", told);
-  try {
-    store_.record_action(to_operator(run.caller), kClockStep, run.id, told);
-  } catch (const std::exception& trouble) {
-    spdlog::error("a step of the clock is not in the store: {}", trouble.what());
-  }
-  publish("clock_step", {{"message", told}});
-}
-
-void Collection::publish_live(const std::stop_token& stop, Run& run) {
-  std::mutex mutex;
-  std::condition_variable_any over;
-  std::unique_lock lock(mutex);
-  const LiveDials shown(run.rig);
-  while (!over.wait_for(lock, stop, kLiveEvery, [&] { return stop.stop_requested(); })) {
-    acquisition::CollectorProgress now;
-    {
-      const std::lock_guard state_lock(mutex_);
-      now = progress_;
-    }
-    Json data = shown.show(
-        run.dials->latest(), now.plan_index ? &run.plan.points.at(*now.plan_index) : nullptr,
-        now);
-    data["type"] = "dials";
-    data["session"] = session_;
-    data["robot_silent_s"] =
-        std::chrono::duration<double>(clock_.wall(run.robot->silent_for())).count();
-    events_.publish(kLiveTopic, std::move(data));
-    watch_clock(run);
-  }
 }
 
 }  // namespace sixdial::service

@@ -7,10 +7,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "report/documents/cross_validation_json.h"
 #include "report/documents/diagnosis_parts_json.h"
 #include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/measured_joints_json.h"
+#include "report/documents/stored_residual_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
@@ -171,6 +173,7 @@ template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at("model", fit.model);
   at("effects", fit.effects);
+  at.maybe("residual_model", fit.residual_model);
   at("last_order", fit.last_order);
   at("last_time_h", fit.last_time_h);
   at("last_temperature_c", fit.last_temperature_degC);
@@ -356,6 +359,7 @@ void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at("detection_limits", result.limits);
   describe_fits(at, result);
   at("gain", result.gain);
+  at.maybe("cross_validation", result.cross_validation);
   at("judged_on", result.judged_on);
   at("false_alarm_probability", result.false_alarm_probability);
   at("extended_model", result.extended_fit);
