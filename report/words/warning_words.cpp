@@ -93,6 +93,12 @@ constexpr Words kWords[] = {
      "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
      "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
      "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
+    {"dial_reversed",
+     "The readings of {dials} fall where they should rise: counted the other way they fit a "
+     "robot "
+     "like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. They are "
+     "turned "
+     "round below; set the dial to count up when it is pushed in."},
     {"position_unit",
      "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
      "nominal "
