@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "diagnosis/thresholds.h"
@@ -149,15 +150,26 @@ Explanation Search::with_unknown(const Explanation& names) const {
   constexpr std::size_t kMostUnknown = 2;
   Explanation best = names;
   while (best.unknown.size() < kMostUnknown) {
-    auto candidates = score_unknown(readings_, best.fit);
-    if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds) {
-      break;
+    std::optional<Explanation> next;
+    const auto try_best_of = [&](std::vector<UnknownCandidate> candidates) {
+      if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds)
+        return;
+      std::vector<UnknownCandidate> unknown = best.unknown;
+      unknown.push_back(std::move(candidates.front()));
+      Explanation tried =
+          explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
+      if (!next || tried.evidence > next->evidence) next = std::move(tried);
+    };
+    try_best_of(score_unknown(readings_, best.fit));
+    if (best.fit.shared) {
+      // What passes for a scatter of arrivals may be the very thing that is smooth.
+      JointFit alone = best.fit;
+      alone.shared = nullptr;
+      alone.shift_mm.setZero();
+      try_best_of(score_unknown(readings_, alone));
     }
-    std::vector<UnknownCandidate> unknown = best.unknown;
-    unknown.push_back(std::move(candidates.front()));
-    Explanation next = explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
-    if (next.evidence <= best.evidence) break;
-    best = std::move(next);
+    if (!next || next->evidence <= best.evidence) break;
+    best = std::move(*next);
   }
   return best;
 }

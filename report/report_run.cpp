@@ -13,10 +13,13 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/validation_json.h"
 #include "report/headline.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
+#include "report/recommended.h"
 #include "report/rig_picture.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/words/diagnosis_verdict.h"
@@ -285,6 +288,15 @@ report::Head report_head(
   return head;
 }
 
+namespace {
+
+studies::Recommendation recommended(
+    const studies::CalibrationResult& result, const Companions& companions) {
+  return studies::recommend(result, companions.diagnosis, companions.validation);
+}
+
+}  // namespace
+
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
@@ -335,6 +347,9 @@ report::ReportData report_data(
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
+  add_recommendation(
+      data, recommended(result, companions), result, robot, companions.diagnosis,
+      companions.validation);
   return data;
 }
 
@@ -367,12 +382,19 @@ std::vector<std::string> write_report(
     write_text(folder, table.name, table.text, files);
   }
   write_text(folder, "calibration.json", to_json(result).dump(1) + "\n", files);
+  write_text(
+      folder, "recommendation.json", to_json(recommended(result, companions)).dump(1) + "\n",
+      files);
   if (companions.comparison != nullptr) {
     write_text(
         folder, "comparison.json", to_json(*companions.comparison).dump(1) + "\n", files);
   }
   if (companions.diagnosis != nullptr) {
     write_text(folder, "diagnosis.json", to_json(*companions.diagnosis).dump(1) + "\n", files);
+  }
+  if (companions.validation != nullptr) {
+    write_text(
+        folder, "validation.json", to_json(*companions.validation).dump(1) + "\n", files);
   }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});
