@@ -63,6 +63,15 @@ TellFraction teller(const ProgressCallback& progress) {
   };
 }
 
+/// The method as a row of the registry trains it: the paper's literal network has its own.
+calibration::MethodChoice registry_method(
+    calibration::MethodChoice method, calibration::Profile profile) {
+  if (method.id == kPaperMethod && profile == calibration::Profile::kPaper) {
+    method.residual = calibration::find_residual_model("anfis_paper");
+  }
+  return method;
+}
+
 /// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
 /// the identified parameters are at the minimum of the least-squares fit that was assessed.
 /// `held`: what the poses leave open, which the assessment has already.
@@ -156,6 +165,10 @@ CalibrationResult calibrate_here(
       calibration::held_covariance(reference.fit, data.g1.parameter_info), result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
+  const calibration::ComparisonSettings as_fitted{
+      .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
+  result.cross_validation = cross_validated(
+      checked.g1, checked.session, registry_method(method, settings.profile), as_fitted, stop);
   add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;

@@ -93,6 +93,12 @@ constexpr Words kWords[] = {
      "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
      "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
      "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
+    {"dial_reversed",
+     "The readings of {dials} fall where they should rise: counted the other way they fit a "
+     "robot "
+     "like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. They are "
+     "turned "
+     "round below; set the dial to count up when it is pushed in."},
     {"position_unit",
      "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
      "nominal "
@@ -136,6 +142,9 @@ constexpr Words kWords[] = {
      "{rows:target|targets} of {targets} {rows|lies|lie} {miss:.1f} mm from where the joint "
      "angles put the nominal robot: not used, and errors before the calibration are those of "
      "the nominal robot."},
+    {"certificate_expired",
+     "The certificate of {which} had run out (due {due} at the earliest) when this was measured "
+     "on {measured}: its figures are not traceable until it is calibrated again."},
     {"wrong_mode",
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
      "{mode} is used here. Correct the rig file, or the robot is commanded the other way "
