@@ -19,13 +19,14 @@
 #include "studies/compensate.h"
 #include "studies/diagnose.h"
 #include "studies/extended_command.h"
+#include "studies/recommendation.h"
 
 namespace sixdial::cli {
 namespace {
 
 struct CompensateOptions {
   std::string calibration_method{studies::kPaperMethod};
-  std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
+  std::string subject, plan_file, output, result_file, diagnosis_file, by = "recommended", mode;
   std::vector<double> target_mm;
   std::vector<int> approach{0, 0};
   std::optional<double> temperature_c;
@@ -93,13 +94,15 @@ void print_target(Cli& cli, const Json& answer) {
           at.closure_mm));
 }
 
+/// `by`: what it was solved by.
 void print_plan(
-    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text,
-    const Json& warnings, const Json& outside) {
+    Cli& cli, const CompensateOptions& options, std::string_view by, std::size_t points,
+    const std::string& text, const Json& warnings, const Json& outside) {
   tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}, {"outside_measured", outside}};
+    Json answer{
+        {"points", points}, {"by", by}, {"warnings", warnings}, {"outside_measured", outside}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
@@ -135,13 +138,14 @@ geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::R
 
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
-    Cli& cli, const CompensateOptions& options, session::Session session) {
+    Cli& cli, const CompensateOptions& options, session::Session session,
+    studies::CompensateBy by) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
     request.seed = options.seed;
     request.bootstrap = 0;
-    request.with_gain = false;
+    request.with_gain = by == studies::CompensateBy::kExtendedFull;  // trains what it needs
     diagnosis = made_first(
         cli.console, "the diagnosis", "--diagnosis-file",
         [&](const auto& progress, std::stop_token stop) {
@@ -155,13 +159,13 @@ service::ExitCode extend_bundle(
   }
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
-  const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
+  const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
   if (!options.plan_file.empty()) {
     const session::Plan asked = session::read_plan(options.plan_file, session.rig);
-    const session::Plan plan =
-        studies::extended_plan(asked, command, session.rig, "", options.temperature_c);
+    const session::Plan plan = studies::extended_plan(
+        asked, command, session.rig, {.temperature_c = options.temperature_c});
     print_plan(
-        cli, options, plan.points.size(),
+        cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
         report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
@@ -172,9 +176,8 @@ service::ExitCode extend_bundle(
   const studies::CommandMoment moment{
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
-  const studies::CommandedTarget commanded = studies::commanded_target(
-      command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended, target_mm,
-      mode);
+  const studies::CommandedTarget commanded =
+      studies::commanded_target(command.solve(target_mm, mode, moment), by, target_mm, mode);
   print_target(
       cli, with_outside(
                with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
@@ -202,23 +205,36 @@ studies::CalibrationResult calibration_of(
       });
 }
 
+/// By the calibration, and by the causes of a diagnosis that is given.
+studies::CompensateBy recommended_of(
+    const studies::CalibrationResult& calibration, const CompensateOptions& options) {
+  if (options.diagnosis_file.empty()) return studies::recommend(calibration).by;
+  const studies::DiagnosisResult diagnosis =
+      report::diagnosis_from_json(read_document(options.diagnosis_file));
+  return studies::recommend(calibration, &diagnosis).by;
+}
+
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  if (options.by == "extended") return extend_bundle(cli, options, std::move(session));
-  const studies::CompensateBy by = *studies::compensate_by_from(options.by);
+  const std::optional<studies::CompensateBy> asked = studies::compensate_by_from(options.by);
+  if (asked && is_extended(*asked)) {
+    return extend_bundle(cli, options, std::move(session), *asked);
+  }
   const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
+  const studies::CompensateBy by = asked ? *asked : recommended_of(calibrated, options);
+  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by);
   const Warnings warnings = calibrated.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
-    const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
+    const session::Plan given = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(given, model, session.rig);
     print_plan(
-        cli, options, plan.points.size(),
+        cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings), outside_of_plan(session, asked));
+        report::warnings_json(warnings), outside_of_plan(session, given));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -239,10 +255,8 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   if (options.from_other_session) params["from_other_session"] = true;
   if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
-    if (options.by == "extended") {
-      params["approach1"] = options.approach[0];
-      params["approach2"] = options.approach[1];
-    }
+    params["approach1"] = options.approach[0];
+    params["approach2"] = options.approach[1];
     params["x_mm"] = options.target_mm[0];
     params["y_mm"] = options.target_mm[1];
     if (!options.mode.empty()) params["mode"] = options.mode;
@@ -253,9 +267,8 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   if (options.output.empty()) {
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
-        cli, options, answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>(), answer["warnings"],
-        answer["outside_measured"]);
+        cli, options, answer["by"].get<std::string>(), answer["points"].get<std::size_t>(),
+        answer["plan_csv"].get<std::string>(), answer["warnings"], answer["outside_measured"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
@@ -264,7 +277,7 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   cli.console.print(
       "plan",
       {{"points", answer["points"]},
-       {"by", options.by},
+       {"by", answer["by"]},
        {"file", options.output},
        {"warnings", answer["warnings"]},
        {"outside_measured", answer["outside_measured"]}},
@@ -319,8 +332,10 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method,--model", options->by,
-          "what commands the robot; extended: robot and named causes of a diagnosis")
-      ->check(compensation_words())
+          "what commands the robot; extended: robot and named causes of a diagnosis; "
+          "extended_full: with what a residual model learned of the rest; recommended: what "
+          "`sixdial recommend` says")
+      ->check(compensation_words(true))
       ->capture_default_str();
   command->add_option("--mode", options->mode, "working mode; default: the rig's")
       ->check(working_mode_words())
@@ -377,8 +392,9 @@ void add_validate(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method,--model", options->by,
-          "one or more of before, kinematics, full (default: these three) and extended, by the "
-          "session's diagnosis")
+          "one or more of before, kinematics, full, and by the session's diagnosis extended "
+          "and "
+          "extended_full; default: all of them, the last two where causes are named")
       ->check(compensation_words())
       ->delimiter(',');
   command->add_option(

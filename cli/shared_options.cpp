@@ -88,8 +88,10 @@ CLI::IsMember working_mode_words() {
   return CLI::IsMember(words);
 }
 
-CLI::IsMember compensation_words() {
-  return CLI::IsMember({"before", "kinematics", "full", "extended"});
+CLI::IsMember compensation_words(bool with_recommended) {
+  std::vector<std::string> words{"before", "kinematics", "full", "extended", "extended_full"};
+  if (with_recommended) words.insert(words.begin(), "recommended");
+  return CLI::IsMember(words);
 }
 
 void add_profile(CLI::App& command, calibration::Profile& profile) {

@@ -29,8 +29,9 @@ CLI::Option* add_seed(CLI::App& command, std::uint64_t& seed, const std::string&
 
 /// "++", "+-", "-+" or "--".
 [[nodiscard]] CLI::IsMember working_mode_words();
-/// "before", "kinematics", "full" or "extended".
-[[nodiscard]] CLI::IsMember compensation_words();
+/// "before", "kinematics", "full", "extended" or "extended_full"; "recommended" too where a
+/// choice may be left to the program.
+[[nodiscard]] CLI::IsMember compensation_words(bool with_recommended = false);
 
 void add_profile(CLI::App& command, calibration::Profile& profile);
 void add_fixed_parameters(

@@ -26,6 +26,7 @@ constexpr std::array kExamples{
     Example{"compare", "sixdial compare monday"},
     Example{"diagnose", "sixdial diagnose monday"},
     Example{"report", "sixdial report monday -o monday-report"},
+    Example{"recommend", "sixdial recommend monday"},
     Example{"compensate", "sixdial compensate monday --target 28,48"},
     Example{"validate", "sixdial validate monday"},
     Example{"plan random", "sixdial plan random --rig rig.toml --count 100 -o plan.csv"},

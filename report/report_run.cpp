@@ -13,10 +13,13 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/validation_json.h"
 #include "report/headline.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
+#include "report/recommended.h"
 #include "report/rig_picture.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/words/diagnosis_verdict.h"
@@ -24,6 +27,7 @@
 #include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/csv.h"
+#include "session/traceability.h"
 #include "session/trials.h"
 #include "studies/compensate.h"
 #include "studies/dial_residuals.h"
@@ -248,7 +252,16 @@ report::Head report_head(
   head.rig_name = session.rig.name;
   head.robot = fmt::format(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
-  head.operator_name = operator_name;
+  const session::Traceability traced = session::traceability_of(session.rig_text);
+  head.operator_name = traced.operator_name.empty()
+                           ? operator_name
+                           : fmt::format("{} (as {})", traced.operator_name, operator_name);
+  for (const session::TracedPart& part : traced.parts) {
+    head.traced.emplace_back(part.what, part.words());
+  }
+  if (const auto* robot = traced.find("robot"); robot != nullptr && !robot->serial.empty()) {
+    head.robot += ", serial " + robot->serial;
+  }
   head.reported = made ? session::to_iso8601(*made) : session::now_utc_text();
   head.software_version = inputs.version;
   head.data_hash = inputs.data_hash;
@@ -264,6 +277,7 @@ report::Head report_head(
     instrument.id = dial.id;
     instrument.description = "digital dial indicator";
     instrument.connection = dial.connection;
+    if (const auto* known = traced.find("dial " + dial.id)) instrument.serial = known->serial;
     instrument.resolution_mm = dial.resolution_mm;
     instrument.accuracy_mm = dial.accuracy_mm;
     instrument.repeatability_mm = dial.repeatability_mm;
@@ -273,6 +287,15 @@ report::Head report_head(
   }
   return head;
 }
+
+namespace {
+
+studies::Recommendation recommended(
+    const studies::CalibrationResult& result, const Companions& companions) {
+  return studies::recommend(result, companions.diagnosis, companions.validation);
+}
+
+}  // namespace
 
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
@@ -324,6 +347,9 @@ report::ReportData report_data(
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
+  add_recommendation(
+      data, recommended(result, companions), result, robot, companions.diagnosis,
+      companions.validation);
   return data;
 }
 
@@ -356,12 +382,19 @@ std::vector<std::string> write_report(
     write_text(folder, table.name, table.text, files);
   }
   write_text(folder, "calibration.json", to_json(result).dump(1) + "\n", files);
+  write_text(
+      folder, "recommendation.json", to_json(recommended(result, companions)).dump(1) + "\n",
+      files);
   if (companions.comparison != nullptr) {
     write_text(
         folder, "comparison.json", to_json(*companions.comparison).dump(1) + "\n", files);
   }
   if (companions.diagnosis != nullptr) {
     write_text(folder, "diagnosis.json", to_json(*companions.diagnosis).dump(1) + "\n", files);
+  }
+  if (companions.validation != nullptr) {
+    write_text(
+        folder, "validation.json", to_json(*companions.validation).dump(1) + "\n", files);
   }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});

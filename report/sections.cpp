@@ -50,6 +50,7 @@ Section parameters(const ReportData& data) {
     out.blocks.emplace_back("No parameters were identified.");
     return out;
   }
+  if (!data.parameters_note.empty()) out.blocks.emplace_back(data.parameters_note);
   out.blocks.emplace_back(parameter_table(data, false));
   if (data.condition_number) {
     out.blocks.emplace_back(fmt::format(
@@ -274,6 +275,7 @@ Section conditions(const ReportData& data) {
   add("seed of all random numbers", head.seed ? fmt::format("{}", *head.seed) : "");
   add("hash of the measured data", head.data_hash);
   add("hash of the rig file", head.rig_hash);
+  for (const auto& [part, words] : head.traced) add("traced to: " + part, words);
   out.blocks.emplace_back(std::move(t));
   return out;
 }
@@ -304,6 +306,11 @@ std::vector<Section> sections_of(const ReportData& data) {
     }
   }
   all.insert(all.end(), data.sections.begin(), data.sections.end());
+  // Which model to use stands before the parameters of one of them.
+  const auto recommended = std::ranges::find(all, std::string("recommendation"), &Section::id);
+  if (recommended != all.end() && !data.opening) {
+    std::rotate(all.begin() + 1, recommended, recommended + 1);
+  }
   if (!data.opening) all.push_back(measured_data(data));
   all.push_back(conditions(data));
   if (!data.head.settings.empty()) all.push_back(settings(data));

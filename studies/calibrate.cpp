@@ -63,6 +63,15 @@ TellFraction teller(const ProgressCallback& progress) {
   };
 }
 
+/// The method as a row of the registry trains it: the paper's literal network has its own.
+calibration::MethodChoice registry_method(
+    calibration::MethodChoice method, calibration::Profile profile) {
+  if (method.id == kPaperMethod && profile == calibration::Profile::kPaper) {
+    method.residual = calibration::find_residual_model("anfis_paper");
+  }
+  return method;
+}
+
 /// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
 /// the identified parameters are at the minimum of the least-squares fit that was assessed.
 void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& result) {
@@ -82,6 +91,21 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
     row.low_95 = row.identified - quantile * row.sd;
     row.high_95 = row.identified + quantile * row.sd;
   }
+}
+
+/// Dials that allow no position can be fitted all the same.
+[[noreturn]] void refuse_with_hint(
+    const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
+    const std::string& session) {
+  const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
+    return std::ranges::any_of(trial.reading, [](const auto& each) { return each.has_value(); });
+  });
+  if (trouble.kind != calibration::Trouble::Kind::kTooFewSamples || !any_reading) {
+    refuse(trouble, session);
+  }
+  throw StudyError(
+      StudyErrorCode::kBadData, trouble.message, {{"session", session}},
+      "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
 }
 
 CalibrationResult calibrate_here(
@@ -111,7 +135,9 @@ CalibrationResult calibrate_here(
   };
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
-  if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
+  if (const auto trouble = calibration::trouble_with(data.g1)) {
+    refuse_with_hint(*trouble, checked.g1, session.name);
+  }
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
   judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
@@ -132,6 +158,10 @@ CalibrationResult calibrate_here(
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
+  const calibration::ComparisonSettings as_fitted{
+      .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
+  result.cross_validation = cross_validated(
+      checked.g1, checked.session, registry_method(method, settings.profile), as_fitted, stop);
   add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;

@@ -11,11 +11,12 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "calibration/residual_model.h"
 #include "studies/assessment.h"
+#include "studies/cross_validation.h"
 #include "studies/inputs.h"
 #include "studies/measured_joints.h"
 #include "studies/plausibility.h"
+#include "studies/stored_residual.h"
 
 namespace sixdial::studies {
 
@@ -71,14 +72,6 @@ struct Identification {
 /// The two networks of the paper's method, of the residual in x and in y.
 struct Networks {
   calibration::AnfisReport x{}, y{};
-};
-
-/// The residual model of any other method, as it was trained.
-struct StoredResidualModel {
-  std::string name{};                      // row of the registry, "gp"
-  std::string note{};                      // sizes that it chose, for people
-  Eigen::VectorXd effective_parameters{};  // of each coordinate
-  calibration::SavedResidual saved{};
 };
 
 /// Measured minus modelled position of one sample by each row of `methods`; empty where the
@@ -141,6 +134,7 @@ struct CalibrationResult {
   std::optional<Assessment> assessment{};
   std::optional<GrossErrors> gross_errors{};
   std::optional<Precision> precision{};  // empty too where there is nothing to compare
+  std::optional<CrossValidation> cross_validation{};  // within G1; empty too with few samples
 
   /// The row of Table 6; null: there is none.
   [[nodiscard]] const MethodRow* method(std::string_view id) const;

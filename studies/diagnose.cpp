@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
@@ -98,8 +99,9 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
       .converged = fit.converged};
 }
 
-ExtendedFit extended_fit_of(const Readings& readings, const diagnosis::JointFit& fit) {
+ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   const simulation::Circumstance& last = readings.circumstances().back();
+  const diagnosis::JointFit& fit = found.commanding;
   ExtendedFit result{
       .model = std::vector<double>(fit.model.begin(), fit.model.end()),
       .last_order = last.order,
@@ -108,6 +110,27 @@ ExtendedFit extended_fit_of(const Readings& readings, const diagnosis::JointFit&
   for (const simulation::ActiveEffect& active : fit.effects) {
     result.effects.push_back(
         {.id = {std::string(active.effect->cause), active.place.name}, .x = active.x});
+  }
+  if (found.on_top) {
+    result.residual_model = StoredResidualModel{
+        .name = std::string(diagnosis::kModelOnTop),
+        .note = found.on_top->note,
+        .effective_parameters = found.on_top->effective_parameters,
+        .saved = found.on_top->saved};
+  }
+  return result;
+}
+
+std::optional<CrossValidation> cross_validation_of(const Diagnosis& found) {
+  if (found.choice.empty()) return std::nullopt;
+  CrossValidation result{
+      .folds = diagnosis::kChoiceFolds, .residual_model = std::string(diagnosis::kModelOnTop)};
+  for (const diagnosis::CandidateErrors& each : found.choice) {
+    const bool extended = each.model == diagnosis::GainModel::kExtended;
+    result.models.push_back(
+        {.by = extended ? (each.network ? CompensateBy::kExtendedFull : CompensateBy::kExtended)
+                        : (each.network ? CompensateBy::kFull : CompensateBy::kKinematics),
+         .error_mm = {each.error_mm.begin(), each.error_mm.end()}});
   }
   return result;
 }
@@ -202,12 +225,13 @@ DiagnosisResult result_of(
       .parameters = std::move(found.parameters),
       .baseline = summary_of(found.named.baseline),
       .extended = summary_of(data.after),
+      .cross_validation = cross_validation_of(found),
       .judged_on =
           {.samples = found.g2_samples,
            .fitted_samples = found.g1_samples,
            .held_out_by_program = found.held_out_by_program},
       .false_alarm_probability = found.false_alarm_probability,
-      .extended_fit = extended_fit_of(readings, data.after),
+      .extended_fit = extended_fit_of(readings, found),
       .residuals = residuals_of(data)};
   add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {

@@ -11,7 +11,6 @@ namespace {
 
 /// No controller comes back closer to a pose than this and calls it another.
 constexpr double kSamePose = 2e-3;  // rad; of a prismatic joint mm
-constexpr std::string_view kTooFewPoses = "too_few_poses";
 
 int distinct_poses(std::span<const simulation::Trial> trials) {
   std::vector<Eigen::VectorXd> poses;

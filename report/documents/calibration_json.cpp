@@ -1,10 +1,12 @@
 #include "report/documents/calibration_json.h"
 
 #include "report/documents/assessment_json.h"
+#include "report/documents/cross_validation_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
+#include "report/documents/stored_residual_json.h"
 #include "report/documents/swarm_size_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/headline.h"
@@ -137,14 +139,6 @@ void describe_keys(Fields& at, Of<Fields, studies::Networks>& networks) {
 }
 
 template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::StoredResidualModel>& model) {
-  at("name", model.name);
-  at("note", model.note);
-  at("effective_parameters", model.effective_parameters);
-  at("values", model.saved);
-}
-
-template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
   at("sample", point.sample);
   at("set", point.set);
@@ -201,6 +195,7 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("assessment", result.assessment);
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
+  at.maybe("cross_validation", result.cross_validation);
   at.maybe("conformity", result.conformity);
   at.maybe("position_noise_mm", result.position_noise_mm);
   at.maybe("measured_joints", result.measured_joints);

@@ -8,6 +8,7 @@
 #include <map>
 #include <tuple>
 
+#include "report/documents/warnings_document.h"
 #include "service/methods/shared_params.h"
 #include "service/patient_files.h"
 #include "service/sample_json.h"
@@ -19,6 +20,7 @@
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "session/trials.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::service {
 namespace {
@@ -86,11 +88,12 @@ Json show(const Call& call) {
   Json answer = info_json(call.service, id);
   answer["collections"] = actions_of(reader, id, "collect.end", "ended_because");
   answer["clock_steps"] = actions_of(reader, id, kClockStep, "what");
-  answer["readings_within_ms"] = readings_within_json(reader.load_session(id));
+  const session::Session session = reader.load_session(id);
+  answer["readings_within_ms"] = readings_within_json(session);
+  answer["warnings"] = report::warnings_json(studies::plausible(session).warnings);
   const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
   if (limit > 0) {
-    const session::Session session = reader.load_session(id);
     Json samples = Json::array();
     for (auto i = offset; i < std::min(offset + limit, std::ssize(session.samples)); ++i) {
       samples.push_back(sample_json(session.rig, session.samples[static_cast<std::size_t>(i)]));
@@ -112,6 +115,7 @@ Json import_bundle(const Call& call) {
   const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
   Json answer = info_json(call.service, id);
   call.service.events().publish("session", {{"type", "imported"}, {"session", read.name}});
+  answer["warnings"] = report::warnings_json(studies::plausible(read).warnings);
   answer["rejected"] = Json::array();
   constexpr std::size_t kMostShown = 100;
   for (const session::RejectedRow& row : read.rejected) {
@@ -377,7 +381,8 @@ constexpr std::array kMethods{
             "plan_points, rejected_rows, collections [{time_utc, operator, "
             "ended_because}], clock_steps [{time_utc, operator, what}], readings_within_ms "
             "{median, max}: between the first and the last dial's answer of a sample, null "
-            "where no times are known, page [samples]",
+            "where no times are known, warnings [{code, severity, message, where, place, parts}], "
+            "page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
     RpcMethod{
@@ -410,7 +415,8 @@ constexpr std::array kMethods{
         .summary = "What can be done with a session now, and what each of the rest waits for.",
         .params = kOnlySession,
         .result = "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
-                  "cannot be done now}, report_of (calibration, diagnosis or null)",
+                  "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
+                  "severity, message, where, place, parts}]: what speaks against the session",
         .example = R"({"session": "demo"})",
         .run = choices},
     RpcMethod{

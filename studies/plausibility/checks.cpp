@@ -8,6 +8,7 @@ namespace plausibility {
 WarningPlace Look::rows(std::span<const std::size_t> rows, std::string field) const {
   WarningPlace place{
       .file = "session.csv", .field = std::move(field), .rows = static_cast<int>(rows.size())};
+  if (rows.size() == measured.samples.size()) return place;  // all: none is worth a name
   for (const std::size_t row : rows.first(std::min(rows.size(), WarningPlace::kNamedRows))) {
     const session::Sample& sample = measured.samples[row];
     place.named.push_back({sample.line, sample.set, sample.point, sample.repeat});
@@ -34,7 +35,8 @@ const std::vector<Check>& checks() {
       // What the columns hold: the nominal robot knows it better than their names do.
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
-      {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"dials", {"dials_exchanged", "dial_unit", "dial_reversed"}, look_at_dials},
+      {"targets", {"targets_elsewhere"}, look_at_targets},
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
@@ -46,7 +48,8 @@ const std::vector<Check>& checks() {
        {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
-      {"targets", {"targets_elsewhere"}, look_at_targets},
+      // What the figures can be traced to.
+      {"certificates", {"certificate_expired"}, look_at_certificates},
   };
   return kChecks;
 }

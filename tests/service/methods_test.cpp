@@ -85,6 +85,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_EQ(run_well("job.list")["jobs"].size(), 1U);
   EXPECT_EQ(run_well("result.list")["results"].size(), 1U);
   EXPECT_GT(run_well("result.get")["bytes"], 10'000);
+  EXPECT_EQ(run_well("result.recommend")["schema"], "sixdial.recommendation");
   EXPECT_GT(run_well("report.write")["files"].size(), 5U);
   EXPECT_TRUE(std::filesystem::exists(running.directory() / "report" / "report.html"));
 

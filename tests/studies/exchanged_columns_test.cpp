@@ -109,6 +109,28 @@ TEST(Dials, InAnotherUnitAreNamedOneOrAll) {
   }
 }
 
+TEST(Dials, ThatCountTheOtherWayAreNamedAndNotTakenForExchanged) {
+  for (const std::vector<std::size_t>& reversed :
+       {std::vector<std::size_t>{0}, {4}, {0, 1}, {2, 5}, {0, 1, 2, 3, 4, 5}}) {
+    const session::Session right = by_dials(55);
+    session::Session session = right;
+    for (session::Sample& sample : session.samples) {
+      for (const std::size_t k : reversed) {
+        auto& value = sample.channels[k].value;
+        if (value) *value = right.rig.dials[k].geometry.travel_mm - *value;
+      }
+    }
+    const auto judged = plausible(session);
+    const Warning* warning = told(judged.warnings, "dial_reversed");
+    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    EXPECT_EQ(told(judged.warnings, "dials_exchanged"), nullptr);
+    for (const std::size_t k : reversed) {
+      const auto& value = judged.session.samples[7].channels[k].value;
+      if (value) EXPECT_NEAR(*value, *right.samples[7].channels[k].value, 1e-9);
+    }
+  }
+}
+
 TEST(Dials, AShiftOfTheirMountsIsNoExchange) {
   for (const double shift_mm : {0.2, 1.0, 3.0}) {
     session::Session session = by_dials(61);

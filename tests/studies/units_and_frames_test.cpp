@@ -41,6 +41,20 @@ TEST(UnitOfPositions, IsNamedAndNothingIsCalibrated) {
   }
 }
 
+TEST(UnitOfPositions, OfOneCoordinateAloneIsNamed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const session::Session right = by_positions(seed);
+    const auto judged = plausible(changed(right, [](const Vector2d& p) -> Vector2d {
+      return {p.x(), p.y() / 25.4};
+    }));
+    const Warning* warning = told(judged.warnings, "position_unit");
+    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    EXPECT_EQ(text_of(*warning, "columns"), "y");
+    EXPECT_EQ(text_of(*warning, "unit"), "inches");
+    EXPECT_LT(apart_mm(judged.session, right), 1e-9);
+  }
+}
+
 TEST(UnitOfPositions, AndTheFrameAndTheHandednessAtOnce) {
   Drawn drawn(5);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

@@ -201,9 +201,10 @@
   // What can be done, and why the rest cannot, is the service's to say.
   async function askChoices() {
     const asked = ++choicesAsked, name = session;
-    const answer = name ? (await call('session.choices', { session: name })).choices : {};
+    const answer = name ? await call('session.choices', { session: name }) : { choices: {}, warnings: [] };
     if (asked !== choicesAsked) return;
-    choices = answer;
+    choices = answer.choices;
+    $('against').textContent = answer.warnings.map((each) => each.message + (each.where ? ` (${each.where})` : '')).join(' ');
     showButtons();
   }
 
@@ -319,19 +320,20 @@
     $('result').textContent = '';
     if (!name) return;
     try {
-      const found = await call('result.get', { session: name });
+      // The same model as in the report and in `sixdial compensate`.
+      const found = await call('result.recommend', { session: name });
       if (name !== session) return;
-      const method = (id) => (found.summary.methods || []).find((each) => each.id === id);
-      const first = method('before'), last = method('ekf_dqpso+anfis');
-      const set = last && last.g2 ? 'g2' : 'g1';
+      const model = (id) => found.candidates.find((each) => each.id === id) || {};
+      const first = model('before'), last = model(found.by);
+      const again = typeof last.reached_mm === 'number' && typeof first.reached_mm === 'number';
+      const of = (each) => again ? each.reached_mm : each.g2_mm;
       // What speaks against the data comes before any figure of them.
-      const told = (found.summary.warnings || []).map((each) => each.message);
-      if (found.summary.state === 'not_calibrated') told.unshift('Not calibrated.');
-      if (first && last && first[set] && last[set]) {
-        told.push(`Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`);
-      } else {
-        told.push(`Result ${found.result} is stored.`);
+      const told = (found.warnings || []).map((each) => each.message);
+      if (found.state === 'not_calibrated') told.unshift('Not calibrated.');
+      if (typeof of(first) === 'number' && typeof of(last) === 'number') {
+        told.push(`Position error on G2: ${fixed(of(first), 3)} mm before, ${fixed(of(last), 3)} mm after (mean${again ? ', commanded again and measured' : ''}).`);
       }
+      told.push(found.why);
       $('result').textContent = told.join(' ');
     } catch (error) {
       $('result').textContent = 'Not calibrated yet.';
