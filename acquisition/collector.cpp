@@ -16,6 +16,8 @@ namespace {
 
 using session::Quality;
 
+// A controller that is silent for longer has nobody wait for it: the run pauses.
+constexpr std::chrono::milliseconds kLongestSilence{2000};
 constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
 
 bool is_fault(const Reading& reading) {
@@ -57,6 +59,7 @@ CollectorResult Collector::run(const std::stop_token& stop) {
       pending_.push_back(i);
     }
   }
+  if (!asked_before_first_move(stop)) return result_;
   while (!stop.stop_requested()) {
     bool pause = false;
     {
@@ -230,17 +233,22 @@ Collector::OrOutcome<RobotState> Collector::go(
     std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
   const session::PlanPoint& point = plan_.points[index];
   const auto failed = [&](const RobotFault& fault) {
+    if (!lost_.empty()) return tl::unexpected(lost_contact(index, stop));
     return tl::unexpected(
         here.stop_requested() ? interrupted(index, stop) : robot_trouble(index, fault, stop));
   };
   const std::optional<Eigen::VectorXd> pre = pre_position(point);
-  if (pre) {
+  if (robot_.by_hand()) {  // one request for both steps
+    robot_.announce_approach(pre);
+    if (pre) last_q_ = *pre;
+  } else if (pre) {
     const auto arrived = move(*pre, here);
     if (!arrived && arrived.error().kind != RobotFaultKind::kUnreachable) {
       return failed(arrived.error());
     }
     if (!arrived) remarks_.push_back("the asked approach cannot be reached");
-  } else if (std::ranges::any_of(point.approach, [](int side) { return side != 0; })) {
+  }
+  if (!pre && std::ranges::any_of(point.approach, [](int side) { return side != 0; })) {
     remarks_.push_back("the asked approach cannot be reached");
   }
   const auto arrived = move(point.q, here);
@@ -265,7 +273,7 @@ tl::expected<RobotState, RobotFault> Collector::move(
         if (std::abs(way) > still) last_move_[joint] = way > 0 ? 1 : -1;
       }
     }
-    const auto arrived = robot_.move_to(q, settings_.move_timeout, here);
+    const auto arrived = guarded_move(q, here);
     if (arrived && arrived->q.size() != q.size()) {
       return tl::unexpected(RobotFault{
           RobotFaultKind::kController,
@@ -281,7 +289,8 @@ tl::expected<RobotState, RobotFault> Collector::move(
     last_q_.reset();
     std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
-    const bool again = kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere;
+    const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
+                       lost_.empty() && robot_.silent_for() < kLongestSilence;
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }

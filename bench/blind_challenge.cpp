@@ -6,10 +6,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <fstream>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/blind/challenge.h"
@@ -36,6 +40,81 @@ double percent(int k, int n) { return 100.0 * k / std::max(1, n); }
 
 std::string cause_of(const std::string& name) { return name.substr(0, name.find('@')); }
 
+/// Which sessions these are: those of a file with the same are not made again.
+std::string key_of(const Challenge& of) {
+  return fmt::format(
+      "{} {:g} {:g} gross {:g}{}{}{} {}", of.kind, of.low, of.high, of.gross,
+      of.xy_only ? " xy" : "", of.curve ? " curve" : "", of.drawn_rig ? " rigs" : "", of.cause);
+}
+
+/// Finished sessions as lines "key <tab> seed <tab> numbers <tab> truth <tab> named .", so that
+/// a run that was stopped goes on. A draw that made no session has no numbers.
+class Finished {
+ public:
+  void open(const std::string& path) {
+    std::ifstream in(path);
+    for (std::string line; std::getline(in, line);) {
+      const auto seed = line.find('\t');
+      if (seed == std::string::npos || !line.ends_with('.')) continue;
+      const auto rest = line.find('\t', seed + 1);
+      if (rest == std::string::npos) continue;
+      lines_[line.substr(0, rest)] = line.substr(rest + 1);
+    }
+    out_.open(path, std::ios::app);
+  }
+
+  std::optional<Outcome> get(const Challenge& challenge, std::uint64_t seed) {
+    const std::string key = fmt::format("{}\t{}", key_of(challenge), seed);
+    {
+      const std::lock_guard lock(mutex_);
+      const auto known = lines_.find(key);
+      if (known != lines_.end()) return outcome_from(known->second, seed);
+    }
+    auto outcome = sixdial::blind::try_blind(challenge, seed);
+    const std::lock_guard lock(mutex_);
+    if (out_.is_open()) out_ << key << '\t' << text_of(outcome) << ".\n" << std::flush;
+    return outcome;
+  }
+
+ private:
+  static std::string text_of(const std::optional<Outcome>& outcome) {
+    if (!outcome) return "";
+    return fmt::format(
+        "{:.6g} {:d} {:d} {:d} {:d} {:d} {:.3g}\t{}\t{}\t", outcome->least, outcome->named,
+        outcome->in_tie, outcome->detected, outcome->wrong, outcome->unknown, outcome->seconds,
+        fmt::join(outcome->truth, " "), fmt::join(outcome->named_causes, " "));
+  }
+  static std::optional<Outcome> outcome_from(const std::string& text, std::uint64_t seed) {
+    std::istringstream fields(text);
+    std::string numbers, truth, named;
+    std::getline(fields, numbers, '\t');
+    Outcome outcome;
+    std::istringstream in(numbers);
+    if (!(in >> outcome.least >> outcome.named >> outcome.in_tie >> outcome.detected >>
+          outcome.wrong >> outcome.unknown >> outcome.seconds)) {
+      return std::nullopt;
+    }
+    outcome.seed = seed;
+    std::getline(fields, truth, '\t');
+    std::getline(fields, named, '\t');
+    for (const auto& [list, words] :
+         {std::pair{&outcome.truth, &truth}, std::pair{&outcome.named_causes, &named}}) {
+      std::istringstream each(*words);
+      for (std::string word; each >> word;) list->push_back(word);
+    }
+    return outcome;
+  }
+
+  std::map<std::string, std::string> lines_;
+  std::ofstream out_;
+  std::mutex mutex_;
+};
+
+Finished& finished() {
+  static Finished all;
+  return all;
+}
+
 /// In the order of the seeds, whatever the number of threads.
 std::vector<Outcome> run(
     const Challenge& challenge, int sessions, std::uint64_t first_seed, int threads) {
@@ -46,7 +125,7 @@ std::vector<Outcome> run(
     workers.emplace_back([&] {
       for (int i = next++; i < sessions; i = next++) {
         drawn[static_cast<std::size_t>(i)] =
-            sixdial::blind::try_blind(challenge, first_seed + static_cast<std::uint64_t>(i));
+            finished().get(challenge, first_seed + static_cast<std::uint64_t>(i));
       }
     });
   }
@@ -235,6 +314,7 @@ int main(int argc, char** argv) {
   int first = 0;
   int threads = 2;
   bool verbose = false;
+  std::string file;
   CLI::App app{"Blind challenge: hidden effects, diagnosed without a hint"};
   app.add_option("--sessions", sessions, "drawn sessions of each kind")->capture_default_str();
   app.add_option("--seed", seed, "session i has the seed 1,000,000 x this + i")
@@ -249,11 +329,22 @@ int main(int argc, char** argv) {
   app.add_option("--gross", challenge.gross, "share of readings with gross errors");
   app.add_option("--cause", challenge.cause, "only this cause");
   app.add_option("--threads", threads, "the figures do not depend on it");
+  app.add_option("--file", file, "finished sessions; a second run goes on from there");
   app.add_flag("--xy", challenge.xy_only, "positions instead of dial readings");
   app.add_flag("--curve", challenge.curve, "dials with error curves and hysteresis");
   app.add_flag("--rigs", challenge.drawn_rig, "another rig in each session");
+  app.add_option(
+      "--scatter-mm", challenge.scatter.tool_mm,
+      "standard deviation of each arrival in x and y");
+  app.add_option(
+      "--joints-rad", challenge.scatter.joints_rad,
+      "standard deviation of the joints against their encoders");
+  app.add_option("--shifted", challenge.shifted, "so many dials stand elsewhere");
+  app.add_option("--shift-low", challenge.shift_low_mm, "by at least this [mm]");
+  app.add_option("--shift-high", challenge.shift_high_mm, "by at most this [mm]");
   app.add_flag("--verbose", verbose, "print each session that was not right");
   CLI11_PARSE(app, argc, argv);
+  if (!file.empty()) finished().open(file);
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
   fmt::print("seed {}, {} sessions of a kind\n\n", seed, sessions);
   if (challenge.kind == "all") return whole_table(sessions, first_seed, threads, challenge);
@@ -263,10 +354,18 @@ int main(int argc, char** argv) {
   }
   const auto outcomes = run(challenge, sessions, first_seed, threads);
   for (const Outcome& each : outcomes) {
-    if (!verbose || good(challenge.kind, each)) continue;
+    if (!verbose || (good(challenge.kind, each) && !each.scatter)) continue;
     fmt::print("  seed {} R {:.2f} truth", each.seed, each.least);
     for (const auto& truth : each.truth) fmt::print(" {}", truth);
-    fmt::print("  said {}\n", each.said.empty() ? "nothing" : each.said);
+    fmt::print("  said {}", each.said.empty() ? "nothing" : each.said);
+    if (each.scatter) {
+      fmt::print(
+          " scatter {:.2f} ({:.2f} to {:.2f}) um in {}", 1e3 * each.scatter->sd_mm,
+          1e3 * each.scatter->low_mm, 1e3 * each.scatter->high_mm,
+          static_cast<int>(each.scatter->in));
+    }
+    if (each.gross_share > 0) fmt::print(" gross {:.1f} %", 100 * each.gross_share);
+    fmt::print("\n");
   }
   print_tables(challenge.kind, outcomes);
   print_confusions(outcomes);

@@ -1,72 +1,85 @@
-// How often 95 % intervals hold the truth, and how often a diagnosis names what is not there:
-// the table of doc/accuracy.md. Each finished session is a line of a file, so that a stopped
-// run goes on where it was.
+// How often 95 % intervals hold the truth, how often a diagnosis says what is not there, and
+// how often it finds what its limits say it would: the table of doc/accuracy.md. Each finished
+// session is a line of a file, so that a stopped run goes on where it was.
 #include "tests/blind/coverage.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <mutex>
-#include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <thread>
-#include <utility>
 #include <vector>
 
-#include "mock_devices/hidden_effect.h"
+#include "tests/blind/limit_power.h"
 
 namespace {
 
 using namespace sixdial::blind;
-namespace mock_devices = sixdial::mock_devices;
 
-std::vector<CoverageCase> cases() {
-  std::vector<CoverageCase> all;
-  for (const bool diagnosis : {false, true}) {
-    for (const bool dials : {false, true}) {
-      for (const int points : {9, 15, 30, 100}) {
-        for (const double noise : {1.0, 3.0}) {
-          all.push_back(
-              {.dials = dials, .points = points, .noise_times = noise, .diagnosis = diagnosis});
-        }
-      }
-      for (const Repeats repeats : {Repeats::kAtRest, Repeats::kInterleaved}) {
-        all.push_back(
-            {.dials = dials, .points = 33, .repeats = repeats, .diagnosis = diagnosis});
-      }
-      if (diagnosis) continue;
-      for (const int points : {30, 100}) {
-        all.push_back({.dials = dials, .points = points, .warp_mm = 0.01});
-      }
+struct Options {
+  int sessions = 300;
+  std::uint64_t seed = 1;
+  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+  std::string path, only, cause;
+};
+
+// ---- Cases
+
+void add_repeats_and_points(bool dials, bool diagnosis, std::vector<CoverageCase>& all) {
+  for (const int points : {9, 15, 30, 100}) {
+    for (const double noise : {1.0, 3.0}) {
+      all.push_back(
+          {.dials = dials, .points = points, .noise_times = noise, .diagnosis = diagnosis});
     }
   }
-  for (const mock_devices::CauseRow* cause : mock_devices::causes()) {
-    if (cause->is_data_fault || cause->swaps_cables) continue;
-    all.push_back(
-        {.dials = true, .points = 100, .diagnosis = true, .cause = std::string(cause->id)});
+  for (const Repeats repeats : {Repeats::kAtRest, Repeats::kInterleaved}) {
+    all.push_back({.dials = dials, .points = 33, .repeats = repeats, .diagnosis = diagnosis});
+  }
+}
+
+std::vector<CoverageCase> calibration_cases() {
+  std::vector<CoverageCase> all;
+  for (const bool dials : {false, true}) {
+    add_repeats_and_points(dials, false, all);
+    for (const int points : {30, 100}) {
+      all.push_back({.dials = dials, .points = points, .warp_mm = 0.01});
+    }
   }
   return all;
 }
 
-struct Line {
-  Covered covered;
-  [[nodiscard]] std::string text(const std::string& name) const {
-    return fmt::format(
-        "{}\t{}\t{} {} {} {} {} {} {:.17g} {:d}\n", name, covered.seed,
-        covered.parameters.inside, covered.parameters.of, covered.positions.inside,
-        covered.positions.of, covered.amplitudes.inside, covered.amplitudes.of,
-        covered.width_mm, covered.false_cause);
+std::vector<CoverageCase> diagnosis_cases(const std::string& cause) {
+  std::vector<CoverageCase> all;
+  for (const bool dials : {false, true}) add_repeats_and_points(dials, true, all);
+  const std::string hidden = cause.empty() ? std::string(kAnyCause) : cause;
+  for (const bool dials : {false, true}) {
+    for (const double noise : {1.0, 3.0}) {
+      all.push_back(
+          {.dials = dials,
+           .points = 100,
+           .noise_times = noise,
+           .diagnosis = true,
+           .cause = hidden});
+    }
   }
-};
+  return all;
+}
 
-using Done = std::map<std::string, std::map<std::uint64_t, Covered>>;
+// ---- The file: "case <tab> seed <tab> numbers"
 
-/// What an earlier run has finished; a last line that was cut off is left out.
+/// What an earlier run has finished, by case and seed. A last line that was cut off has no end
+/// and is left out.
+using Done = std::map<std::string, std::map<std::uint64_t, std::string>>;
+
 Done read(const std::string& path) {
   Done done;
   std::ifstream in(path);
@@ -74,93 +87,191 @@ Done read(const std::string& path) {
     const auto first = line.find('\t');
     const auto second = line.find('\t', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;
-    Covered covered;
-    std::istringstream numbers(line.substr(first + 1));
-    int false_cause = 0;
-    if (!(numbers >> covered.seed >> covered.parameters.inside >> covered.parameters.of >>
-          covered.positions.inside >> covered.positions.of >> covered.amplitudes.inside >>
-          covered.amplitudes.of >> covered.width_mm >> false_cause)) {
-      continue;
-    }
-    covered.false_cause = false_cause != 0;
-    done[line.substr(0, first)][covered.seed] = covered;
+    if (!line.ends_with('.')) continue;
+    done[line.substr(0, first)][std::stoull(line.substr(first + 1))] = line.substr(second + 1);
   }
   return done;
+}
+
+/// Finishes the sessions of a case that the file does not have.
+class Sessions {
+ public:
+  explicit Sessions(const Options& options)
+      : options_(options), done_(options.path.empty() ? Done{} : read(options.path)) {
+    if (!options.path.empty()) out_.open(options.path, std::ios::app);
+  }
+
+  /// `tried`: numbers of one session; empty where its draw makes none.
+  const std::map<std::uint64_t, std::string>& of(
+      const std::string& name, const std::function<std::string(std::uint64_t)>& tried) {
+    auto& finished = done_[name];
+    std::atomic<int> next = 0;
+    const auto work = [&] {
+      for (int i = next++; i < options_.sessions; i = next++) {
+        const std::uint64_t seed = options_.seed * 1'000'000 + static_cast<std::uint64_t>(i);
+        {
+          const std::lock_guard lock(mutex_);
+          if (finished.contains(seed)) continue;
+        }
+        const std::string numbers = tried(seed);
+        if (numbers.empty()) continue;
+        const std::lock_guard lock(mutex_);
+        finished[seed] = numbers;
+        if (out_.is_open())
+          out_ << name << '\t' << seed << '\t' << numbers << " .\n" << std::flush;
+      }
+    };
+    std::vector<std::jthread> workers;
+    for (unsigned k = 0; k < options_.threads; ++k) workers.emplace_back(work);
+    workers.clear();
+    return finished;
+  }
+
+ private:
+  const Options& options_;
+  Done done_;
+  std::ofstream out_;
+  std::mutex mutex_;
+};
+
+// ---- Coverage and false alarms
+
+constexpr std::array kShares{
+    &Covered::parameters, &Covered::positions, &Covered::amplitudes, &Covered::gain};
+
+std::string numbers_of(const Covered& covered) {
+  std::string text;
+  for (const auto share : kShares) {
+    text += fmt::format("{} {} ", (covered.*share).inside, (covered.*share).of);
+  }
+  return text +
+         fmt::format(
+             "{:.17g} {:d} {:d}", covered.width_mm, covered.false_cause, covered.false_alarm);
+}
+
+Covered covered_from(const std::string& numbers) {
+  Covered covered;
+  std::istringstream in(numbers);
+  for (const auto share : kShares) in >> (covered.*share).inside >> (covered.*share).of;
+  in >> covered.width_mm >> covered.false_cause >> covered.false_alarm;
+  return covered;
 }
 
 std::string percent(int part, int of) {
   return of == 0 ? "-" : fmt::format("{:.1f}", 100.0 * part / of);
 }
 
-void print(const CoverageCase& of, const std::map<std::uint64_t, Covered>& sessions) {
-  Share parameters, positions, amplitudes;
-  int false_causes = 0;
+void print(const CoverageCase& of, const std::map<std::uint64_t, std::string>& sessions) {
+  Covered sum;
+  int false_causes = 0, false_alarms = 0;
   std::vector<double> widths;
-  for (const auto& [seed, each] : sessions) {
-    for (const auto& [sum, part] :
-         {std::pair{&parameters, &each.parameters}, std::pair{&positions, &each.positions},
-          std::pair{&amplitudes, &each.amplitudes}}) {
-      sum->inside += part->inside;
-      sum->of += part->of;
+  for (const auto& [seed, numbers] : sessions) {
+    const Covered each = covered_from(numbers);
+    for (const auto share : kShares) {
+      (sum.*share).inside += (each.*share).inside;
+      (sum.*share).of += (each.*share).of;
     }
     false_causes += each.false_cause ? 1 : 0;
+    false_alarms += each.false_alarm ? 1 : 0;
     if (each.width_mm > 0.0) widths.push_back(each.width_mm);
   }
   std::ranges::sort(widths);
+  const auto count = static_cast<int>(sessions.size());
+  std::string line = fmt::format("| {} | {}", of.name(), count);
+  if (of.diagnosis) {
+    line += fmt::format(
+        " | {} | {} | {} | {}", percent(sum.amplitudes.inside, sum.amplitudes.of),
+        percent(sum.gain.inside, sum.gain.of), percent(false_causes, count),
+        of.cause.empty() ? percent(false_alarms, count) : "-");
+  } else {
+    line += fmt::format(
+        " | {} | {} | {}", percent(sum.parameters.inside, sum.parameters.of),
+        percent(sum.positions.inside, sum.positions.of),
+        widths.empty() ? "-" : fmt::format("{:.1f}", 1e3 * widths[widths.size() / 2]));
+  }
+  fmt::print("{} |\n", line);
+  std::fflush(stdout);
+}
+
+void print_coverage(
+    std::string_view head, const std::vector<CoverageCase>& cases, const Options& options,
+    Sessions& sessions) {
+  bool first = true;
+  for (const CoverageCase& each : cases) {
+    const std::string name = each.name();
+    if (name.find(options.only) == std::string::npos) continue;
+    if (first) fmt::print("\n{}\n", head);
+    first = false;
+    print(each, sessions.of(name, [&](std::uint64_t seed) {
+      const auto covered = try_coverage(each, seed);
+      return covered ? numbers_of(*covered) : std::string();
+    }));
+  }
+}
+
+// ---- Power at the stated limits
+
+struct Power {
+  int tried = 0, found = 0;
+};
+
+void print_power(const Options& options, Sessions& sessions) {
+  const std::string name =
+      options.cause.empty() ? std::string("power") : "power, " + options.cause;
+  if (name.find(options.only) == std::string::npos) return;
+  const auto& finished = sessions.of(name, [&](std::uint64_t seed) {
+    std::string text;
+    for (const AtLimit& each : try_limits(seed, options.cause)) {
+      text += fmt::format(
+          "{} {:d} {:d} ", each.cause, each.of_name, each.of_name ? each.named : each.detected);
+    }
+    return text;
+  });
+  std::map<std::string, std::array<Power, 2>> table;  // by cause: detection, naming
+  for (const auto& [seed, text] : finished) {
+    std::istringstream in(text);
+    std::string cause;
+    bool of_name = false, found = false;
+    while (in >> cause >> of_name >> found) {
+      for (const std::string& line : {cause, std::string("all")}) {
+        Power& power = table[line][of_name ? 1 : 0];
+        ++power.tried;
+        power.found += found ? 1 : 0;
+      }
+    }
+  }
   fmt::print(
-      "| {} | {} | {} | {} | {} | {} | {} |\n", of.name(), sessions.size(),
-      percent(parameters.inside, parameters.of), percent(positions.inside, positions.of),
-      widths.empty() ? "-" : fmt::format("{:.1f}", 1e3 * widths[widths.size() / 2]),
-      percent(amplitudes.inside, amplitudes.of),
-      of.diagnosis ? percent(false_causes, static_cast<int>(sessions.size())) : "-");
+      "\n| effect of a limit's size | sessions | found at the limit of detection % | named at "
+      "that of naming % |\n|---|---|---|---|\n");
+  for (const auto& [cause, power] : table) {
+    fmt::print(
+        "| {} | {} | {} | {} |\n", cause, power[0].tried,
+        percent(power[0].found, power[0].tried), percent(power[1].found, power[1].tried));
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  int sessions = 300;
-  std::uint64_t seed = 1;
-  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
-  std::string path, only;
-  CLI::App app{"Coverage of 95 % intervals and false alarms, over drawn sessions"};
-  app.add_option("--sessions", sessions, "of each case")->capture_default_str();
-  app.add_option("--seed", seed, "session i has the seed 1,000,000 x this + i")
+  Options options;
+  CLI::App app{"Coverage of 95 % intervals, false alarms and power, over drawn sessions"};
+  app.add_option("--sessions", options.sessions, "of each case")->capture_default_str();
+  app.add_option("--seed", options.seed, "session i has the seed 1,000,000 x this + i")
       ->capture_default_str();
-  app.add_option("--threads", threads, "the figures do not depend on it");
-  app.add_option("--file", path, "finished sessions; a second run goes on from there");
-  app.add_option("--only", only, "cases whose name has this text");
+  app.add_option("--threads", options.threads, "the figures do not depend on it");
+  app.add_option("--file", options.path, "finished sessions; a second run goes on from there");
+  app.add_option("--only", options.only, "cases whose name has this text");
+  app.add_option("--cause", options.cause, "hides this cause only");
   CLI11_PARSE(app, argc, argv);
-  Done done = path.empty() ? Done{} : read(path);
-  std::ofstream out;
-  if (!path.empty()) out.open(path, std::ios::app);
-  fmt::print(
-      "seed {}\n\n| case | sessions | parameters % | positions % | half width um | amplitudes "
-      "% | false causes % |\n|---|---|---|---|---|---|---|\n",
-      seed);
-  std::mutex mutex;
-  for (const CoverageCase& each : cases()) {
-    const std::string name = each.name();
-    if (name.find(only) == std::string::npos) continue;
-    auto& finished = done[name];
-    std::atomic<int> next = 0;
-    const auto work = [&] {
-      for (int i = next++; i < sessions; i = next++) {
-        const std::uint64_t at = seed * 1'000'000 + static_cast<std::uint64_t>(i);
-        {
-          const std::lock_guard lock(mutex);
-          if (finished.contains(at)) continue;
-        }
-        const auto covered = try_coverage(each, at);
-        if (!covered) continue;
-        const std::lock_guard lock(mutex);
-        finished[at] = *covered;
-        if (out.is_open()) out << Line{*covered}.text(name) << std::flush;
-      }
-    };
-    std::vector<std::jthread> workers;
-    for (unsigned k = 0; k < threads; ++k) workers.emplace_back(work);
-    workers.clear();
-    print(each, finished);
-    std::fflush(stdout);
-  }
+  Sessions sessions(options);
+  fmt::print("seed {}\n", options.seed);
+  print_coverage(
+      "| calibration of | sessions | parameters % | positions % | half width um |\n"
+      "|---|---|---|---|---|",
+      calibration_cases(), options, sessions);
+  print_coverage(
+      "| diagnosis of | sessions | sizes % | gain % | false names % | anything % |\n"
+      "|---|---|---|---|---|---|",
+      diagnosis_cases(options.cause), options, sessions);
+  print_power(options, sessions);
 }

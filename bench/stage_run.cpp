@@ -79,6 +79,7 @@ PipelineSettings settings_of(Profile profile, const Options& options) {
   PipelineSettings settings = settings_for(profile);
   settings.threads = options.threads;
   settings.anfis.epochs = options.epochs;
+  settings.anfis.stop_at_target = false;  // all epochs, as the peers train
   return settings;
 }
 

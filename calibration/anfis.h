@@ -45,11 +45,12 @@ struct AnfisSettings {
   int functions = 6;
   int epochs = 500;
   double ridge = 1e-6;
-  double target_mse = 1e-5;    // reported when reached; training goes on to the best epoch
-  double first_step = 0.01;    // length of a premise step, standardised
-  double step_grows = 1.1;     // after four falls of the error in a row
-  double step_shrinks = 0.9;   // after two up-downs
-  double output_margin = 0.1;  // of the learned range, allowed beyond it
+  double target_mse = 1e-5;  // of the training samples; the epoch that reaches it is reported
+  bool stop_at_target = false;  // as the paper does; else on to the best of all epochs
+  double first_step = 0.01;     // length of a premise step, standardised
+  double step_grows = 1.1;      // after four falls of the error in a row
+  double step_shrinks = 0.9;    // after two up-downs
+  double output_margin = 0.1;   // of the learned range, allowed beyond it
 };
 
 struct AnfisTraining {

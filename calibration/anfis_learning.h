@@ -2,6 +2,7 @@
 // setting.
 #pragma once
 
+#include <iterator>
 #include <optional>
 
 #include "calibration/anfis_selection.h"
@@ -15,8 +16,12 @@ struct AnfisReport {
   std::vector<double> train_rmse_mm;        // by epoch
   std::vector<double> check_rmse_mm;
   int best_epoch = 0;
-  int target_reached = 0;
-  int samples = 0;  // that the consequents rest on
+  int target_reached = 0;  // epoch; 0: never
+  int samples = 0;         // that the consequents rest on
+  /// No epoch was trained after the one that reached the target.
+  [[nodiscard]] bool stopped_at_target() const {
+    return target_reached > 0 && std::ssize(train_rmse_mm) == target_reached;
+  }
 };
 
 struct AnfisLearning {

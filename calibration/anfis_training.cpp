@@ -250,6 +250,7 @@ AnfisTraining train_anfis(
     }
     if (result.target_reached == 0 && error * error <= settings.target_mse) {
       result.target_reached = epoch;
+      if (settings.stop_at_target) break;
     }
     step = rule.after(result.train_rmse);
     if (epoch < settings.epochs) trainer.step_premises(model, step);

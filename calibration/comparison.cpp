@@ -200,7 +200,11 @@ tl::expected<Comparison, Trouble> compare_methods(
     const std::vector<MethodChoice>& methods, const ComparisonSettings& settings,
     const std::function<void(const ComparisonProgress&)>& progress,
     const std::stop_token& stop) {
-  if (auto trouble = trouble_with(g1)) return tl::unexpected(*std::move(trouble));
+  // Raw readings can be fitted where they allow no position; then none is judged.
+  const bool judged = g1.samples() > 0 || space.samples() == 0 || space.name == g1.name;
+  if (judged) {
+    if (auto trouble = trouble_with(g1)) return tl::unexpected(*std::move(trouble));
+  }
   Run run(space, g1, g2, methods.size(), settings, progress, stop);
   for (const MethodChoice& choice : methods) {
     if (auto trouble = run.add(choice)) return tl::unexpected(*std::move(trouble));

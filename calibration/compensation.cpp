@@ -133,14 +133,15 @@ tl::expected<Position, geometry::KinematicTrouble> modelled_position(
 }
 
 tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const Position& target_mm, geometry::WorkingMode mode,
+    const CompensationModel& model, const Position& asked_mm, geometry::WorkingMode mode,
     const std::optional<VectorXd>& near, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
   const geometry::Tool& tool = model.tool;
-  const auto nominal = tool.inverse(model.nominal, target_mm, mode, near);
+  const Position target_mm = model.in_frame(asked_mm);
+  const auto nominal = tool.inverse(model.nominal, target_mm, mode, model.turn_in(mode, near));
   if (!nominal) {
     return trouble(
-        Kind::kNominalUnreachable, target_mm,
+        Kind::kNominalUnreachable, asked_mm,
         fmt::format(
             "by the nominal parameters{}, {}", mode_in_words(tool.robot(), mode),
             describe(nominal.error())));
@@ -148,11 +149,11 @@ tl::expected<Compensation, CompensationTrouble> compensate(
   const auto start = tool.inverse(model.v, target_mm, mode, *nominal);
   if (!start) {
     return trouble(
-        Kind::kUnreachable, target_mm,
+        Kind::kUnreachable, asked_mm,
         fmt::format("by the identified parameters, {}", describe(start.error())));
   }
   const auto assembly = tool.assembly_at(model.v, *start, target_mm);
-  if (!assembly) return trouble(Kind::kUnreachable, target_mm, describe(assembly.error()));
+  if (!assembly) return trouble(Kind::kUnreachable, asked_mm, describe(assembly.error()));
   auto result = closed(model, target_mm, *assembly, {*start, *nominal, 0.0, 0}, settings);
   if (!result) return result;
   const auto found = tool.mode_of(model.v, result->q, *assembly);
@@ -160,7 +161,7 @@ tl::expected<Compensation, CompensationTrouble> compensate(
   const std::string far = too_far(tool.robot(), *result, settings);
   if (!in_mode || !far.empty()) {
     return trouble(
-        Kind::kOffBranch, target_mm,
+        Kind::kOffBranch, asked_mm,
         fmt::format(
             "the solution is {} from the nominal joint values{}",
             far.empty() ? most_moved(tool.robot(), *result) : far,

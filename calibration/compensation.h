@@ -10,10 +10,12 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
 
+#include "geometry/registration.h"
 #include "geometry/tool.h"
 
 namespace sixdial::calibration {
@@ -26,6 +28,22 @@ struct CompensationModel {
   Eigen::VectorXd nominal;  // what the controller believes: gives the branch
   Eigen::VectorXd v;        // identified
   Correction correction{};
+  /// Where the joints stood when v and the correction were found, by working mode: the middle
+  /// of their values. An angle is the same a whole turn on, a learned correction is not:
+  /// answers are on this turn, whoever asks. A mode that is not here was not measured.
+  std::map<int, Eigen::VectorXd> measured_at{};
+  /// Brings targets into the frame of v; empty: they are in it.
+  std::optional<geometry::Similarity> frame{};
+
+  [[nodiscard]] geometry::Position in_frame(const geometry::Position& target_mm) const {
+    return frame ? geometry::Position((*frame)(target_mm)) : target_mm;
+  }
+  /// What an inverse is asked to be near: the turn that was measured, else `near`.
+  [[nodiscard]] std::optional<Eigen::VectorXd> turn_in(
+      geometry::WorkingMode mode, const std::optional<Eigen::VectorXd>& near) const {
+    const auto measured = measured_at.find(mode.number);
+    return measured != measured_at.end() ? std::optional(measured->second) : near;
+  }
 };
 
 inline constexpr double kClosure_mm = 1e-9;
@@ -56,7 +74,8 @@ struct CompensationTrouble {
   std::string message;  // what, where
 };
 
-/// `near`: the turn of the nominal angles; default: in (-pi, pi].
+/// `near`: the turn of the nominal angles in a mode that was not measured; default: in (-pi,
+/// pi].
 [[nodiscard]] tl::expected<Compensation, CompensationTrouble> compensate(
     const CompensationModel& model, const geometry::Position& target_mm,
     geometry::WorkingMode mode, const std::optional<Eigen::VectorXd>& near = std::nullopt,

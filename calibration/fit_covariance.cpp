@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,10 @@ constexpr double kLeastLogGain = 1.35;
 constexpr std::array kLengths{
     std::pair{SmoothOver::kJoints, 0.1}, std::pair{SmoothOver::kJoints, 0.2},
     std::pair{SmoothOver::kJoints, 0.4}, std::pair{SmoothOver::kJoints, 0.8},
+    std::pair{SmoothOver::kJoints, 1.6}, std::pair{SmoothOver::kJoints, 3.2},
     std::pair{SmoothOver::kOrder, 0.1},  std::pair{SmoothOver::kOrder, 0.3}};
+/// Less of all that the residuals leave possible changes no interval.
+constexpr double kLeastWeight = 1e-3;
 
 /// Rows of samples at the same pose, channel by channel, as one row that counts as often.
 struct Averaged {
@@ -78,9 +82,11 @@ struct Likelihood {
     return -0.5 *
            (freedom * std::log(variance(gamma)) + (1.0 + gamma * size.array()).log().sum());
   }
+  /// gamma in which the structure that is seen is as large as the noise.
+  [[nodiscard]] double unit() const { return 1.0 / size.mean(); }
   /// gamma of the largest likelihood; 0: structure explains nothing.
   [[nodiscard]] double best() const {
-    const double unit = 1.0 / size.mean();
+    const double unit = this->unit();
     double best_log10 = -4.0;
     for (double at = -4.0; at <= 4.0; at += 0.25) {
       if (log(unit * std::pow(10.0, at)) > log(unit * std::pow(10.0, best_log10))) {
@@ -99,13 +105,19 @@ struct Likelihood {
 };
 
 Likelihood likelihood(const MatrixXd& Phi, const VectorXd& r, double freedom) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(Phi.transpose() * Phi);
-  const VectorXd along = modes.eigenvectors().transpose() * (Phi.transpose() * r);
+  // The same modes from the smaller side.
+  const bool wide = Phi.cols() > Phi.rows();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(
+      wide ? MatrixXd(Phi * Phi.transpose()) : MatrixXd(Phi.transpose() * Phi));
   const double least = 1e-9 * modes.eigenvalues().maxCoeff();
   const auto count = (modes.eigenvalues().array() > least).count();
   Likelihood result;
   result.size = modes.eigenvalues().tail(count);
-  result.squared = along.tail(count).cwiseAbs2().cwiseQuotient(result.size);
+  const VectorXd along =
+      (modes.eigenvectors().transpose() * (wide ? r : VectorXd(Phi.transpose() * r)))
+          .tail(count);
+  result.squared = wide ? VectorXd(along.cwiseAbs2())
+                        : VectorXd(along.cwiseAbs2().cwiseQuotient(result.size));
   result.rest = std::max(r.squaredNorm() - result.squared.sum(), 0.0);
   result.freedom = freedom;
   return result;
@@ -141,89 +153,246 @@ MatrixXd known_covariance(const ObservationSpace& space, int sample) {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
+/// d(row)/d(what the structure moves): a channel's own function, or the tool's coordinates.
+class Moves {
+ public:
+  Moves(const ObservationSpace& space, const VectorXd& x, SmoothActs acts) : space_(space) {
+    if (acts == SmoothActs::kChannels) return;
+    for (int i = 0; i < space.samples(); ++i) by_tool_.push_back(space.by_tool(i, x));
+  }
+  [[nodiscard]] Index functions() const {
+    return by_tool_.empty() ? space_.channels() : by_tool_.front().cols();
+  }
+  /// Of row `row` of a sample: derivative by function f.
+  [[nodiscard]] double by(int sample, Index row, Index f) const {
+    const auto k = static_cast<std::size_t>(sample);
+    if (!by_tool_.empty()) return by_tool_[k](row, f);
+    const auto at = static_cast<std::size_t>(space_.first_row[k] + row);
+    return space_.channel[at] == f ? 1.0 : 0.0;
+  }
+
+ private:
+  const ObservationSpace& space_;
+  std::vector<MatrixXd> by_tool_;
+};
+
+/// The averaged residuals without what a change of the parameters explains.
+struct Remainder {
+  const ObservationSpace& space;
+  const LeastSquaresFit& fit;
+  Averaged rows;
+  VectorXd weight;         // of each averaged row
+  std::vector<Index> row;  // of its sample
+  MatrixXd Q;
+  VectorXd r;
+  double freedom = 0.0;
+};
+
+/// Only the row's own weight: correlated rows differ in that by little.
+void set_weights(Remainder& of, Weighting weighting) {
+  const std::vector<MatrixXd> weights = of.space.weights(weighting);
+  of.weight.resize(of.rows.residual.size());
+  of.row.resize(static_cast<std::size_t>(of.weight.size()), 0);
+  for (Index i = 0; i < of.weight.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const int sample = of.rows.sample[at];
+    const auto k = static_cast<std::size_t>(sample);
+    const MatrixXd W = weight_of(weights, sample, of.space.rows(sample));
+    for (int row = 0; row < of.space.rows(sample); ++row) {
+      if (of.space.channel[static_cast<std::size_t>(of.space.first_row[k] + row)] !=
+          of.rows.channel[at]) {
+        continue;
+      }
+      of.weight[i] = of.rows.count[i] * W(row, row);
+      of.row[at] = row;
+    }
+  }
+}
+
+/// Empty with too few rows to tell anything.
+std::optional<Remainder> remainder_of(
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting) {
+  Remainder result{space, fit, averaged(space, fit), {}, {}, {}, {}};
+  const Index determined = fit.singular_values.size() - fit.held;
+  const Index freedom = result.rows.residual.size() - determined -
+                        static_cast<Index>(space.unknowns_per_sample) * space.samples();
+  if (freedom < kLeastFreedom || !(fit.rss > 0.0)) return std::nullopt;
+  set_weights(result, weighting);
+  const MatrixXd seen =
+      result.rows.J * fit.scale.asDiagonal() * fit.directions.leftCols(determined);
+  const Eigen::HouseholderQR<MatrixXd> qr(seen);
+  result.Q = qr.householderQ() * MatrixXd::Identity(seen.rows(), seen.cols());
+  result.r = result.rows.residual - result.Q * (result.Q.transpose() * result.rows.residual);
+  result.freedom = static_cast<double>(freedom);
+  return result;
+}
+
+/// Of structure of one kind in what is left.
+Likelihood likelihood_of(const Remainder& of, const StructurePart& kind, const Moves& moves) {
+  const MatrixXd phi = SmoothBasis(of.space, kind.over, kind.length)(of.space);
+  MatrixXd Phi(of.r.size(), phi.cols() * moves.functions());
+  for (Index i = 0; i < Phi.rows(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const int sample = of.rows.sample[k];
+    for (Index f = 0; f < moves.functions(); ++f) {
+      Phi.block(i, f * phi.cols(), 1, phi.cols()) =
+          of.weight[i] * moves.by(sample, of.row[k], f) * phi.row(sample);
+    }
+  }
+  Phi -= of.Q * (of.Q.transpose() * Phi);
+  return likelihood(Phi, of.r, of.freedom);
+}
+
+/// All sizes of a kind that the residuals leave possible: its weight so far is the logarithm of
+/// the mean likelihood, tau and sigma are root mean squares.
+StructurePart over_all_sizes(StructurePart kind, const Likelihood& of) {
+  std::vector<double> logs, gammas;
+  for (double at = -3.0; at <= 4.0; at += 0.25) {
+    gammas.push_back(of.unit() * std::pow(10.0, at));
+    logs.push_back(of.log(gammas.back()));
+  }
+  const double top = *std::ranges::max_element(logs);
+  double sum = 0.0, tau2 = 0.0, sigma2 = 0.0;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const double share = std::exp(logs[i] - top);
+    const double variance = of.variance(gammas[i]);
+    sum += share;
+    tau2 += share * gammas[i] * variance;
+    sigma2 += share * variance;
+  }
+  kind.sd_mm = std::sqrt(tau2 / sum);
+  kind.noise_mm = std::sqrt(sigma2 / sum);
+  kind.weight = top + std::log(sum / static_cast<double>(logs.size()));
+  return kind;
+}
+
+/// From logarithms to shares of 1; what hardly counts goes.
+void normalise(std::vector<StructurePart>& parts) {
+  const auto heaviest = std::ranges::max_element(parts, {}, &StructurePart::weight);
+  if (heaviest == parts.end()) return;
+  const double top = heaviest->weight;
+  for (StructurePart& each : parts) each.weight = std::exp(each.weight - top);
+  const auto sum = [&] {
+    double total = 0.0;
+    for (const StructurePart& each : parts) total += each.weight;
+    return total;
+  };
+  const double least = kLeastWeight * sum();
+  std::erase_if(parts, [&](const StructurePart& each) { return each.weight < least; });
+  const double total = sum();
+  for (StructurePart& each : parts) each.weight /= total;
+}
+
+std::vector<SmoothActs> acts_of(const ObservationSpace& space) {
+  std::vector<SmoothActs> acts{SmoothActs::kChannels};
+  if (space.by_tool) acts.push_back(SmoothActs::kTool);
+  return acts;
+}
+
 }  // namespace
 
 Structure smooth_structure(
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting) {
   Structure found;
   if (fit.residual.size() != space.rows() || space.samples() < 2) return found;
-  const Averaged rows = averaged(space, fit);
-  const Index determined = fit.singular_values.size() - fit.held;
-  const Index freedom = rows.residual.size() - determined -
-                        static_cast<Index>(space.unknowns_per_sample) * space.samples();
-  if (freedom < kLeastFreedom || !(fit.rss > 0.0)) return found;
-  const std::vector<MatrixXd> weights = space.weights(weighting);
-  // Only the row's own weight: correlated rows differ in that by little.
-  VectorXd weight(rows.residual.size());
-  for (Index i = 0; i < weight.size(); ++i) {
-    const int sample = rows.sample[static_cast<std::size_t>(i)];
-    const auto k = static_cast<std::size_t>(sample);
-    const MatrixXd W = weight_of(weights, sample, space.rows(sample));
-    for (int row = 0; row < space.rows(sample); ++row) {
-      const auto at = static_cast<std::size_t>(space.first_row[k] + row);
-      if (space.channel[at] == rows.channel[static_cast<std::size_t>(i)]) {
-        weight[i] = rows.count[i] * W(row, row);
-      }
+  const auto left = remainder_of(space, fit, weighting);
+  if (!left) return found;
+  std::vector<StructurePart> parts;
+  for (const SmoothActs acts : acts_of(space)) {
+    const Moves moves(space, fit.x, acts);
+    for (const auto& [over, length] : kLengths) {
+      const StructurePart kind{.over = over, .acts = acts, .length = length};
+      const Likelihood of = likelihood_of(*left, kind, moves);
+      if (of.size.size() == 0) continue;
+      parts.push_back(over_all_sizes(kind, of));
+      const double gamma = of.best();
+      const double gain = of.log(gamma) - of.log(0.0);
+      if (!(gain > std::max(kLeastLogGain, found.log_gain))) continue;
+      const double sigma2 = of.variance(gamma);
+      found = {
+          .over = over,
+          .sd_mm = std::sqrt(gamma * sigma2),
+          .length = length,
+          .noise_mm = std::sqrt(sigma2),
+          .log_gain = gain,
+          .acts = acts};
     }
   }
-  const MatrixXd seen = rows.J * fit.scale.asDiagonal() * fit.directions.leftCols(determined);
-  const Eigen::HouseholderQR<MatrixXd> qr(seen);
-  const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(seen.rows(), seen.cols());
-  const VectorXd r = rows.residual - Q * (Q.transpose() * rows.residual);
-  for (const auto& [over, length] : kLengths) {
-    const MatrixXd phi = SmoothBasis(space, over, length)(space);
-    MatrixXd Phi = MatrixXd::Zero(rows.residual.size(), phi.cols() * space.channels());
-    for (Index i = 0; i < Phi.rows(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      Phi.block(i, rows.channel[k] * phi.cols(), 1, phi.cols()) =
-          weight[i] * phi.row(rows.sample[k]);
-    }
-    Phi -= Q * (Q.transpose() * Phi);
-    const Likelihood of = likelihood(Phi, r, static_cast<double>(freedom));
-    if (of.size.size() == 0) continue;
-    const double gamma = of.best();
-    const double gain = of.log(gamma) - of.log(0.0);
-    if (!(gain > std::max(kLeastLogGain, found.log_gain))) continue;
-    const double sigma2 = of.variance(gamma);
-    found = {over, std::sqrt(gamma * sigma2), length, std::sqrt(sigma2), gain};
-  }
+  if (!(found.sd_mm > 0.0)) return found;
+  normalise(parts);
+  found.parts = std::move(parts);
   return found;
 }
+
+namespace {
+
+/// A of the sandwich with the weights that each row has, sample by sample.
+struct Sandwich {
+  std::vector<MatrixXd> AW;  // parameters x rows of the sample
+  MatrixXd noise;            // A S A' for weighted rows of mean variance 1
+};
+
+Sandwich sandwich_of(
+    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting) {
+  const MatrixXd unit = fit.unit_covariance();
+  const std::vector<MatrixXd> weights = space.weights(weighting);
+  const VectorXd loss = loss_weights(fit);
+  Sandwich result{{}, MatrixXd::Zero(unit.rows(), unit.cols())};
+  double trace = 0.0;
+  for (int i = 0; i < space.samples(); ++i) {
+    const int first = space.first_row[static_cast<std::size_t>(i)];
+    const Index count = space.rows(i);
+    const MatrixXd W = weight_of(weights, i, count);
+    result.AW.emplace_back(
+        unit * fit.J.middleRows(first, count).transpose() *
+        loss.segment(first, count).asDiagonal() * W);
+    const MatrixXd C = known_covariance(space, i);
+    result.noise += result.AW.back() * C * result.AW.back().transpose();
+    trace += (W * C * W.transpose()).trace();
+  }
+  if (trace > 0.0) {
+    result.noise *= space.rows() / trace;
+  } else {
+    result.noise.setZero();
+  }
+  return result;
+}
+
+/// By how much structure of unit size moves the parameters: A K A'.
+MatrixXd moved_by(
+    const ObservationSpace& space, const Sandwich& sandwich, const StructurePart& part,
+    const Moves& moves) {
+  const MatrixXd phi = SmoothBasis(space, part.over, part.length)(space);
+  MatrixXd moved = MatrixXd::Zero(sandwich.noise.rows(), phi.cols() * moves.functions());
+  for (int i = 0; i < space.samples(); ++i) {
+    const MatrixXd& AW = sandwich.AW[static_cast<std::size_t>(i)];
+    for (Index f = 0; f < moves.functions(); ++f) {
+      VectorXd by = VectorXd::Zero(AW.rows());
+      for (Index row = 0; row < AW.cols(); ++row) by += AW.col(row) * moves.by(i, row, f);
+      moved.middleCols(f * phi.cols(), phi.cols()) += by * phi.row(i);
+    }
+  }
+  return moved * moved.transpose();
+}
+
+}  // namespace
 
 MatrixXd fit_covariance(
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
     double sigma_mm, const Structure& structure) {
-  const MatrixXd unit = fit.unit_covariance();
-  const std::vector<MatrixXd> weights = space.weights(weighting);
-  const VectorXd loss = loss_weights(fit);
-  const bool structured = structure.sd_mm > 0.0;
-  MatrixXd phi;
-  if (structured) phi = SmoothBasis(space, structure.over, structure.length)(space);
-  MatrixXd noise = MatrixXd::Zero(unit.rows(), unit.cols());
-  MatrixXd moved = MatrixXd::Zero(unit.rows(), phi.cols() * space.channels());
-  double trace = 0.0;
-  for (int i = 0; i < space.samples(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const int first = space.first_row[k];
-    const Index count = space.rows(i);
-    const MatrixXd W = weight_of(weights, i, count);
-    const MatrixXd A = unit * fit.J.middleRows(first, count).transpose() *
-                       loss.segment(first, count).asDiagonal();
-    const MatrixXd S = W * known_covariance(space, i) * W.transpose();
-    noise += A * S * A.transpose();
-    trace += S.trace();
-    if (!structured) continue;
-    const MatrixXd AW = A * W;
-    for (Index row = 0; row < count; ++row) {
-      const int channel = space.channel[static_cast<std::size_t>(first + row)];
-      moved.middleCols(channel * phi.cols(), phi.cols()) += AW.col(row) * phi.row(i);
-    }
+  const Sandwich sandwich = sandwich_of(space, fit, weighting);
+  if (!(structure.sd_mm > 0.0)) return sigma_mm * sigma_mm * sandwich.noise;
+  std::vector<StructurePart> parts = structure.parts;
+  if (parts.empty()) {
+    parts.push_back(
+        {structure.over, structure.acts, structure.length, structure.sd_mm, structure.noise_mm,
+         1.0});
   }
-  const double sigma = structured ? structure.noise_mm : sigma_mm;
-  MatrixXd result = MatrixXd::Zero(unit.rows(), unit.cols());
-  if (trace > 0.0) result = sigma * sigma * space.rows() / trace * noise;
-  if (structured) {
-    result += structure.sd_mm * structure.sd_mm * (moved * moved.transpose());
+  MatrixXd result = MatrixXd::Zero(sandwich.noise.rows(), sandwich.noise.cols());
+  for (const StructurePart& part : parts) {
+    const Moves moves(space, fit.x, part.acts);
+    result += part.weight * (part.noise_mm * part.noise_mm * sandwich.noise +
+                             part.sd_mm * part.sd_mm * moved_by(space, sandwich, part, moves));
   }
   return result;
 }

@@ -7,8 +7,11 @@
 #include <memory>
 #include <optional>
 
+#include "calibration/gross_error_parts.h"
 #include "calibration/position_judge.h"
+#include "calibration/reading_judge.h"
 #include "calibration/rig_spaces.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -21,13 +24,10 @@ constexpr int kMostRounds = 25;
 constexpr int kLeastFreedom = 8;        // readings more than parameters, to know what is usual
 constexpr int kLeastOfADial = 15;       // readings for a standard deviation of its own
 constexpr double kLeastLimit = 5.0;     // in standard deviations
-constexpr double kFalseAlarms = 0.01;   // of a whole session, for normal noise
 constexpr std::size_t kNeighbours = 6;  // poses whose errors are compared
 constexpr int kJudgedNeighbourhoods = 200;
-constexpr double kTimesAccuracy = 5.0;   // of what the maker allows: less is no gross error
-constexpr double kMostAccidents = 0.15;  // of all readings
-constexpr double kLeastShare = 0.4;      // of a dial's misfit that counts as its noise
-constexpr int kHidden = 3;  // bad positions that could hide each other and are not seen yet
+constexpr double kTimesAccuracy = 5.0;  // of what the maker allows: less is no gross error
+constexpr double kLeastShare = 0.4;     // of a dial's misfit that counts as its noise
 constexpr double kNudge_mm = 1e-4;
 constexpr double kSigmaOfMedian = 0.6744897501960817;  // median |r| of a normal distribution
 constexpr double kLeastSigma_mm = 3e-4;                // rounding of a 0.001 mm display
@@ -53,7 +53,10 @@ struct Seen {
   double size_mm = 0.0;
   double visible = 0.0;
 };
-Seen seen_error(const Trial& trial, const geometry::Rig& rig, int dial, const VectorXd& x) {
+/// What is left of 1 mm at a dial, by row of the sample's space; empty where nothing is.
+VectorXd left_of_an_error(
+    const Trial& trial, const geometry::Rig& rig, int dial, const VectorXd& x,
+    VectorXd* at_x = nullptr) {
   const auto errors = [&](const Trial& of) -> std::optional<VectorXd> {
     const ObservationSpace space = dial_space(std::span(&of, 1), rig);
     if (space.samples() != 1) return std::nullopt;
@@ -66,10 +69,16 @@ Seen seen_error(const Trial& trial, const geometry::Rig& rig, int dial, const Ve
   const auto e = errors(trial);
   const auto e_nudged = errors(nudged);
   if (!e || !e_nudged) return {};
-  const VectorXd g = (*e_nudged - *e) / kNudge_mm;
+  if (at_x != nullptr) *at_x = *e;
+  return (*e_nudged - *e) / kNudge_mm;
+}
+
+Seen seen_error(const Trial& trial, const geometry::Rig& rig, int dial, const VectorXd& x) {
+  VectorXd e;
+  const VectorXd g = left_of_an_error(trial, rig, dial, x, &e);
   const double norm2 = g.squaredNorm();
   if (!(norm2 > 1e-6)) return {};
-  return {g.dot(*e) / norm2, std::sqrt(norm2)};
+  return {g.dot(e) / norm2, std::sqrt(norm2)};
 }
 
 bool has_readings(std::span<const Trial> trials) {
@@ -114,12 +123,6 @@ LeastSquaresFit robust_fit(
   return solve_robustly(problem, start, core, Loss::kCauchy, block);
 }
 
-std::string too_few(int readings, int parameters, std::string_view what) {
-  return std::to_string(readings) + " " + std::string(what) + " for " +
-         std::to_string(parameters) +
-         " parameters: too few to tell a bad one from a robot that is different";
-}
-
 /// Errors of one dial at x, pose by pose.
 struct DialErrors {
   std::vector<VectorXd> q;
@@ -128,6 +131,7 @@ struct DialErrors {
 
   /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
   [[nodiscard]] double against_neighbours(std::size_t i) const {
+    geometry::check_end();
     std::vector<std::pair<double, double>> others;
     for (std::size_t k = 0; k < q.size(); ++k) {
       if (k != i) others.emplace_back((q[k] - q[i]).squaredNorm(), error_mm[k]);
@@ -210,14 +214,6 @@ std::vector<GrossError> worst_of_each(
   return found;
 }
 
-/// Too many are not accidents.
-void judge_number(int readings, GrossErrorCheck& result) {
-  const auto count = static_cast<int>(result.found.size());
-  if (count <= std::max(3, static_cast<int>(kMostAccidents * readings))) return;
-  result.systematic = count;
-  result.found.clear();
-}
-
 void take_out(std::vector<Trial>& trials, const std::vector<GrossError>& bad) {
   for (const GrossError& each : bad) {
     const auto trial = std::ranges::find(trials, each.sample, &Trial::sample);
@@ -225,25 +221,73 @@ void take_out(std::vector<Trial>& trials, const std::vector<GrossError>& bad) {
   }
 }
 
+/// Trials of one sample, with one reading of it that is not among the good ones.
+Trial with_reading(
+    std::span<const Trial> trials, std::span<const Trial> good, const GrossError& each) {
+  Trial trial = *std::ranges::find(good, each.sample, &Trial::sample);
+  const auto dial = static_cast<std::size_t>(each.dial);
+  trial.reading[dial] = std::ranges::find(trials, each.sample, &Trial::sample)->reading[dial];
+  return trial;
+}
+
 /// Sizes against the last fit, each with the other bad readings of its sample taken out.
 void measure_again(
     std::span<const Trial> trials, const std::vector<Trial>& good, const geometry::Rig& rig,
     const VectorXd& x, std::vector<GrossError>& found) {
   for (GrossError& each : found) {
-    Trial trial = *std::ranges::find(good, each.sample, &Trial::sample);
-    const auto dial = static_cast<std::size_t>(each.dial);
-    trial.reading[dial] = std::ranges::find(trials, each.sample, &Trial::sample)->reading[dial];
-    const Seen seen = seen_error(trial, rig, each.dial, x);
+    const Seen seen = seen_error(with_reading(trials, good, each), rig, each.dial, x);
     if (seen.visible <= 0.0) continue;  // too few readings are left: as found
     each.times_sigma *= std::abs(seen.size_mm / each.size_mm);
     each.size_mm = seen.size_mm;
   }
 }
 
-void sort(std::vector<GrossError>& found) {
-  std::ranges::sort(found, [](const GrossError& a, const GrossError& b) {
-    return a.sample != b.sample ? a.sample < b.sample : a.dial < b.dial;
-  });
+/// True if what all others say leaves no doubt that a reading is bad.
+bool is_bad(
+    const ReadingJudge& judge, const Trial& trial, const geometry::Rig& rig, int dial,
+    double least_chance) {
+  const ObservationSpace of = dial_space(std::span(&trial, 1), rig);
+  if (of.samples() != 1) return true;  // too few readings are left to say anything else
+  const auto chance = judge.chance(of, left_of_an_error(trial, rig, dial, judge.x()));
+  return !chance || *chance < least_chance;
+}
+
+using SharedJudge = std::shared_ptr<const ReadingJudge>;
+
+/// What good readings say; null where the robot that `x` is cannot reach all poses.
+SharedJudge judge_by(
+    std::span<const Trial> good, const geometry::Rig& rig, const IdentifySettings& settings,
+    const VectorXd& x) {
+  const ObservationSpace space = dial_space(good, rig);
+  const LeastSquaresFit fit = solve_least_squares(
+      space.problem(Weighting::kBySigma), x, core_settings(space, settings));
+  if (fit.status == FitStatus::kBadStart) return nullptr;
+  return std::make_shared<const ReadingJudge>(space, fit);
+}
+
+/// Readings that the good ones explain by something smooth are good as well: they come back,
+/// and say more of it. Until nothing changes.
+SharedJudge clear_what_is_smooth(
+    std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings,
+    std::vector<Trial>& good, GrossErrorCheck& result) {
+  const double least = kFalseAlarms / std::max(result.readings, 1);
+  SharedJudge judge;
+  for (int round = 0; round < kMostRounds; ++round) {
+    judge = judge_by(good, rig, settings, result.x);
+    if (!judge) return nullptr;
+    result.x = judge->x();
+    std::vector<GrossError> bad, cleared;
+    for (const GrossError& each : result.found) {
+      const Trial trial = with_reading(trials, good, each);
+      (is_bad(*judge, trial, rig, each.dial, least) ? bad : cleared).push_back(each);
+    }
+    for (const GrossError& each : cleared) {
+      *std::ranges::find(good, each.sample, &Trial::sample) = with_reading(trials, good, each);
+    }
+    result.found = std::move(bad);
+    if (cleared.empty()) break;
+  }
+  return judge;
 }
 
 GrossErrorCheck check_dials(
@@ -281,105 +325,21 @@ GrossErrorCheck check_dials(
   }
   result.sigma_by_dial_mm = sigma.by_dial;
   judge_number(result.readings, result);
+  SharedJudge judge;
+  if (result.x.size() > 0 && !result.found.empty()) {
+    judge = clear_what_is_smooth(trials, rig, settings, good, result);
+  }
   if (result.x.size() > 0) measure_again(trials, good, rig, result.x, result.found);
   // Accused because of a worse one in the same sample, and cleared without it.
   std::erase_if(result.found, [&](const GrossError& each) {
     return each.times_sigma <= result.limit_times_sigma;
   });
   sort(result.found);
-  return result;
-}
-
-/// The sample of `trials` that stands out most, and by how much.
-struct Suspect {
-  int sample = 0;
-  PositionJudge::Verdict verdict;
-};
-
-std::optional<Suspect> most_suspect(
-    const ObservationSpace& space, const std::vector<PositionJudge::Verdict>& verdicts) {
-  const auto worst = std::ranges::min_element(verdicts, {}, &PositionJudge::Verdict::chance);
-  if (worst == verdicts.end()) return std::nullopt;
-  const auto at = static_cast<std::size_t>(worst - verdicts.begin());
-  return Suspect{space.sample[at], *worst};
-}
-
-LeastSquaresFit plain_fit(
-    const ObservationSpace& space, const IdentifySettings& settings, const VectorXd& start) {
-  return solve_least_squares(
-      space.problem(Weighting::kByCovariance), start, core_settings(space, settings));
-}
-
-void without(std::vector<Trial>& trials, const std::vector<int>& samples) {
-  std::erase_if(trials, [&](const Trial& trial) {
-    return std::ranges::find(samples, trial.sample) != samples.end();
-  });
-}
-
-void list(
-    const ObservationSpace& space, const std::vector<PositionJudge::Verdict>& verdicts,
-    double chance, GrossErrorCheck& result) {
-  for (std::size_t i = 0; i < verdicts.size(); ++i) {
-    if (verdicts[i].chance >= chance) continue;
-    result.found.push_back({space.sample[i], -1, verdicts[i].size_mm, verdicts[i].times_sigma});
+  if (result.x.size() > 0) {
+    result.judge_of_dials = [judge, good, rig, settings, x = result.x] {
+      return judge ? judge : judge_by(good, rig, settings, x);
+    };
   }
-}
-
-/// Sequential removal (Rosner 1983): the worst goes out and the rest is fitted again, on beyond
-/// the first that could be chance, as bad ones can hide each other. All up to the last that
-/// cannot be chance are bad; in the end each is judged once more by the good ones.
-GrossErrorCheck check_positions(
-    std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
-  GrossErrorCheck result;
-  const ObservationSpace all = position_space(trials, rig, settings.noise_mm);
-  result.readings = all.samples();
-  const double chance = kFalseAlarms / std::max(all.samples(), 1);
-  const int most = static_cast<int>(kMostAccidents * all.samples()) + kHidden;
-  std::vector<Trial> good(trials.begin(), trials.end());
-  std::vector<int> out;  // samples, in order of removal
-  std::size_t bad = 0;
-  VectorXd start = all.nominal;
-  while (static_cast<int>(out.size()) <= most && out.size() < bad + kHidden) {
-    const ObservationSpace space = position_space(good, rig, settings.noise_mm);
-    if (space.rows() - space.parameters() <= space.position_axes) break;
-    const LeastSquaresFit fit = plain_fit(space, settings, start);
-    if (fit.status == FitStatus::kBadStart) break;
-    start = fit.x;
-    const PositionJudge judge(space, fit);
-    const auto suspect = most_suspect(space, judge.each_by_the_others());
-    if (!suspect) break;
-    out.push_back(suspect->sample);
-    without(good, {suspect->sample});
-    if (suspect->verdict.chance < chance) bad = out.size();
-  }
-  good.assign(trials.begin(), trials.end());
-  out.resize(bad);
-  without(good, out);
-  const ObservationSpace space = position_space(good, rig, settings.noise_mm);
-  if (space.rows() - space.parameters() <= space.position_axes) {
-    result.not_possible = too_few(all.samples(), all.parameters(), "positions");
-    return result;
-  }
-  const LeastSquaresFit fit = plain_fit(space, settings, all.nominal);
-  if (fit.status == FitStatus::kBadStart) {
-    result.not_possible = "the nominal robot cannot reach all poses";
-    return result;
-  }
-  const auto judge = std::make_shared<const PositionJudge>(space, fit);
-  result.x = fit.x;
-  result.sigma_mm = judge->sigma_mm();
-  result.limit_times_sigma = judge->limit(chance);
-  result.positions = judge;
-  std::vector<Trial> suspects(trials.begin(), trials.end());
-  std::erase_if(suspects, [&](const Trial& trial) {
-    return std::ranges::find(out, trial.sample) == out.end();
-  });
-  if (!suspects.empty()) {
-    const ObservationSpace of = position_space(suspects, rig, settings.noise_mm);
-    list(of, judge->others(of), chance, result);
-  }
-  judge_number(all.samples(), result);
-  sort(result.found);
   return result;
 }
 
@@ -419,6 +379,12 @@ GrossErrorCheck judge_readings(
     take_out(good, bad);
   }
   judge_number(result.readings, result);
+  if (const auto judge = result.found.empty() ? nullptr : fitted.judge_of_dials()) {
+    const double least = kFalseAlarms / std::max(result.readings, 1);
+    std::erase_if(result.found, [&](const GrossError& each) {
+      return !is_bad(*judge, with_reading(trials, good, each), rig, each.dial, least);
+    });
+  }
   sort(result.found);
   return result;
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,6 +18,7 @@
 namespace sixdial::calibration {
 
 class PositionJudge;
+class ReadingJudge;
 
 struct GrossError {
   int sample = 0;            // row of the session
@@ -38,6 +40,8 @@ struct GrossErrorCheck {
   std::string not_possible;
   Eigen::VectorXd x;  // of the last fit, parameters of the space; empty if not possible
   std::shared_ptr<const PositionJudge> positions;  // null: dial readings were judged
+  /// What the good readings say, made when it is asked for. Empty where x is.
+  std::function<std::shared_ptr<const ReadingJudge>()> judge_of_dials;
 };
 
 /// Looks in the dial readings where there are any, else in the positions (PositionJudge). Each

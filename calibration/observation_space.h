@@ -97,6 +97,11 @@ struct ObservationSpace {
       int sample, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> e, Eigen::MatrixXd* J)>
       evaluate;
 
+  /// d(predicted)/d(position of the tool) of one sample at x, rows x axes: what all its rows
+  /// see if the tool is somewhere else. Empty where the rows are that position, or nobody
+  /// knows.
+  std::function<Eigen::MatrixXd(int sample, const Eigen::VectorXd& x)> by_tool;
+
   /// Where the instrument gives the tool's position: its coordinates, and measured - modelled
   /// position of one sample. 0 and empty where it does not.
   int position_axes = 0;

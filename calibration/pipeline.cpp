@@ -318,6 +318,7 @@ PipelineSettings settings_for(Profile profile) {
     settings.linearisation = Linearisation::kNominal;
     settings.coordinates = SearchCoordinates::kRaw;
     settings.cross_validate = false;
+    settings.anfis.stop_at_target = true;
   }
   return settings;
 }

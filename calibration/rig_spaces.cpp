@@ -205,6 +205,26 @@ bool evaluate_turned(
   return true;
 }
 
+/// By the tool's coordinates in the plane that the dials measure in; what a free cuboid's own
+/// rotation takes over is left out.
+MatrixXd readings_by_tool(
+    const simulation::ForwardModel& model, const ReadSample& sample, const VectorXd& x,
+    bool free) {
+  simulation::ModelVector at = model.nominal();
+  at.head(x.size()) = x;
+  const auto seen = model.predict(
+      at, sample.q, sample.assembly,
+      free ? std::optional(sample.gamma_guess_rad) : std::nullopt, false);
+  constexpr Eigen::Index kAxes = 2;
+  if (!seen) return MatrixXd::Zero(std::ssize(sample.dials), kAxes);
+  MatrixXd by_tool = seen->observation.by_frames(sample.dials, Eigen::seqN(0, kAxes));
+  if (free) {
+    const VectorXd g = seen->reading_J_gamma(sample.dials).normalized();
+    by_tool -= (g * (g.transpose() * by_tool)).eval();
+  }
+  return by_tool;
+}
+
 ObservationSpace any_dial_space(Trials trials, const geometry::Rig& rig) {
   geometry::Rig with_dials = rig;
   with_dials.instrument.kind = "dials_on_cuboid";
@@ -238,12 +258,15 @@ ObservationSpace any_dial_space(Trials trials, const geometry::Rig& rig) {
   space.joints = matrix_of(joints, model->robot().joint_count());
   space.sigma_mm = vector_of(sigma);
   space.measured_mm = vector_of(measured);
-  space.evaluate = [model, free,
-                    all = std::make_shared<const std::vector<ReadSample>>(std::move(samples))](
+  const auto all = std::make_shared<const std::vector<ReadSample>>(std::move(samples));
+  space.evaluate = [model, free, all](
                        int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
     const ReadSample& sample = (*all)[static_cast<std::size_t>(i)];
     return free ? evaluate_turned(*model, sample, x, e, J)
                 : evaluate_readings(*model, sample, x, e, J);
+  };
+  space.by_tool = [model, free, all](int i, const VectorXd& x) {
+    return readings_by_tool(*model, (*all)[static_cast<std::size_t>(i)], x, free);
   };
   return space;
 }

@@ -10,9 +10,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kMostPins = 64;       // places that a random function is pinned at
-constexpr Index kMostShapes = 160;    // of all channels together
-constexpr double kLeastShape = 1e-3;  // variance of a shape, relative to the largest
+constexpr Index kMostPins = 64;     // places that a random function is pinned at
+constexpr Index kMostShapes = 160;  // of all channels together
+/// Variance of a shape, relative to the largest. The first shapes of a slow function are what
+/// the robot's parameters take over; what gives it away are the next ones, a thousandth as
+/// large.
+constexpr double kLeastShape = 1e-7;
 
 /// exp(-d^2 / (2 l^2)) between columns.
 MatrixXd kernel(const MatrixXd& a, const MatrixXd& b, double length) {

@@ -33,6 +33,24 @@ std::vector<ParameterEstimate> estimates_with_noise(
   return result;
 }
 
+Eigen::MatrixXd held_covariance(
+    const LeastSquaresFit& fit, std::span<const geometry::ParameterInfo> infos) {
+  const auto n = static_cast<Eigen::Index>(infos.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  if (fit.held == 0 || fit.directions.rows() != n) return covariance;
+  Eigen::VectorXd variance(n);  // before any sample, in scaled parameters
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const geometry::ParameterInfo& info = infos[static_cast<std::size_t>(i)];
+    const double known_to = info.known_to > 0.0 ? info.known_to : info.change;
+    variance[i] = std::pow(known_to / fit.scale[i], 2);
+  }
+  // P = S D D' V D D' S, D the held directions
+  const Eigen::MatrixXd D = fit.directions.rightCols(fit.held);
+  const Eigen::MatrixXd SD = fit.scale.asDiagonal() * D;
+  covariance = SD * (D.transpose() * variance.asDiagonal() * D) * SD.transpose();
+  return covariance;
+}
+
 std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Workspace box;

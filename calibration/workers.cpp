@@ -1,5 +1,6 @@
 #include "calibration/workers.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace sixdial::calibration {
@@ -26,6 +27,9 @@ int wait_while(const std::atomic<int>& value, int old) {
 }  // namespace
 
 Workers::Workers(int threads) {
+  // More than a machine can have only takes its memory; results do not depend on the number.
+  constexpr int kMost = 256;
+  threads = std::min(threads, kMost);
   for (int k = 1; k < threads; ++k) {
     threads_.emplace_back([this] { serve(); });
   }

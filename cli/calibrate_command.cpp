@@ -4,9 +4,11 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/summary.h"
+#include "report/headline.h"
 #include "report/words/calibration_words.h"
 #include "service/study_params.h"
 #include "session/csv.h"
@@ -22,14 +24,19 @@ struct CalibrateOptions {
   bool skip_bad_rows = false;
 };
 
-void print_calibration(Cli& cli, const Json& document, const std::string& output) {
+/// The exit code that goes with what it found.
+service::ExitCode print_calibration(Cli& cli, const Json& document, const std::string& output) {
   if (!output.empty()) session::write_file(output, document.dump(1) + "\n");
+  const studies::CalibrationResult result = report::calibration_from_json(document);
+  const bool usable = report::may_be_used(report::verdict_of(result).state);
+  const auto code = usable ? service::ExitCode::kOk : service::ExitCode::kDataQuality;
   if (cli.console.json) {
     cli.console.print_json("calibration", report::document_summary(document));
-    return;
+    return code;
   }
   const studies::CalibrationResult result = report::calibration_from_json(document);
-  cli.console.out << report::table_6_text(result);
+  cli.console.out << for_terminal(report::headline_text(result))
+                  << for_terminal(report::table_6_text(result));
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
       cli.console.warn(line);
@@ -37,13 +44,15 @@ void print_calibration(Cli& cli, const Json& document, const std::string& output
   }
   if (result.assessment) {
     for (const std::string& line : report::assessment_lines(*result.assessment)) {
-      cli.console.out << line << '\n';
+      cli.console.out << for_terminal(line) << '\n';
     }
   }
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
   }
+  if (const auto line = report::training_line(result)) cli.console.note(*line);
   cli.console.note(report::effort_line(result));
+  return code;
 }
 
 service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
@@ -53,20 +62,19 @@ service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
       run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, options.request, progress, std::move(stop));
       });
-  print_calibration(cli, report::to_json(result), options.output);
-  return service::ExitCode::kOk;
+  return print_calibration(cli, report::to_json(result), options.output);
 }
 
 service::ExitCode calibrate_session(Cli& cli, const CalibrateOptions& options) {
   Json params = service::params_of(options.request);
   params["session"] = options.subject;
   const StoredResult stored = run_job(cli, "calibrate.start", params);
-  print_calibration(cli, stored.document, options.output);
+  const service::ExitCode code = print_calibration(cli, stored.document, options.output);
   if (!cli.console.json) {
     cli.console.note(fmt::format(
         "result {} in the store: sixdial report {}", stored.number, options.subject));
   }
-  return service::ExitCode::kOk;
+  return code;
 }
 
 }  // namespace
@@ -91,13 +99,15 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method", request.method,
-          "such as lm+gp: any identifier, alone or with any residual model")
+          "how: an identifier (lm), or one with a residual model (lm+gp)")
       ->capture_default_str();
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of the searches")->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_fixed_parameters(*command, request.fix, request.free);
+  add_tolerance(*command, request.tolerance_mm);
   add_keep_gross_errors(*command, request.keep_gross_errors);
   add_result_file(*command, options->output);
   add_skip_bad_rows(*command, options->skip_bad_rows);

@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "cli/console.h"
 #include "service/job.h"
@@ -37,6 +39,14 @@ struct Cli {
 /// The whole program; `argv` as in main.
 [[nodiscard]] int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
 
+/// What the parser says to a command line (without the program's name), by the name of its kind
+/// of error; empty: it is understood. Nothing is carried out.
+struct ParseTrouble {
+  std::string kind;  // "RequiredError", "ExtrasError"
+  std::string message;
+};
+[[nodiscard]] std::optional<ParseTrouble> parse_trouble(const std::vector<std::string>& words);
+
 void add_service_commands(CLI::App& app, Cli& cli);     // hello, protocol, shutdown
 void add_session_commands(CLI::App& app, Cli& cli);     // session ...
 void add_plan_commands(CLI::App& app, Cli& cli);        // plan ...
@@ -49,6 +59,8 @@ void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
 void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
+void add_dials_command(CLI::App& app, Cli& cli);        // dials
+void add_robot_commands(CLI::App& app, Cli& cli);       // robot stop
 
 /// The method table's words for a command's help.
 [[nodiscard]] std::string summary_of(std::string_view method);

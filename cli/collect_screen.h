@@ -6,15 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "cli/collect_keys.h"
 #include "cli/console.h"
 #include "cli/plan_map.h"
 #include "service/error.h"
 #include "studies/live_estimate.h"
 
 namespace sixdial::cli {
-
-inline constexpr const char* kKeyHelp =
-    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q quit";
 
 /// "G1 12.0  x 23.412  y 37.871 mm  A 10.490 ...; remarks".
 [[nodiscard]] std::string sample_line(const Json& sample);

@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/comparison_json.h"
 #include "report/words/calibration_words.h"
@@ -27,12 +28,15 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
     return;
   }
   const studies::ComparisonResult result = report::comparison_from_json(document);
-  cli.console.out << report::comparison_text(result) << '\n';
+  if (const auto line = report::far_from_noise_line(result.assessment.noise)) {
+    cli.console.out << for_terminal("Careful: " + *line + ".\n");
+  }
+  cli.console.out << for_terminal(report::comparison_text(result)) << '\n';
   for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);
   }
   for (const std::string& line : report::assessment_lines(result.assessment)) {
-    cli.console.out << line << '\n';
+    cli.console.out << for_terminal(line) << '\n';
   }
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
@@ -76,7 +80,10 @@ void add_compare_options(CLI::App& command, studies::CompareRequest& request) {
       ->check(CLI::IsMember({"positions", "dials"}))
       ->capture_default_str();
   add_fixed_parameters(command, request.fix, request.free);
-  command.add_option("--loss", request.loss, "of lm: huber and cauchy forgive gross errors")
+  command
+      .add_option(
+          "--loss", request.loss,
+          "of the method lm; gross errors pull huber and cauchy less than squared")
       ->check(CLI::IsMember({"square", "huber", "cauchy"}))
       ->capture_default_str();
   add_keep_gross_errors(command, request.keep_gross_errors);
@@ -94,8 +101,8 @@ void add_compare_command(CLI::App& app, Cli& cli) {
   add_subject(*command, options->subject);
   add_compare_options(*command, request);
   add_profile(*command, request.profile);
-  command->add_option("--seed", request.seed, "of searches and networks")
-      ->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_count(*command, "--bpnn-epochs", request.bpnn_epochs, "instead of 40000");

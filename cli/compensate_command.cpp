@@ -8,9 +8,12 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/warnings_document.h"
 #include "report/words/validation_words.h"
+#include "report/words/warning_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
@@ -29,16 +32,53 @@ struct CompensateOptions {
   std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
+  bool from_other_session = false;
 };
+
+constexpr std::string_view kOtherSession =
+    "Use one of this session, or say --from-other-session where the robot is the same.";
 
 struct ValidateOptions {
   std::string session, set = "G2", rig_file, name, output;
   std::vector<std::string> by;
   std::int64_t result = 0, diagnosis = 0;
+  bool from_other_session = false;
 };
+
+/// What speaks against the data, and what of the answer was not measured.
+void tell_warnings(Cli& cli, const Json& answer) {
+  if (cli.console.json) return;
+  for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
+    cli.console.warn(line);
+  }
+  const Json outside = answer.value("outside_measured", Json::object());
+  const auto words = outside.value("words", std::string());
+  if (!words.empty()) cli.console.warn(words);
+}
+
+/// The document of a target, with what speaks against the data.
+Json with_warnings(Json document, const std::vector<studies::Warning>& warnings) {
+  document["warnings"] = report::warnings_json(warnings);
+  return document;
+}
+
+/// As the service's answers say it.
+Json with_outside(
+    Json answer, const session::Session& session, const geometry::Position& target_mm,
+    geometry::WorkingMode mode) {
+  answer["outside_measured"] = report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), target_mm, mode), 1);
+  return answer;
+}
+Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
+  return report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+      asked.points.size());
+}
 
 /// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
+  tell_warnings(cli, answer);
   const studies::CommandedTarget at = report::commanded_target_from_json(answer);
   std::string angles, nominal;
   for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
@@ -54,15 +94,17 @@ void print_target(Cli& cli, const Json& answer) {
 }
 
 void print_plan(
-    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text) {
+    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text,
+    const Json& warnings, const Json& outside) {
+  tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", options.by}};
+    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}, {"outside_measured", outside}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
   } else if (options.output.empty()) {
-    cli.console.out << text;
+    cli.console.print_data(text);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, options.output));
   }
@@ -82,9 +124,18 @@ auto made_first(
   return run_here(calm, what, work);
 }
 
+using Warnings = std::vector<studies::Warning>;
+
+/// Refuses to command by data that contradict themselves. Gives the working mode that commands
+/// are for unless another is asked for.
+geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::Rig& rig) {
+  report::check_may_command(warnings);
+  return studies::working_mode_in_use(warnings, rig);
+}
+
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
-    Cli& cli, const CompensateOptions& options, const session::Session& session) {
+    Cli& cli, const CompensateOptions& options, session::Session session) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
@@ -98,15 +149,21 @@ service::ExitCode extend_bundle(
         });
   } else {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(diagnosis.inputs, session, "diagnosis", kOtherSession);
+    }
   }
+  const Warnings warnings = diagnosis.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::extended_plan(
-        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
-        options.temperature_c);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan =
+        studies::extended_plan(asked, command, session.rig, "", options.temperature_c);
     print_plan(
         cli, options, plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -115,10 +172,12 @@ service::ExitCode extend_bundle(
   const studies::CommandMoment moment{
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
+  const studies::CommandedTarget commanded = studies::commanded_target(
+      command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended, target_mm,
+      mode);
   print_target(
-      cli, report::to_json(studies::commanded_target(
-               command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended,
-               target_mm, mode)));
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -126,7 +185,12 @@ service::ExitCode extend_bundle(
 studies::CalibrationResult calibration_of(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
   if (!options.result_file.empty()) {
-    return report::calibration_from_json(read_document(options.result_file));
+    studies::CalibrationResult stored =
+        report::calibration_from_json(read_document(options.result_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(stored.inputs, session, "calibration", kOtherSession);
+    }
+    return stored;
   }
   studies::CalibrationRequest request;
   request.seed = options.seed;
@@ -139,25 +203,32 @@ studies::CalibrationResult calibration_of(
 }
 
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
-  const session::Session session =
+  session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  if (options.by == "extended") return extend_bundle(cli, options, session);
+  if (options.by == "extended") return extend_bundle(cli, options, std::move(session));
   const studies::CompensateBy by = *studies::compensate_by_from(options.by);
+  const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
+  const Warnings warnings = calibrated.warnings.value_or(Warnings());
+  session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
-      studies::compensation_model(calibration_of(cli, options, session), session.rig, by);
+      studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::compensated_plan(
-        session::read_plan(options.plan_file, session.rig), model, session.rig);
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
     print_plan(
         cli, options, plan.points.size(),
-        session::plan_csv(plan, session::layout_of(session.rig)));
+        session::plan_csv(plan, session::layout_of(session.rig)),
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const studies::CommandedTarget commanded =
+      studies::compensated_target(model, by, target_mm, mode);
   print_target(
-      cli, report::to_json(studies::compensated_target(
-               model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode)));
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -165,6 +236,7 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   Json params{{"session", options.subject}, {"by", options.by}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
     if (options.by == "extended") {
@@ -182,13 +254,21 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
         cli, options, answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>());
+        answer["plan_csv"].get<std::string>(), answer["warnings"],
+        answer["outside_measured"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
   const Json answer = cli.call("compensate.plan", params);
+  tell_warnings(cli, answer);
   cli.console.print(
-      "plan", {{"points", answer["points"]}, {"by", options.by}, {"file", options.output}}, "");
+      "plan",
+      {{"points", answer["points"]},
+       {"by", options.by},
+       {"file", options.output},
+       {"warnings", answer["warnings"]},
+       {"outside_measured", answer["outside_measured"]}},
+      "");
   if (!cli.console.json) {
     cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));
   }
@@ -199,6 +279,7 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   Json params{{"session", options.session}, {"set", options.set}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (!options.by.empty()) params["by"] = options.by;
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
@@ -245,6 +326,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
       ->check(working_mode_words())
       ->excludes(plan);
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
@@ -272,8 +354,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--temperature", options->temperature_c,
       "of extended, in degC; default: as at the end of the session");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     if (options->target_mm.empty() && options->plan_file.empty()) {
@@ -306,6 +387,7 @@ void add_validate(CLI::App& app, Cli& cli) {
       ->check(existing_file());
   command->add_option("--name", options->name, "of the new session");
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   add_result_file(*command, options->output);
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });

@@ -5,6 +5,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/sections/sections_of_studies.h"
@@ -33,7 +34,7 @@ void print_diagnosis(
     cli.console.print_json("diagnosis", document);
     return;
   }
-  cli.console.out << report::diagnosis_text(result);
+  cli.console.out << for_terminal(report::diagnosis_text(result));
   if (!options.report.empty()) {
     cli.console.note(fmt::format("report in {}", options.report));
   }
@@ -84,8 +85,8 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
   const auto options = std::make_shared<DiagnoseOptions>();
   studies::DiagnosisRequest& request = options->request;
   add_subject(*command, options->subject);
-  command->add_option("--seed", request.seed, "of simulated noise, intervals and networks")
-      ->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   command
       ->add_option(
           "--bootstrap", request.bootstrap,
@@ -93,8 +94,9 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   command->add_flag(
-      "--no-gain", options->no_gain, "without the gain on G2, which trains networks");
-  command->add_option("--report", options->report, "an HTML page of the diagnosis");
+      "--no-gain", options->no_gain, "do not judge by G2 what naming the causes gains: faster");
+  command->add_option(
+      "--report", options->report, "write the diagnosis as an HTML page to this file");
   add_result_file(*command, options->output);
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {

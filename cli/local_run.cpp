@@ -25,6 +25,7 @@ void run_with_progress(const Console& console, const std::string& what, const Lo
     while (!ended.wait_for(lock, over, kLookForSignal, [&] { return over.stop_requested(); })) {
       if (!service::take_interruption()) continue;
       interrupted = true;
+      service::end_soon("\ninterrupted; nothing of it is kept\n");
       interruption.request_stop();
       return;
     }

@@ -34,13 +34,18 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("-o,--output", plan.output, "the plan file; default: stdout");
   command.add_option("--set", plan.options.set, "G1, G2 or another name")
       ->capture_default_str();
-  command.add_option("--repeats", plan.options.repeats, "readings of each point")
+  command.add_option("--repeats", plan.options.repeats, "how often each point is measured")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command.add_option("--seed", plan.options.seed, "of order and places")->capture_default_str();
-  command.add_option("--margin", plan.options.margin_mm, "mm kept free inside the edge")
+  add_seed(
+      command, plan.options.seed, "of the random numbers; the same seed gives the same plan");
+  command
+      .add_option(
+          "--margin", plan.options.margin_mm,
+          "mm to stay away from the edge of what can be measured")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--first-point", plan.options.first_point, "number of the first point");
+  command.add_option("--first-point", plan.options.first_point, "number of the first point")
+      ->check(CLI::NonNegativeNumber);
   command
       .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
@@ -87,7 +92,7 @@ service::ExitCode write(
     return service::ExitCode::kOk;
   }
   if (output.empty()) {
-    cli.console.out << plan_csv;
+    cli.console.print_data(plan_csv);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, output));
   }

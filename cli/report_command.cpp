@@ -10,8 +10,11 @@
 #include "cli/local_run.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
+#include "report/words/warning_words.h"
 #include "service/report_pdf.h"
 #include "service/socket/server.h"
 #include "session/bundle.h"
@@ -28,12 +31,18 @@ struct ReportOptions {
   std::string subject, output, result_file, pdf, against;
   std::int64_t result = 0;
   std::uint64_t seed = 1;
+  std::optional<double> tolerance_mm{};
   bool skip_bad_rows = false;
   bool compare = false;
   bool diagnose = false;
 };
 
-void print_files(Cli& cli, const ReportOptions& options, Json answer) {
+/// The exit code that goes with the state of the robot.
+service::ExitCode print_files(Cli& cli, const ReportOptions& options, Json answer) {
+  for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
+    cli.console.warn(line);
+  }
+  const std::string state = answer.value("state", "calibrated");
   std::string text = answer["path"].get<std::string>() + "/report.html\n";
   if (!options.pdf.empty()) {
     const std::filesystem::path folder = answer["path"].get<std::string>();
@@ -42,6 +51,8 @@ void print_files(Cli& cli, const ReportOptions& options, Json answer) {
     text += options.pdf + "\n";
   }
   cli.console.print("report", answer, text);
+  return report::may_be_used(report::state_from(state)) ? service::ExitCode::kOk
+                                                        : service::ExitCode::kDataQuality;
 }
 
 studies::CalibrationResult calibrate_here(
@@ -75,11 +86,12 @@ service::ExitCode report_bundle(
   }
   std::optional<studies::DiagnosisResult> diagnosis;
   if (options.diagnose) {
-    ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(
-        session, request, [&](const studies::Progress& progress) { line.show(progress); });
+    diagnosis = run_here(
+        cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+          return studies::diagnose(session, request, progress, std::move(stop));
+        });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
@@ -91,10 +103,16 @@ service::ExitCode report_bundle(
   const auto files = report::write_report(
       result, session, service::operator_of(::getuid()), folder,
       {.comparison = comparison ? &*comparison : nullptr,
-       .diagnosis = diagnosis ? &*diagnosis : nullptr},
+       .diagnosis = diagnosis ? &*diagnosis : nullptr,
+       .tolerance_mm = options.tolerance_mm},
       std::move(more));
-  print_files(cli, options, {{"path", folder}, {"files", files}});
-  return service::ExitCode::kOk;
+  return print_files(
+      cli, options,
+      {{"path", folder},
+       {"files", files},
+       {"state", report::state_name(report::verdict_of(result).state)},
+       {"warnings",
+        report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}});
 }
 
 }  // namespace
@@ -121,12 +139,12 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "--diagnose", options->diagnose,
       "look for the physical cause of what is left now, and show it; a stored diagnosis is "
       "shown anyway");
-  command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration, and of --compare");
   command->add_option(
       "--against", options->against,
       "another calibrated session (of a bundle: another bundle), shown beside: as found, as "
       "left");
+  add_tolerance(*command, options->tolerance_mm);
   command->add_option("--pdf", options->pdf, "print it to this file too, A4, by Chromium");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
@@ -149,8 +167,8 @@ void add_report_command(CLI::App& app, Cli& cli) {
       Json params{{"session", options->subject}, {"path", folder}};
       if (options->result > 0) params["result"] = options->result;
       if (!options->against.empty()) params["against"] = options->against;
-      print_files(cli, *options, call_for_files(cli, "report.write", params));
-      return service::ExitCode::kOk;
+      if (options->tolerance_mm) params["tolerance_mm"] = *options->tolerance_mm;
+      return print_files(cli, *options, call_for_files(cli, "report.write", params));
     };
   });
 }

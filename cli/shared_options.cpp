@@ -1,6 +1,10 @@
 #include "cli/shared_options.h"
 
+#include <fmt/format.h>
+
+#include <charconv>
 #include <filesystem>
+#include <limits>
 
 #include "studies/compensate.h"
 
@@ -8,6 +12,26 @@ namespace sixdial::cli {
 
 void add_subject(CLI::App& command, std::string& subject) {
   command.add_option("SESSION|BUNDLE", subject, "name, or folder with session.csv")->required();
+}
+
+CLI::Validator seed_number() {
+  return {
+      [](const std::string& text) {
+        std::int64_t value = -1;
+        const auto [end, trouble] =
+            std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool whole = trouble == std::errc() && end == text.data() + text.size();
+        return whole && value >= 0
+                   ? std::string()
+                   : fmt::format(
+                         "{} is no seed: give a whole number from 0 to {}", text,
+                         std::numeric_limits<std::int64_t>::max());
+      },
+      "SEED"};
+}
+
+CLI::Option* add_seed(CLI::App& command, std::uint64_t& seed, const std::string& words) {
+  return command.add_option("--seed", seed, words)->check(seed_number())->capture_default_str();
 }
 
 CLI::Validator existing_file() {
@@ -25,15 +49,33 @@ void add_result_file(CLI::App& command, std::string& file) {
 }
 
 void add_skip_bad_rows(CLI::App& command, bool& skip_bad_rows) {
-  command.add_flag("--skip-bad-rows", skip_bad_rows, "of a bundle");
+  command.add_flag(
+      "--skip-bad-rows", skip_bad_rows,
+      "of a bundle: leave out rows that cannot be read, and list them");
+}
+
+void add_tolerance(CLI::App& command, std::optional<double>& tolerance_mm) {
+  command
+      .add_option(
+          "--tolerance", tolerance_mm,
+          "mm: largest position error that is accepted, with the expanded uncertainty as guard "
+          "band; default: tolerance_mm of the rig file, if it states one")
+      ->check(CLI::Range(1e-6, 1e6));
 }
 
 void add_stored_result(CLI::App& command, std::int64_t& result) {
-  command.add_option("--result", result, "a stored result; default: the newest");
+  command.add_option("--result", result, "number of a stored result; default: the newest")
+      ->check(CLI::PositiveNumber);
+}
+
+void add_from_other_session(CLI::App& command, bool& allowed) {
+  command.add_flag(
+      "--from-other-session", allowed,
+      "take a calibration or diagnosis that was made from other data than this session's");
 }
 
 void add_point_count(CLI::App& command, int& points) {
-  command.add_option("--points", points, "so many")
+  command.add_option("--points", points, "how many points")
       ->check(CLI::Range(1, 400))
       ->capture_default_str();
 }
@@ -57,25 +99,29 @@ void add_profile(CLI::App& command, calibration::Profile& profile) {
           [&profile](const std::string& word) {
             profile = calibration::profile_from(word).value_or(profile);
           },
-          "paper: its literal choices of filter, search and network")
+          "paper: filter, search and network exactly as printed; default: without known faults")
       ->check(CLI::IsMember({"default", "paper"}))
       ->default_str(std::string(calibration::to_string(profile)));
 }
 
 void add_fixed_parameters(
     CLI::App& command, std::vector<std::string>& fix, std::vector<std::string>& free) {
-  command.add_option("--fix", fix, "parameters that stay nominal, such as d,alpha")
+  command.add_option("--fix", fix, "parameters that keep their nominal value, such as d,alpha")
       ->delimiter(',');
-  command.add_option("--free", free, "only these are fitted")->delimiter(',');
+  command.add_option("--free", free, "only these parameters are fitted")->delimiter(',');
 }
 
 void add_keep_gross_errors(CLI::App& command, bool& keep) {
   command.add_flag(
-      "--keep-gross-errors", keep, "list readings that stand out, but fit them too");
+      "--keep-gross-errors", keep,
+      "fit readings that do not agree with the rest too; they are listed in any case");
 }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "0: as many as there are; same result")
+  command
+      .add_option(
+          "--threads", threads,
+          "threads to use, 0: as many as the machine has; the result is the same")
       ->check(CLI::Range(0, 256));
 }
 

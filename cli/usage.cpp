@@ -21,6 +21,7 @@ struct Example {
 };
 constexpr std::array kExamples{
     Example{"collect", "sixdial collect plan.csv --session monday --rig rig.toml"},
+    Example{"dials", "sixdial dials --rig rig.toml --check"},
     Example{"calibrate", "sixdial calibrate monday"},
     Example{"compare", "sixdial compare monday"},
     Example{"diagnose", "sixdial diagnose monday"},
@@ -49,6 +50,7 @@ const std::map<std::string, std::string, std::less<>>& synonyms() {
       {"jobs", "job"},          {"check", "doctor"},          {"analyse", "diagnose"},
       {"analyze", "diagnose"},  {"causes", "diagnose"},       {"correct", "compensate"},
       {"import", "session"},    {"export", "session"},        {"undo", "session"},
+      {"live", "dials"},        {"dial", "dials"},            {"push", "dials"},
       {"verify", "validate"},   {"calibration", "calibrate"}, {"diagnosis", "diagnose"}};
   return kSynonyms;
 }

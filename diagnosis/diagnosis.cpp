@@ -112,7 +112,8 @@ class Diagnoser {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
     if (enough_g1_ && (!found().findings.empty() || found().swap)) {
-      Readings on_g1 = sides_->fitted;
+      // An exchange has to show itself there too.
+      Readings on_g1 = found().swap ? split(measured_).fitted : sides_->fitted;
       alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
     result_.noise = noise_of(readings_, found().extended);
@@ -132,7 +133,9 @@ class Diagnoser {
         std::max(1.0, names_.weight.sum()));
     left.depends_on = found().depends_on();
     Scatter scatter = scatter_of(readings_, extended, result_.noise);
-    left.scatter = (!smooth && scatter.of_all) || !scatter.dials.empty();
+    const bool shared = extended.shared != nullptr;
+    left.scatter = (!smooth && scatter.of_all) || shared || !scatter.dials.empty();
+    if (shared || !smooth) left.scatter_size = scatter.found;
     left.noisy_dials = std::move(scatter.dials);
     left.significant = smooth || left.scatter;
   }
@@ -239,7 +242,8 @@ class Diagnoser {
                       alone_->findings.begin(), alone_->findings.end(),
                       [&](const Finding& each) { return shares_a_name(each, cause.finding); });
     if (i < study.g2_log_odds.size()) cause.g2_log_odds = study.g2_log_odds[i];
-    cause.confirmed = cause.on_g1 && cause.g2_log_odds > kConfirms;
+    cause.confirmed =
+        cause.on_g1 && cause.g2_log_odds > kConfirms && !cause.finding.of_a_part();
     cause.gain_mm =
         mean_mm(GainModel::kWithout, cause.finding.hypothesis) - mean_mm(GainModel::kExtended);
     return cause;
@@ -249,13 +253,14 @@ class Diagnoser {
   [[nodiscard]] Cause exchanged_dials() const {
     Cause cause;
     cause.finding = {*found().swap, at_rest(*found().swap), 0.0, {}, false};
+    cause.finding.left_out = found().extended.left_out();
     const JointFit as_it_came = fit_baseline(measured_);
     cause.finding.evidence = found().baseline.log_likelihood - as_it_came.log_likelihood;
     cause.delta_bic = 2 * cause.finding.evidence;
     const auto count = static_cast<double>(measured_.count());
     cause.visible_ratio = std::sqrt(as_it_came.residual_mm.squaredNorm() / count) /
                           std::max(1e-12, result_.noise.sigma_mm);
-    cause.on_g1 = alone_.has_value();
+    cause.on_g1 = alone_ && alone_->swap == found().swap;
     if (enough_g1_) {
       const auto likelihood = [&](const Readings& g2) {
         return fit_jointly(g2, found().baseline.model, {}).log_likelihood;
@@ -263,7 +268,8 @@ class Diagnoser {
       const double crossed = likelihood(measured_.counting(held_out_));
       cause.g2_log_odds = likelihood(sides_->judged) - crossed;
     }
-    cause.confirmed = cause.on_g1 && cause.g2_log_odds > kConfirms;
+    cause.confirmed =
+        cause.on_g1 && cause.g2_log_odds > kConfirms && !cause.finding.of_a_part();
     cause.gain_mm = mean_mm(GainModel::kCalibrated) - mean_mm(GainModel::kExtended);
     return cause;
   }

@@ -60,6 +60,7 @@ struct Dependence {
 struct Remainder {
   bool significant = false;
   bool scatter = false;  // larger than the noise, without structure
+  std::optional<ScatterFound> scatter_size;
   std::vector<std::string> depends_on;
   double rms_mm = 0.0;  // of the good readings after the causes
   std::vector<NoisyDial> noisy_dials;

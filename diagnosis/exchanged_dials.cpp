@@ -1,35 +1,64 @@
 #include "diagnosis/exchanged_dials.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
+namespace {
+
+/// A free shift of each dial: what is asked before an exchange is. Dials that stand a little
+/// off would else be explained by the exchange of two others, with a part of the readings left
+/// out.
+Eigen::MatrixXd mounting_columns(const Readings& readings) {
+  constexpr double kPrior_mm = 1.0;
+  const double per_noise = kPrior_mm / std::max(1e-6, readings.rig_noise_mm());
+  const Eigen::MatrixXd others = readings.nuisance();
+  const auto dials = static_cast<Eigen::Index>(readings.channel_count());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings.count(), others.cols() + dials);
+  columns.leftCols(others.cols()) = others;
+  for (Eigen::Index row = 0; row < columns.rows(); ++row) {
+    const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+    columns(row, others.cols() + each.dial) = per_noise;
+  }
+  return columns;
+}
+
+/// The likelier of the fits from two starts, every dial free to stand elsewhere.
+JointFit fit_with_mounting(const Readings& readings, const simulation::ModelVector& start) {
+  const Eigen::MatrixXd columns = mounting_columns(readings);
+  JointFit from_nominal =
+      fit_jointly(readings, readings.model().nominal(), {}, nullptr, columns);
+  JointFit from_start = fit_jointly(readings, start, {}, nullptr, columns);
+  return from_start.log_likelihood > from_nominal.log_likelihood ? from_start : from_nominal;
+}
+
+}  // namespace
 
 std::optional<Hypothesis> find_exchanged_dials(
     Readings& readings, const std::vector<Hypothesis>& hypotheses, JointFit& baseline) {
   if (!looks_wrong(readings, baseline)) return std::nullopt;
   std::optional<Hypothesis> found;
   std::optional<Readings> best_readings;
-  JointFit best = baseline;
-  double best_likelihood = baseline.log_likelihood + kExchangeLogOdds;
+  JointFit best = fit_with_mounting(readings, baseline.model);
+  double best_likelihood = best.log_likelihood + kExchangeLogOdds;
   for (const Hypothesis& each : hypotheses) {
     if (!each.effect->exchanges_dials) continue;
     Readings swapped = readings.with_swapped_dials(each.place.dial, each.place.other_dial);
-    for (const simulation::ModelVector& start : {baseline.model, readings.model().nominal()}) {
-      JointFit fit = fit_jointly(swapped, start, {});
-      if (fit.log_likelihood <= best_likelihood) continue;
-      best_likelihood = fit.log_likelihood;
-      best = std::move(fit);
-      best_readings = swapped;
-      found = each;
-    }
+    JointFit fit = fit_with_mounting(swapped, baseline.model);
+    if (fit.log_likelihood <= best_likelihood) continue;
+    best_likelihood = fit.log_likelihood;
+    best = std::move(fit);
+    best_readings = std::move(swapped);
+    found = each;
   }
-  if (found) {
-    readings = std::move(*best_readings);
-    baseline = std::move(best);
-  }
+  if (found) readings = std::move(*best_readings);
+  // The robot as it is once the dials may stand elsewhere: with these where the rig file says,
+  // a fit from here tells those that do not.
+  JointFit again = fit_jointly(readings, best.model, {});
+  if (found || again.log_likelihood > baseline.log_likelihood) baseline = std::move(again);
   return found;
 }
 

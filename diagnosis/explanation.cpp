@@ -21,6 +21,7 @@ double prior_cost(std::size_t hypotheses) {
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
 /// no effect is refused for its size. Somebody may have typed 57 for 75.
 double implausibility(const ActiveEffect& active) {
+  if (active.effect->never_negative && active.x.front() < 0) return kNever;
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -99,6 +100,21 @@ Explanation Search::without(const Explanation& all, std::size_t i) const {
   chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
   sizes.erase(sizes.begin() + static_cast<std::ptrdiff_t>(i));
   return explained(all.fit, std::move(chosen), std::move(sizes), all.unknown);
+}
+
+Explanation Search::at_places(
+    const Explanation& all, const std::vector<std::size_t>& which,
+    const std::vector<Hypothesis>& places) const {
+  std::vector<Chosen> chosen = all.chosen;
+  std::vector<ActiveEffect> sizes = all.fit.effects;
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    chosen[which[k]].candidate.hypothesis = places[k];
+    sizes[which[k]] = at_rest(places[k]);
+    for (std::size_t i = 0; i < all.chosen.size(); ++i) {  // a place that it has already
+      if (all.chosen[i].candidate.hypothesis == places[k]) sizes[which[k]] = all.fit.effects[i];
+    }
+  }
+  return explained(all.fit, std::move(chosen), std::move(sizes), all.unknown, true);
 }
 
 Explanation Search::without_unknown(const Explanation& all, std::size_t i) const {

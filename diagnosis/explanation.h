@@ -41,6 +41,12 @@ class Search {
   /// session looks like a few gross readings. Empty if there are hardly any.
   [[nodiscard]] std::vector<Candidate> scored_with_gross(const Explanation& with) const;
 
+  [[nodiscard]] const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
+  /// Some effects of an explanation, by number, at other places of the same kind instead.
+  [[nodiscard]] Explanation at_places(
+      const Explanation& all, const std::vector<std::size_t>& which,
+      const std::vector<Hypothesis>& places) const;
+
   /// Without effect i; without smooth function i.
   [[nodiscard]] Explanation without(const Explanation& all, std::size_t i) const;
   [[nodiscard]] Explanation without_unknown(const Explanation& all, std::size_t i) const;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/pose_groups.h"
 #include "calibration/random.h"
 #include "calibration/residual_model.h"
 #include "diagnosis/thresholds.h"
@@ -34,6 +35,8 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   result.noise = result.noise.cwiseSqrt();
   result.random.resize(readings.count(), 0);
   result.u.resize(0);
+  result.shared = readings.shareable_like(fitted.shared.get());
+  result.shift_mm = Eigen::VectorXd::Zero(readings.count());
   return result;
 }
 
@@ -48,7 +51,7 @@ double log_density(double e, double s_mm, double gross_share) {
 /// above the noise once everything else that was fitted has taken over what it can (a step that
 /// comes after the last fitted point).
 std::vector<bool> not_determined(const Readings& readings, const JointFit& fit) {
-  const Eigen::MatrixXd J = fit.root().asDiagonal() * fit.J;
+  const Eigen::MatrixXd J = fit.whitening()(fit.J);
   std::vector<bool> result;
   Eigen::Index at = readings.model().parameter_count();
   for (const simulation::ActiveEffect& each : fit.effects) {
@@ -121,7 +124,8 @@ Eigen::VectorXd weights_on_g2(const GainQuestion& question, double s_mm) {
     const Row& each = all.rows()[static_cast<std::size_t>(row)];
     const Row& here = g2.rows()[static_cast<std::size_t>(at)];
     if (each.trial != here.trial || each.dial != here.dial) continue;
-    const double size_mm = std::abs(extended.residual_mm[row]) / extended.noise[row];
+    const double own_mm = extended.residual_mm[row] - extended.shift_mm[row];
+    const double size_mm = std::abs(own_mm) / extended.noise[row];
     if (extended.weight[row] < kGoodWeight && size_mm > kGrossSigma * s_mm) weight[at] = 0.0;
     ++at;
   }
@@ -145,18 +149,50 @@ std::vector<std::size_t> poses_of(
   return poses;
 }
 
+/// Shifts that the readings of an arrival share, found in these readings: fills shift_mm. What
+/// they cost the log likelihood.
+double shared_shifts(JointFit& here, const Eigen::VectorXd& counted) {
+  if (!here.shared) return 0.0;
+  double cost = 0.0;
+  here.weight = counted;
+  constexpr int kPasses = 3;  // a gross reading pulls the shift until it is known as one
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Whitening whitening = here.whitening();
+    Whitening::Shifts shifts = whitening.shifts_of(here.residual_mm);
+    cost = 0.5 * shifts.squares / (here.s_mm * here.s_mm) + 0.5 * whitening.log_volume();
+    here.shift_mm = std::move(shifts.in_readings_mm);
+    const Eigen::VectorXd own_mm = here.own_residual_mm();
+    for (Eigen::Index row = 0; row < own_mm.size(); ++row) {
+      const double s_mm = here.s_mm * here.noise[row];
+      const double all = log_density(own_mm[row], s_mm, here.gross_share);
+      const double gross = std::log(here.gross_share / kGrossRange_mm);
+      here.weight[row] = counted[row] * -std::expm1(std::min(0.0, gross - all));
+    }
+  }
+  return cost;
+}
+
 /// Log odds of each cause: G2 with it against without.
 std::vector<double> odds_on_g2(
     const Readings& g2, const Eigen::VectorXd& weight, const GainStudy& study) {
   const auto likelihood = [&](const JointFit& fit) {
-    const JointFit here = applied(g2, fit);
-    double sum = 0.0;
+    JointFit here = applied(g2, fit);
+    const Eigen::VectorXd counted =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? 1.0 : 0.0; })
+            .cwiseProduct(weight);
+    here.residual_mm =
+        here.residual_mm.unaryExpr([](double e) { return std::isfinite(e) ? e : 0.0; });
+    // Independent readings are judged by the noise of the whole explanation. Where one side has
+    // shared shifts, these are its way to explain G2, and each side is judged by its own noise.
+    if (!study.extended.shared && !fit.shared) {
+      here.s_mm = study.extended.s_mm;
+      here.gross_share = study.extended.gross_share;
+    }
+    double sum = -shared_shifts(here, counted);
+    const Eigen::VectorXd own_mm = here.own_residual_mm();
     for (Eigen::Index row = 0; row < g2.count(); ++row) {
-      if (weight[row] > 0 && std::isfinite(here.residual_mm[row])) {
-        sum += log_density(
-            here.residual_mm[row], study.extended.s_mm * here.noise[row],
-            study.extended.gross_share);
-      }
+      if (counted[row] == 0) continue;
+      sum += log_density(own_mm[row], here.s_mm * here.noise[row], here.gross_share);
     }
     return sum;
   };
@@ -313,25 +349,55 @@ std::vector<double> rms_by_dial(const Judged& judged, const std::vector<std::siz
   return result;
 }
 
-/// 95 % interval of the mean difference: poses are drawn, the same for both models.
+/// Of one pose: how many samples of it were judged, and the sum of their differences.
+struct PoseDifference {
+  double sum_mm = 0.0;
+  double samples = 0.0;
+};
+
+/// Of the usable samples, pose by pose.
+std::vector<PoseDifference> by_pose(
+    const Judged& each, const Judged& reference, const std::vector<std::size_t>& samples,
+    const std::vector<Eigen::Index>& usable) {
+  if (usable.empty()) return {};
+  const auto& trials = each.readings->trials();
+  Eigen::MatrixXd q(std::ssize(usable), trials.front().q.size());
+  for (Eigen::Index row = 0; row < q.rows(); ++row) {
+    const Eigen::Index i = usable[static_cast<std::size_t>(row)];
+    q.row(row) = trials[samples[static_cast<std::size_t>(i)]].q.transpose();
+  }
+  std::vector<PoseDifference> poses;
+  for (const std::vector<int>& rows : calibration::rows_by_group(calibration::pose_groups(q))) {
+    PoseDifference& pose = poses.emplace_back();
+    for (const int row : rows) {
+      const Eigen::Index i = usable[static_cast<std::size_t>(row)];
+      pose.sum_mm += each.error_mm[i] - reference.error_mm[i];
+      pose.samples += 1.0;
+    }
+  }
+  return poses;
+}
+
+/// 95 % interval of the mean difference: poses are drawn with all their repeats, the same for
+/// both models. Repeats share their pose's error, so that drawing them one by one would make
+/// the interval too short.
 void add_interval(
-    GainRow& row, const Judged& each, const Judged& reference,
-    const std::vector<Eigen::Index>& usable, const GainSettings& settings) {
-  if (usable.empty() || settings.draws <= 0) return;
-  const auto count = static_cast<double>(usable.size());
+    GainRow& row, const std::vector<PoseDifference>& poses, const GainSettings& settings) {
+  if (poses.empty() || settings.draws <= 0) return;
   std::vector<double> drawn(static_cast<std::size_t>(settings.draws));
   for (std::size_t d = 0; d < drawn.size(); ++d) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < usable.size(); ++k) {
+    PoseDifference all;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
       const auto words = calibration::random_words(
           settings.seed, static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(d), 0,
           kDrawStream);
       const auto pick = static_cast<std::size_t>(
-          calibration::open_unit(words[0]) * static_cast<double>(usable.size()));
-      const Eigen::Index i = usable[std::min(pick, usable.size() - 1)];
-      sum += each.error_mm[i] - reference.error_mm[i];
+          calibration::open_unit(words[0]) * static_cast<double>(poses.size()));
+      const PoseDifference& pose = poses[std::min(pick, poses.size() - 1)];
+      all.sum_mm += pose.sum_mm;
+      all.samples += pose.samples;
     }
-    drawn[d] = sum / count;
+    drawn[d] = all.sum_mm / all.samples;
   }
   std::sort(drawn.begin(), drawn.end());
   const auto quantile = [&](double share) {
@@ -375,7 +441,7 @@ GainRow row_of(
   const bool shares =
       each.model != GainModel::kNominal && explainable > kWorthSharing * noise_square;
   row.removed_share = shares ? (reference_square - square) / explainable : kNan;
-  add_interval(row, each, reference, usable, settings);
+  add_interval(row, by_pose(each, reference, poses, usable), settings);
   return row;
 }
 

@@ -19,7 +19,8 @@ bool touches_near_edge(
 }
 
 bool is_gross(const JointFit& fit, Eigen::Index row) {
-  return std::abs(fit.residual_mm[row]) >= kGrossSigma * fit.s_mm * fit.noise[row] &&
+  return std::abs(fit.residual_mm[row] - fit.shift_mm[row]) >=
+             kGrossSigma * fit.s_mm * fit.noise[row] &&
          fit.weight[row] <= kGoodWeight;
 }
 

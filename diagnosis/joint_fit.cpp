@@ -40,13 +40,14 @@ void set_noise(JointFit& fit, const Eigen::VectorXd& relative, const Eigen::Vect
   }
 }
 
-/// Expectation steps: weights, s, share of gross errors, likelihood.
+/// Expectation steps: weights, shared shifts, s, share of gross errors, likelihood.
 void weigh(
     JointFit& fit, const Eigen::VectorXd& relative, const Eigen::VectorXd& doubt,
     double smallest_s_mm) {
   const Eigen::VectorXd& e = fit.residual_mm;
   const double n = static_cast<double>(e.size());
-  fit.weight.resize(e.size());
+  if (fit.weight.size() != e.size()) fit.weight = Eigen::VectorXd::Ones(e.size());
+  fit.shift_mm = Eigen::VectorXd::Zero(e.size());
   for (int pass = 0; pass < 3; ++pass) {
     double squares = 0.0;
     double good = 0.0;
@@ -54,13 +55,22 @@ void weigh(
     const double density = 1.0 / std::sqrt(2 * std::numbers::pi);
     const double as_gross = fit.gross_share / gross_range_mm(fit.s_mm);
     set_noise(fit, relative, doubt);
+    if (fit.shared) {
+      const Whitening whitening = fit.whitening();
+      Whitening::Shifts shifts = whitening.shifts_of(e);
+      fit.shift_mm = std::move(shifts.in_readings_mm);
+      squares = shifts.squares;
+      fit.log_likelihood =
+          -0.5 * squares / (fit.s_mm * fit.s_mm) - 0.5 * whitening.log_volume();
+    }
     for (Eigen::Index i = 0; i < e.size(); ++i) {
       const double s_mm = fit.s_mm * fit.noise[i];
-      const double z = e[i] / s_mm;
+      const double own_mm = e[i] - fit.shift_mm[i];
+      const double z = own_mm / s_mm;
       const double as_good = (1 - fit.gross_share) * density / s_mm * std::exp(-0.5 * z * z);
       fit.weight[i] = as_good / (as_good + as_gross);
       fit.log_likelihood += std::log(as_good + as_gross);
-      squares += fit.weight[i] * std::pow(e[i] / fit.noise[i], 2);
+      squares += fit.weight[i] * std::pow(own_mm / fit.noise[i], 2);
       good += fit.weight[i];
     }
     squares += fit.u.squaredNorm();
@@ -69,18 +79,28 @@ void weigh(
   }
 }
 
+/// Of a shared part: what the parameters' uncertainty changes by it, and that it must show
+/// itself.
+double cost_of_sharing(const JointFit& fit, const Whitening& whitening) {
+  const Eigen::MatrixXd Q = orthonormal_basis(whitening.root().asDiagonal() * fit.J);
+  const Eigen::MatrixXd spread = whitening.spread(Q);
+  const Eigen::LLT<Eigen::MatrixXd> llt(spread.transpose() * spread);
+  return llt.matrixLLT().diagonal().array().log().sum() + kSharedLogOdds;
+}
+
 /// Covariance, and u integrated out of the likelihood:
-///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns.
+///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns;
+/// shared shifts likewise: their likelihood is the residual one (sample_scatter.h).
 void finish(JointFit& fit) {
-  const Eigen::VectorXd root = fit.root();
+  const Whitening whitening = fit.whitening();
   const Eigen::Index p = fit.J.cols();
   const Eigen::Index m = fit.random.cols();
   Eigen::MatrixXd A(fit.residual_mm.size(), p + m);
-  A.leftCols(p) = root.asDiagonal() * fit.J;
-  if (m > 0) A.rightCols(m) = root.asDiagonal() * fit.random;
+  A.leftCols(p) = whitening(fit.J);
+  if (m > 0) A.rightCols(m) = whitening(fit.random);
   Eigen::MatrixXd normal = A.transpose() * A;
   normal.bottomRightCorner(m, m).diagonal().array() += 1.0;
-  const double squares = root.cwiseProduct(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
+  const double squares = whitening(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
   const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted);
   // Scaled: millimetres stand beside radians.
   const Eigen::VectorXd scale =
@@ -90,6 +110,7 @@ void finish(JointFit& fit) {
                                   scaled.completeOrthogonalDecomposition().pseudoInverse() *
                                   scale.asDiagonal();
   fit.covariance = inverse.topLeftCorner(p, p) * variance;
+  if (fit.shared) fit.log_likelihood -= cost_of_sharing(fit, whitening);
   if (m == 0) return;
   // det of the Schur complement: 1 / det of the inverse's corner.
   const Eigen::MatrixXd corner = inverse.bottomRightCorner(m, m);
@@ -101,69 +122,6 @@ void finish(JointFit& fit) {
 Eigen::VectorXd tamed(Eigen::VectorXd e) {
   return e.unaryExpr([](double v) { return std::isfinite(v) ? v : kOutOfReach_mm; });
 }
-
-}  // namespace
-
-int linear_count(const simulation::Effect& effect) {
-  return static_cast<int>(effect.parameters.size()) - (effect.searched ? 1 : 0);
-}
-
-int fitted_count(const simulation::Effect& effect) {
-  return static_cast<int>(effect.parameters.size()) -
-         (effect.searched && !effect.searched_change ? 1 : 0);
-}
-
-Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns, double relative) {
-  Eigen::MatrixXd scaled = columns;
-  for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
-    const double norm = scaled.col(i).norm();
-    if (norm > 0) scaled.col(i) /= norm;
-  }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
-  qr.setThreshold(relative);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(scaled.rows(), qr.rank());
-}
-
-Eigen::MatrixXd effect_columns(
-    const Readings& readings, const ModelVector& at, const ExtendedModel& extended,
-    const ActiveEffect& candidate, const Eigen::VectorXd& simulated_mm) {
-  const int count = linear_count(*candidate.effect);
-  Eigen::MatrixXd columns(readings.count(), count);
-  for (int i = 0; i < count; ++i) {
-    ActiveEffect moved = candidate;
-    const auto k = static_cast<std::size_t>(i);
-    const double step = 1e-3 * candidate.effect->parameters[k].sigma;
-    moved.x[k] += step;
-    columns.col(i) = (readings.simulate(at, extended, &moved) - simulated_mm) / step;
-  }
-  return columns.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
-}
-
-Eigen::VectorXd residual_at_rest_mm(const Readings& readings, const JointFit& fit) {
-  return fit.residual_mm.cwiseProduct(readings.relative_noise()).cwiseQuotient(fit.noise);
-}
-
-Projector::Projector(const JointFit& fit) : root_(fit.root()) {
-  const Eigen::Index n = fit.residual_mm.size();
-  const Eigen::Index m = fit.random.cols();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + m, fit.J.cols() + m);
-  columns.topLeftCorner(n, fit.J.cols()) = root_.asDiagonal() * fit.J;
-  Eigen::VectorXd e(n + m);
-  e.head(n) = root_.cwiseProduct(fit.residual_mm);
-  if (m > 0) {
-    columns.topRightCorner(n, m) = root_.asDiagonal() * fit.random;
-    columns.bottomRightCorner(m, m).setIdentity();
-    e.tail(m) = -fit.u;
-  }
-  const Eigen::MatrixXd Q = orthonormal_basis(columns);
-  e -= Q * (Q.transpose() * e);
-  Q_ = Q.topRows(n);
-  e_ = e.head(n);
-  squares_ = e.squaredNorm();
-  freedom_ = std::max(3.0, fit.weight.sum() - fit.fitted);
-}
-
-namespace {
 
 // Standard deviations are not fitted below this, nor below a share of the rig's noise: exact
 // data would make the weights of gross readings meaningless.
@@ -198,6 +156,8 @@ class Fitter {
     fit_.model = start;
     fit_.effects = std::move(effects);
     fit_.gross_share = near ? near->gross_share : kLeastGrossShare;
+    fit_.shift_mm = Eigen::VectorXd::Zero(readings.count());
+    if (near) share_as(*near);
     fit_.residual_mm = residual_of(fit_.model, fit_.effects, fit_.u);
     fit_.s_mm = std::max({smallest_s_mm_, near ? near->s_mm : 0.0, scale_of_residual()});
   }
@@ -205,6 +165,18 @@ class Fitter {
   /// `plain_steps`: so many steps of least squares with every reading counted, before the
   /// weights come in; fewer if these settle.
   [[nodiscard]] JointFit run(int plain_steps) {
+    iterate(plain_steps);
+    constexpr int kMostChanges = 5;
+    for (int i = 0; i < kMostChanges && fit_.converged && share_anew(); ++i) {
+      fit_.converged = false;
+      iterate(0);
+    }
+    finish(fit_);
+    return std::move(fit_);
+  }
+
+ private:
+  void iterate(int plain_steps) {
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
       const bool plain = step < plain_steps;
       doubt_mm_ = readings_.doubt_mm(fit_.model, extended_here());
@@ -242,14 +214,45 @@ class Fitter {
       fit_.converged =
           damping_ == 0.0 && gain < kNearGain && std::abs(fit_.log_likelihood - last) < kNoRise;
     }
-    finish(fit_);
-    return std::move(fit_);
   }
 
- private:
+  /// Starts from the shared part that a similar fit has.
+  void share_as(const JointFit& near) {
+    fit_.shared = readings_.shareable_like(near.shared.get());
+    if (fit_.shared) fit_.shared_ratio = near.shared_ratio;
+  }
+
+  /// Looks again at what readings of an arrival share, now that the fit stands. Whether
+  /// anything changed by that.
+  [[nodiscard]] bool share_anew() {
+    const Eigen::VectorXd root = fit_.root();
+    const double freedom = std::max(3.0, fit_.weight.sum() - fit_.fitted);
+    const LeftOver left{root, fit_.residual_mm, fit_.J, fit_.random, fit_.u, freedom};
+    const auto before = fit_.shared;
+    const double ratio_before = fit_.shared_ratio;
+    fit_.shared = nullptr;
+    fit_.shared_ratio = 0.0;
+    double most = kSharedLogOdds;
+    for (const auto& each : readings_.shareable()) {
+      // Beside smooth functions a look is dear: the kind of sharing then stays.
+      const bool same = each == before;
+      if (before && !same && fit_.random.cols() > 0) continue;
+      if (!before && !may_be_shared(left, *each)) continue;
+      const auto size = scatter_size(left, *each, {.near = same ? ratio_before : 0.0});
+      if (!size || size->gain <= most) continue;
+      most = size->gain;
+      fit_.shared = each;
+      fit_.shared_ratio = size->ratio;
+    }
+    if (!fit_.shared) fit_.shift_mm.setZero();
+    constexpr double kSettled = 0.03;  // of the ratio's logarithm: a hundredth of log evidence
+    return fit_.shared != before ||
+           (fit_.shared && std::abs(std::log(fit_.shared_ratio / ratio_before)) > kSettled);
+  }
+
   /// Least squares of one step, columns scaled to length one, in the eigenvectors' directions.
   struct Equations {
-    Eigen::VectorXd root;  // weights
+    Whitening whitening;
     Eigen::VectorXd scale;
     Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
     Eigen::VectorXd along;
@@ -315,18 +318,18 @@ class Fitter {
 
   /// Also says how many parameters the data determine.
   [[nodiscard]] Equations equations_here() {
-    Equations result;
-    result.root = fit_.root();
-    const Eigen::VectorXd& root = result.root;
+    Equations result{fit_.whitening(), {}, {}, {}, 0.0, 0.0};
+    const Whitening& whitening = result.whitening;
     const Eigen::Index n = readings_.count();
     const Eigen::Index m = fit_.random.cols();
     const Eigen::Index count = fit_.J.cols();
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, count + m);
-    A.topLeftCorner(n, count) = root.asDiagonal() * fit_.J;
+    A.topLeftCorner(n, count) = whitening(fit_.J);
     Eigen::VectorXd target = Eigen::VectorXd::Zero(n + m);
-    target.head(n) = root.cwiseProduct(fit_.residual_mm);
+    target.head(n) = whitening(fit_.residual_mm);
+    const double squares = target.squaredNorm();
     if (m > 0) {
-      A.topRightCorner(n, m) = root.asDiagonal() * fit_.random;
+      A.topRightCorner(n, m) = whitening(fit_.random);
       A.bottomRightCorner(m, m).setIdentity();
       target.tail(m) = -fit_.u;
     }
@@ -342,7 +345,7 @@ class Fitter {
     const Eigen::Index seen =
         (result.eigen.eigenvalues().array() > kUnseen * result.largest).count();
     fit_.fitted = static_cast<int>(seen - m);
-    result.squares = root.cwiseProduct(fit_.residual_mm).squaredNorm() + fit_.u.squaredNorm();
+    result.squares = squares + fit_.u.squaredNorm();
     return result;
   }
 
@@ -368,8 +371,7 @@ class Fitter {
       }
       next.u = fit_.u + change.tail(fit_.random.cols());
       next.residual = residual_of(next.model, next.effects, next.u);
-      next.squares =
-          equations.root.cwiseProduct(next.residual).squaredNorm() + next.u.squaredNorm();
+      next.squares = equations.whitening(next.residual).squaredNorm() + next.u.squaredNorm();
       if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
     return std::nullopt;
@@ -384,6 +386,19 @@ class Fitter {
 };
 
 }  // namespace
+
+Eigen::VectorXd residual_at_rest_mm(const Readings& readings, const JointFit& fit) {
+  return fit.own_residual_mm().cwiseProduct(readings.relative_noise()).cwiseQuotient(fit.noise);
+}
+
+std::optional<ScatterSize> JointFit::scatter(bool with_interval) const {
+  if (!shared) return std::nullopt;
+  const Eigen::VectorXd roots = root();
+  const double freedom = std::max(3.0, weight.sum() - fitted);
+  return scatter_size(
+      {roots, residual_mm, J, random, u, freedom}, *shared,
+      {.near = shared_ratio, .with_interval = with_interval});
+}
 
 JointFit fit_jointly(
     const Readings& readings, const ModelVector& start, std::vector<ActiveEffect> effects,

@@ -8,12 +8,20 @@
 //
 // Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
 // smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
+//
+// Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its
+// size belongs to the noise, as s does: each fit finds its own, and has none where that does
+// not pay.
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <vector>
 
+#include "diagnosis/orthonormal.h"
 #include "diagnosis/readings.h"
+#include "diagnosis/sample_scatter.h"
 
 namespace sixdial::diagnosis {
 
@@ -31,11 +39,23 @@ struct JointFit {
   double gross_share = 0.0;     // eps
   double log_likelihood = 0.0;  // with u's density, and u integrated out
   int fitted = 0;               // number of parameters that the data determine
+  /// What readings of an arrival share, null: nothing; and its variance over s^2.
+  std::shared_ptr<const ScatterColumns> shared;
+  double shared_ratio = 0.0;
+  Eigen::VectorXd shift_mm;  // the shared part of each reading, a part of residual_mm
   /// No step would raise the likelihood by anything that matters. Where this is false, nothing
   /// that is computed from the fit may be called certain.
   bool converged = false;
-  /// What a row of the least squares is multiplied by.
+  /// What a row of the least squares is multiplied by, if readings were independent ...
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
+  /// ... and what makes all rows independent and alike.
+  [[nodiscard]] Whitening whitening() const { return {root(), shared.get(), shared_ratio}; }
+  /// residual_mm without what an arrival's readings share: of each reading alone.
+  [[nodiscard]] Eigen::VectorXd own_residual_mm() const { return residual_mm - shift_mm; }
+  /// Share of the readings that it does without: their weights, added up.
+  [[nodiscard]] double left_out() const { return weight.size() > 0 ? 1 - weight.mean() : 0.0; }
+  /// For questions about the noise.
+  [[nodiscard]] std::optional<ScatterSize> scatter(bool with_interval = false) const;
 };
 
 /// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
@@ -45,8 +65,8 @@ struct JointFit {
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,
     const Eigen::MatrixXd& random = {});
 
-/// Residuals in the noise of their dials [mm]: those of a sample of which something is not
-/// known are larger by that, which is no scatter.
+/// Residuals of each reading alone in the noise of its dial [mm]: those of a sample of which
+/// something is not known are larger by that, which is no scatter.
 [[nodiscard]] Eigen::VectorXd residual_at_rest_mm(
     const Readings& readings, const JointFit& fit);
 
@@ -61,11 +81,11 @@ class Projector {
   [[nodiscard]] const Eigen::VectorXd& residual() const { return e_; }
   [[nodiscard]] double squares() const { return squares_; }
   [[nodiscard]] double freedom() const { return freedom_; }
-  [[nodiscard]] const Eigen::VectorXd& root_weight() const { return root_; }
+  [[nodiscard]] const Whitening& whitening() const { return whitening_; }
 
  private:
   Eigen::MatrixXd Q_;
-  Eigen::VectorXd root_;
+  Whitening whitening_;
   Eigen::VectorXd e_;
   double squares_ = 0.0;
   double freedom_ = 0.0;
@@ -81,9 +101,5 @@ class Projector {
 [[nodiscard]] int linear_count(const simulation::Effect& effect);
 /// Number of parameters that a fit moves: a searched one too if it is continuous.
 [[nodiscard]] int fitted_count(const simulation::Effect& effect);
-
-/// Thin orthonormal basis of a matrix's columns, directions below `relative` left out.
-[[nodiscard]] Eigen::MatrixXd orthonormal_basis(
-    const Eigen::MatrixXd& columns, double relative = 1e-9);
 
 }  // namespace sixdial::diagnosis

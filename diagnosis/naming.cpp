@@ -7,7 +7,9 @@
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
+#include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
+#include "diagnosis/tied_sets.h"
 #include "diagnosis/uneven_noise.h"
 
 namespace sixdial::diagnosis {
@@ -208,6 +210,7 @@ Finding finding_of(
       {},
       evidence < settings.tie_log_odds};
   finding.settled = found.fit.converged;
+  finding.left_out = found.fit.left_out();
   // With several names, best_of_growing has already held smooth functions against them; a
   // single name is held against one here.
   const Explanation unnamed =
@@ -233,6 +236,35 @@ Finding finding_of(
   return finding;
 }
 
+/// Something that changes slowly and is in no column looks like several names at once: growth
+/// by a temperature that rises as well, a drift, a step where these do not fit. All such names
+/// together are held against something smooth that nobody named.
+/// What the smooth explanation lacks in evidence, and what it depends on; empty if it took
+/// their place, or if they are fewer than two, which finding_of asks by themselves.
+struct SlowRival {
+  double log_odds = 0.0;
+  std::vector<std::string> covariates;
+};
+bool is_slow(const Hypothesis& name) {
+  constexpr unsigned kSlow = simulation::kTime | simulation::kTemperature;
+  return name.effect->in_time || (name.effect->needs & kSlow) != 0;
+}
+std::optional<SlowRival> hold_against_slow_change(const Search& search, Explanation& found) {
+  Explanation others = found;
+  others.unknown.clear();
+  for (std::size_t i = others.chosen.size(); i-- > 0;) {
+    if (is_slow(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
+  }
+  if (others.chosen.size() + 1 >= found.chosen.size()) return std::nullopt;
+  Explanation smooth = search.with_unknown(others);
+  if (smooth.unknown.empty()) return std::nullopt;
+  if (smooth.evidence > found.evidence) {
+    found = std::move(smooth);
+    return std::nullopt;
+  }
+  return SlowRival{found.evidence - smooth.evidence, smooth.unknown.back().covariates};
+}
+
 /// With the noise of each dial taken as given.
 NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& settings) {
   NamedCauses result;
@@ -241,6 +273,8 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   const std::vector<Hypothesis> hypotheses = hypotheses_for(readings, result.not_testable);
   result.swap = find_exchanged_dials(readings, hypotheses, result.baseline);
   readings.place_tool(result.baseline.model);
+  readings.share(shareable_columns(readings, result.baseline.model));
+  result.baseline = fit_jointly(readings, result.baseline.model, {}, &result.baseline);
   const Search search(readings, settings, hypotheses);
 
   Explanation found = best_of_growing(search, settings, result);
@@ -249,10 +283,19 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   } else {
     Refinement(search, settings, found).run();
   }
+  const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
   result.unknown = found.unknown;
   result.unknown_rivals = rivals_of_unknown(readings, search, found);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
+  }
+  tie_alike_sets(search, settings, found, result.findings);
+  for (Finding& finding : result.findings) {
+    if (!slow || slow->log_odds >= settings.tie_log_odds || !is_slow(finding.hypothesis)) {
+      continue;
+    }
+    finding.tied_with_unknown = slow->covariates;
+    finding.unknown_log_odds = slow->log_odds;
   }
   result.gross = gross_readings(readings, found.fit);
   result.evidence = found.evidence;
@@ -261,6 +304,8 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
 }
 
 }  // namespace
+
+bool Finding::of_a_part() const { return left_out > kMostLeftOut; }
 
 std::vector<std::string> NamedCauses::depends_on() const {
   std::vector<std::string> result;

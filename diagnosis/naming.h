@@ -46,8 +46,12 @@ struct Finding {
   std::vector<std::string> tied_with_unknown{};
   double unknown_log_odds = 0.0;  // evidence for the name less evidence for that
   bool settled = true;            // the fit that it rests on has converged
+  double left_out = 0.0;          // share of the readings that this fit does without
+  /// Too large a share: they may say something else.
+  [[nodiscard]] bool of_a_part() const;
   [[nodiscard]] bool certain() const {
-    return settled && tied_with.empty() && !tied_with_nothing && tied_with_unknown.empty();
+    return settled && !of_a_part() && tied_with.empty() && !tied_with_nothing &&
+           tied_with_unknown.empty();
   }
 };
 

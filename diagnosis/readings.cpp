@@ -7,7 +7,18 @@
 #include <limits>
 #include <utility>
 
+#include "geometry/long_work.h"
+
 namespace sixdial::diagnosis {
+namespace {
+
+/// Long sessions: looked at every so many samples.
+void check_end_at(std::size_t trial) {
+  constexpr std::size_t kEvery = 256;
+  if (trial % kEvery == 0) geometry::check_end();
+}
+
+}  // namespace
 
 Readings::Readings(
     const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
@@ -116,7 +127,38 @@ Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
   result.doubts_ = doubts_;
+  for (const auto& each : shareable_) result.shareable_.push_back(rows_of(*each, result));
   return result.with_noise(noise_of_dial_);
+}
+
+/// The part of the columns that another choice of trials needs.
+std::shared_ptr<const ScatterColumns> Readings::rows_of(
+    const ScatterColumns& all, const Readings& chosen) const {
+  ScatterColumns result{all.of, all.of_stops, {}, {}};
+  result.columns.setZero(chosen.count(), all.columns.cols());
+  std::size_t block = 0;
+  for (std::size_t t = 0; t < trials_.size(); ++t) {
+    const Eigen::Index rows = first_row_[t + 1] - first_row_[t];
+    const Eigen::Index here = chosen.first_row_[t];
+    if (rows == 0 || chosen.first_row_[t + 1] - here != rows) continue;
+    bool begins = result.first_row.empty();
+    while (block + 1 < all.first_row.size() && all.first_row[block + 1] <= first_row_[t]) {
+      ++block;
+      begins = true;
+    }
+    if (begins) result.first_row.push_back(here);
+    result.columns.middleRows(here, rows) = all.columns.middleRows(first_row_[t], rows);
+  }
+  result.first_row.push_back(chosen.count());
+  return std::make_shared<const ScatterColumns>(std::move(result));
+}
+
+std::shared_ptr<const ScatterColumns> Readings::shareable_like(
+    const ScatterColumns* other) const {
+  for (const auto& each : shareable_) {
+    if (other && each->of == other->of && each->of_stops == other->of_stops) return each;
+  }
+  return nullptr;
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {
@@ -141,6 +183,7 @@ Eigen::VectorXd Readings::simulate(
       Eigen::VectorXd::Constant(count(), std::numeric_limits<double>::quiet_NaN());
   simulation::Scene scene;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     if (extended.run(at, trials_[t], circumstances_[t], scene, extra)) pick(scene, t, result);
   }
   return result;
@@ -151,6 +194,7 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   simulation::Prediction seen;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     const auto reached = model_->predict(
         at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
         false, seen);
@@ -176,6 +220,7 @@ Eigen::MatrixXd Readings::jacobian(
   simulation::Scene scene;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     if (first_row_[t] == first_row_[t + 1]) continue;
     if (!slopes.at(at, trials_[t], circumstances_[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
@@ -196,6 +241,7 @@ Eigen::VectorXd Readings::doubt_mm(
   std::size_t last = trials_.size();
   for (const simulation::Doubt& doubt : doubts_) {
     const std::size_t t = doubt.trial;
+    check_end_at(t);
     const Eigen::Index first = first_row_[t];
     const Eigen::Index rows = first_row_[t + 1] - first;
     if (rows == 0) continue;
@@ -225,6 +271,7 @@ const Eigen::MatrixXd& Readings::reading_columns(
   simulation::Scene scene;
   scene.reading_mm.assign(model_->rig().dials.size(), 0.0);
   for (int i = 0; i < count; ++i) {
+    geometry::check_end();
     const auto k = static_cast<std::size_t>(i);
     simulation::ActiveEffect moved = candidate;
     const double step = 1e-3 * candidate.effect->parameters[k].sigma;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/sample_scatter.h"
 #include "simulation/extended_model.h"
 #include "simulation/extended_slopes.h"
 #include "simulation/forward_model.h"
@@ -63,6 +64,16 @@ class Readings {
   /// Directions of travel and of plungers depend on where the tool was: set it again after a
   /// fit.
   void place_tool(const simulation::ModelVector& at);
+  /// What readings of an arrival may share (shareable.h); empty: they are independent.
+  void share(std::vector<std::shared_ptr<const ScatterColumns>> columns) {
+    shareable_ = std::move(columns);
+  }
+  [[nodiscard]] const std::vector<std::shared_ptr<const ScatterColumns>>& shareable() const {
+    return shareable_;
+  }
+  /// The one of the same kind as another session's; null if there is none.
+  [[nodiscard]] std::shared_ptr<const ScatterColumns> shareable_like(
+      const ScatterColumns* other) const;
   /// Rows of trial t: [first_row(t), first_row(t + 1)).
   [[nodiscard]] Eigen::Index first_row(std::size_t trial) const { return first_row_[trial]; }
 
@@ -98,6 +109,8 @@ class Readings {
 
  private:
   void set_noise();
+  [[nodiscard]] std::shared_ptr<const ScatterColumns> rows_of(
+      const ScatterColumns& all, const Readings& chosen) const;
 
   const simulation::ForwardModel* model_;
   std::vector<simulation::Trial> trials_;
@@ -115,6 +128,7 @@ class Readings {
   bool has_dials_ = false;
   std::size_t channels_ = 0;
   double rig_noise_mm_ = 0.0;
+  std::vector<std::shared_ptr<const ScatterColumns>> shareable_;
 };
 
 }  // namespace sixdial::diagnosis

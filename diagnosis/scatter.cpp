@@ -9,6 +9,7 @@
 
 #include "calibration/noise.h"
 #include "diagnosis/gross_readings.h"
+#include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 #include "geometry/same_pose.h"
 
@@ -42,23 +43,29 @@ class Repeats {
       if (only && each.dial != static_cast<int>(*only)) continue;
       groups_[{trials[static_cast<std::size_t>(each.trial)].point, each.dial}].push_back(row);
     }
-    for (const auto& [key, rows] : groups_) add(readings, fit, rows);
+    own_mm_ = fit.own_residual_mm();
+    leverage_ = fit.whitening().leverage();
+    for (const auto& [key, rows] : groups_) add(readings, rows);
   }
-  [[nodiscard]] int freedom() const { return freedom_; }
-  [[nodiscard]] double sigma_mm() const { return std::sqrt(squares_ / std::max(1, freedom_)); }
+  [[nodiscard]] int freedom() const { return static_cast<int>(freedom_); }
+  [[nodiscard]] double sigma_mm() const {
+    return std::sqrt(squares_ / std::max(1.0, freedom_));
+  }
 
  private:
-  void add(
-      const Readings& readings, const JointFit& fit, const std::vector<Eigen::Index>& rows) {
+  void add(const Readings& readings, const std::vector<Eigen::Index>& rows) {
     if (rows.size() < 2) return;
+    const auto count = static_cast<double>(rows.size());
     double sum = 0.0;
+    double taken = 0.0;  // by what the readings of an arrival share
     for (const Eigen::Index row : rows) {
       if (!same_pose(readings, rows.front(), row)) return;
-      sum += fit.residual_mm[row];
+      sum += own_mm_[row];
+      taken += leverage_[row];
     }
-    const double mean = sum / static_cast<double>(rows.size());
-    for (const Eigen::Index row : rows) squares_ += std::pow(fit.residual_mm[row] - mean, 2);
-    freedom_ += static_cast<int>(rows.size()) - 1;
+    const double mean = sum / count;
+    for (const Eigen::Index row : rows) squares_ += std::pow(own_mm_[row] - mean, 2);
+    freedom_ += (count - 1) * (1 - taken / count);
   }
   [[nodiscard]] static bool same_pose(
       const Readings& readings, Eigen::Index a, Eigen::Index b) {
@@ -77,8 +84,9 @@ class Repeats {
   }
 
   std::map<std::pair<int, int>, std::vector<Eigen::Index>> groups_;  // by point and channel
+  Eigen::VectorXd own_mm_, leverage_;
   double squares_ = 0.0;
-  int freedom_ = 0;
+  double freedom_ = 0.0;
 };
 
 }  // namespace
@@ -93,6 +101,29 @@ Noise noise_of(const Readings& readings, const JointFit& fit, std::optional<std:
 }
 
 namespace {
+
+/// What each reading scatters by besides the noise. The bounds of both variances are taken
+/// together, which makes the interval a little wide.
+ScatterFound beside_noise(const Noise& noise, double s_mm, double freedom) {
+  constexpr double kTail = 0.025;
+  const auto bound = [&](double sigma_mm, double degrees, bool upper) {
+    const boost::math::chi_squared law(degrees);
+    const double quantile = upper ? boost::math::quantile(law, kTail)
+                                  : boost::math::quantile(boost::math::complement(law, kTail));
+    return sigma_mm * std::sqrt(degrees / quantile);
+  };
+  const auto of_noise = [&](bool upper) {
+    const int degrees = noise.degrees_of_freedom;
+    return degrees > 0 ? bound(noise.sigma_mm, degrees, upper) : noise.sigma_mm;
+  };
+  const auto beside = [](double whole, double part) {
+    return std::sqrt(std::max(0.0, whole * whole - part * part));
+  };
+  return {
+      ScatterIn::kReadings, beside(s_mm, noise.sigma_mm),
+      beside(bound(s_mm, freedom, false), of_noise(true)),
+      beside(bound(s_mm, freedom, true), of_noise(false))};
+}
 
 /// A dial that has nothing to do with what the simulation says.
 NoisyDial wrong_dial(const Readings& readings, const JointFit& fit, std::size_t dial) {
@@ -114,11 +145,12 @@ Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& n
   std::vector<double> relative(dials, 1.0);
   const double share = 1 - fit.fitted / std::max(1.0 + fit.fitted, fit.weight.sum());
   const Eigen::VectorXd e = residual_at_rest_mm(readings, fit);
+  const Eigen::VectorXd leverage = fit.whitening().leverage();
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
     const int dial = readings.rows()[static_cast<std::size_t>(row)].dial;
     const auto d = static_cast<std::size_t>(readings.has_dials() ? dial : 0);
     squares[d] += fit.weight[row] * e[row] * e[row];
-    freedom[d] += share * fit.weight[row];
+    freedom[d] += share * fit.weight[row] * (1 - leverage[row]);
     relative[d] = readings.relative_noise()[row];
   }
   double in_noise = 0.0;
@@ -143,6 +175,14 @@ Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& n
   }
   const double s_mm = std::sqrt(in_noise / std::max(1.0, others));
   result.of_all = scatters(noise, s_mm, others);
+  if (result.of_all) result.found = beside_noise(noise, s_mm, others);
+  if (const auto size = fit.scatter(true)) {
+    const ScatterOf of = fit.shared->of;
+    const double per_unit = tool_motion_mm(readings, fit.model, of);
+    result.found = {
+        of == ScatterOf::kTool ? ScatterIn::kTool : ScatterIn::kJoints, per_unit * size->sd,
+        per_unit * size->low, per_unit * size->high};
+  }
   return result;
 }
 

@@ -30,11 +30,23 @@ struct NoisyDial {
   double expected_mm = 0.0;  // by its repeats, else by the rig file
 };
 
-struct Scatter {
-  bool of_all = false;           // of the dials that do not stand out, together
-  std::vector<NoisyDial> dials;  // that stand out
+/// Scatter without structure: of each arrival of the tool, of the recorded joint values, or of
+/// each reading alone.
+enum class ScatterIn { kTool, kJoints, kReadings };
+/// Its size: a standard deviation with a 95 % interval. In the tool: of x and of y; in joints:
+/// what it moves the tool by, likewise; in readings: what is there besides the noise.
+struct ScatterFound {
+  ScatterIn in = ScatterIn::kTool;
+  double sd_mm = 0.0, low_mm = 0.0, high_mm = 0.0;
 };
-/// Compares what the fit leaves with the noise.
+
+struct Scatter {
+  bool of_all = false;                // of the dials that do not stand out, together
+  std::optional<ScatterFound> found;  // the size of it, or of what arrivals share
+  std::vector<NoisyDial> dials;       // that stand out
+};
+/// Compares what the fit leaves with the noise. What readings of an arrival share is scatter
+/// whatever the noise is: the fit has weighed it against none.
 [[nodiscard]] Scatter scatter_of(
     const Readings& readings, const JointFit& fit, const Noise& noise);
 

@@ -1,6 +1,6 @@
 // Scores of all hypotheses against one fit. With Q an orthonormal basis of the fitted columns
 // and e the residual projected off it, a candidate's columns C enter only through
-//   C'C - (Q'C)'(Q'C)   and   C'e,
+//   C'C - (Q'C)'(Q'C)   and   C'e,   all of it whitened (sample_scatter.h),
 // so that an effect on one dial costs that dial's rows, and a step at every sample costs one
 // pass from the last sample to the first.
 #include <Eigen/Dense>
@@ -12,6 +12,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
 #include "diagnosis/thresholds.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -28,7 +29,7 @@ double chi2_tail(double x, int k) {
   return normal + std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2);
 }
 
-/// Raw columns, on some rows only if `rows` is not empty.
+/// Whitened columns; or as they are, on some rows only, if `rows` is not null.
 struct Columns {
   Eigen::MatrixXd values;
   const std::vector<Eigen::Index>* rows = nullptr;
@@ -40,6 +41,8 @@ struct Projected {
   double before = 0.0;  // squared norm without projection
 };
 
+constexpr std::size_t kLookEvery = 1024;  // samples, whether the work is to end
+
 class Scorer {
  public:
   Scorer(const Readings& readings, const JointFit& fit)
@@ -47,8 +50,9 @@ class Scorer {
         fit_(fit),
         extended_(readings.model(), fit.effects),
         projector_(fit),
-        root_(projector_.root_weight()),
+        whitening_(projector_.whitening()),
         Q_(projector_.Q()),
+        back_Q_(whitening_.transposed(Q_)),
         simulated_(readings.simulate(fit.model, extended_)),
         dial_rows_(readings.has_dials() ? readings.model().rig().dials.size() : 0) {
     for (std::size_t d = 0; d < dial_rows_.size(); ++d) {
@@ -57,7 +61,7 @@ class Scorer {
     for (const auto& rows : dial_rows_) {
       Eigen::MatrixXd part(static_cast<Eigen::Index>(rows.size()), Q_.cols());
       for (std::size_t i = 0; i < rows.size(); ++i) {
-        part.row(static_cast<Eigen::Index>(i)) = Q_.row(rows[i]);
+        part.row(static_cast<Eigen::Index>(i)) = back_Q_.row(rows[i]);
       }
       Q_of_dial_.push_back(std::move(part));
     }
@@ -86,6 +90,7 @@ class Scorer {
       }
     } else {
       for (const double value : result.values) {
+        geometry::check_end();
         result.columns.push_back(columns_of(at_rest(hypothesis, value)));
         result.projected.push_back(projected(result.columns.back()));
       }
@@ -93,17 +98,28 @@ class Scorer {
     return result;
   }
 
-  /// Against a residual that is projected already. Without evidence: the p value only.
+  /// A whitened residual that is projected already; and whitened a second time, for columns
+  /// that are not.
+  struct Left {
+    Eigen::VectorXd e, back;
+    double squares;
+  };
+  [[nodiscard]] Left left(Eigen::VectorXd e, double squares) const {
+    Eigen::VectorXd back = whitening_.transposed(e);
+    return {std::move(e), std::move(back), squares};
+  }
+
+  /// Without evidence: the p value only.
   [[nodiscard]] Candidate score(
-      const Prepared& prepared, const Eigen::VectorXd& e, double sse,
-      bool with_evidence = true) const {
+      const Prepared& prepared, const Left& left, bool with_evidence = true) const {
     Candidate best;
     if (prepared.values.empty()) return best;
     std::vector<Eigen::VectorXd> step_rights;
-    if (prepared.by_order) step_rights = step_right(prepared.columns[0], e);
+    if (prepared.by_order) step_rights = step_right(prepared.columns[0], left.e);
     std::vector<double> evidences;
     double most = -1.0;
     for (std::size_t i = 0; i < prepared.values.size(); ++i) {
+      geometry::check_end();
       const Projected& seen = prepared.projected[i];
       Candidate here;
       here.hypothesis = prepared.hypothesis;
@@ -111,8 +127,8 @@ class Scorer {
       take(
           here, seen,
           prepared.by_order ? step_rights[static_cast<std::size_t>(prepared.values[i])]
-                            : right_of(prepared.columns[i], e),
-          sse, with_evidence);
+                            : right_of(prepared.columns[i], left),
+          left.squares, with_evidence);
       evidences.push_back(here.evidence);
       if (here.gain > most) {
         most = here.gain;
@@ -161,23 +177,21 @@ class Scorer {
       ++kept;
     }
     result.values.conservativeResize(Eigen::NoChange, kept);
-    // Weighted from here on.
-    for (Eigen::Index at = 0; at < result.values.rows(); ++at) {
-      const Eigen::Index row = result.rows ? (*result.rows)[static_cast<std::size_t>(at)] : at;
-      result.values.row(at) *= root_[row];
-    }
+    if (!result.rows) result.values = whitening_(result.values);
     return result;
   }
 
   [[nodiscard]] Projected projected(const Columns& columns) const {
     Projected result;
     const Eigen::MatrixXd& C = columns.values;
-    const Eigen::MatrixXd plain = C.transpose() * C;
+    Eigen::MatrixXd plain;
     Eigen::MatrixXd shared;
     if (columns.rows) {
+      plain = whitening_.normal(C, *columns.rows);
       const auto dial = static_cast<std::size_t>(columns.rows - dial_rows_.data());
       shared.noalias() = Q_of_dial_[dial].transpose() * C;
     } else {
+      plain.noalias() = C.transpose() * C;
       shared.noalias() = Q_.transpose() * C;
     }
     result.normal = plain - shared.transpose() * shared;
@@ -185,13 +199,12 @@ class Scorer {
     return result;
   }
 
-  [[nodiscard]] static Eigen::VectorXd right_of(
-      const Columns& columns, const Eigen::VectorXd& e) {
-    if (!columns.rows) return columns.values.transpose() * e;
+  [[nodiscard]] static Eigen::VectorXd right_of(const Columns& columns, const Left& left) {
+    if (!columns.rows) return columns.values.transpose() * left.e;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
     for (Eigen::Index at = 0; at < columns.values.rows(); ++at) {
-      right +=
-          columns.values.row(at).transpose() * e[(*columns.rows)[static_cast<std::size_t>(at)]];
+      right += columns.values.row(at).transpose() *
+               left.back[(*columns.rows)[static_cast<std::size_t>(at)]];
     }
     return right;
   }
@@ -202,6 +215,7 @@ class Scorer {
     std::vector<Eigen::VectorXd> result(readings_.trials().size());
     Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
     for (std::size_t t = result.size(); t-- > 0;) {
+      if (t % kLookEvery == 0) geometry::check_end();
       for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
         right += columns.values.row(row).transpose() * e[row];
       }
@@ -218,6 +232,7 @@ class Scorer {
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(Q_.cols(), k);
     std::vector<Projected> result(readings_.trials().size());
     for (std::size_t t = result.size(); t-- > 0;) {
+      if (t % kLookEvery == 0) geometry::check_end();
       for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
         plain += C.row(row).transpose() * C.row(row);
         shared += Q_.row(row).transpose() * C.row(row);
@@ -252,8 +267,9 @@ class Scorer {
   const JointFit& fit_;
   simulation::ExtendedModel extended_;
   Projector projector_;
-  const Eigen::VectorXd& root_;
+  const Whitening& whitening_;
   const Eigen::MatrixXd& Q_;
+  Eigen::MatrixXd back_Q_;  // W'Q, for columns that are not whitened
   Eigen::VectorXd simulated_;
   std::vector<std::vector<Eigen::Index>> dial_rows_;
   std::vector<Eigen::MatrixXd> Q_of_dial_;
@@ -281,15 +297,18 @@ double simulated_false_alarm(
   const Projector& projector = scorer.projector();
   int as_good = 0;
   for (int draw = 0; draw < draws; ++draw) {
+    geometry::tell_step("sessions of noise alone", draw, draws);
     Eigen::VectorXd e(readings.count());
     for (Eigen::Index row = 0; row < e.size(); ++row) {
       e[row] = calibration::random_normal(
           seed, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0, kStream);
     }
     e -= projector.Q() * (projector.Q().transpose() * e);
+    const double squares = e.squaredNorm();
+    const Scorer::Left left = scorer.left(std::move(e), squares);
     std::vector<Candidate> candidates;
     for (const auto& each : prepared) {
-      Candidate candidate = scorer.score(each, e, e.squaredNorm(), false);
+      Candidate candidate = scorer.score(each, left, false);
       if (candidate.hypothesis.effect) candidates.push_back(std::move(candidate));
     }
     if (family_p_value(candidates) <= p_value) ++as_good;
@@ -300,11 +319,14 @@ double simulated_false_alarm(
 std::vector<Candidate> score_all(
     const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses) {
   const Scorer scorer(readings, fit);
+  const Scorer::Left left =
+      scorer.left(scorer.projector().residual(), scorer.projector().squares());
   std::vector<Candidate> result;
+  std::int64_t done = 0;
   for (const Hypothesis& each : hypotheses) {
+    geometry::tell_step("scoring causes", done++, std::ssize(hypotheses));
     if (each.effect->exchanges_dials) continue;  // tried on the readings themselves
-    Candidate candidate = scorer.score(
-        scorer.prepare(each), scorer.projector().residual(), scorer.projector().squares());
+    Candidate candidate = scorer.score(scorer.prepare(each), left);
     if (candidate.hypothesis.effect) result.push_back(std::move(candidate));
   }
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {

@@ -51,13 +51,13 @@ const Effect& effect_at(Stage stage) {
 }  // namespace
 
 Eigen::MatrixXd stage_columns(
-    const Readings& readings, const JointFit& fit, const Eigen::VectorXd& simulated_mm,
-    Stage stage, int joint) {
+    const Readings& readings, const simulation::ModelVector& at,
+    const simulation::ExtendedModel& extended, const Eigen::VectorXd& simulated_mm, Stage stage,
+    int joint) {
   const Effect& effect = effect_at(stage);
-  const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const simulation::ActiveEffect none{
       &effect, Place{.joint = joint}, std::vector<double>(effect.parameters.size(), 0.0)};
-  return effect_columns(readings, fit.model, extended, none, simulated_mm);
+  return effect_columns(readings, at, extended, none, simulated_mm);
 }
 
 }  // namespace sixdial::diagnosis

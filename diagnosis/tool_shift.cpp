@@ -15,9 +15,10 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 ToolColumns tool_columns(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
-  ToolColumns result{stage_columns(readings, fit, simulated, Stage::kTool), {}};
+  ToolColumns result{stage_columns(readings, fit.model, extended, simulated, Stage::kTool), {}};
   if (readings.has_dials()) {
-    result.turn = stage_columns(readings, fit, simulated, Stage::kCuboidAngle).col(0);
+    result.turn =
+        stage_columns(readings, fit.model, extended, simulated, Stage::kCuboidAngle).col(0);
   }
   return result;
 }

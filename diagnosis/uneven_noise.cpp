@@ -15,10 +15,11 @@ std::vector<double> uneven_noise(const Readings& readings, const JointFit& fit) 
   Eigen::VectorXd freedom = squares;
   Eigen::VectorXd before = Eigen::VectorXd::Ones(squares.size());
   const Eigen::VectorXd e = residual_at_rest_mm(readings, fit);
+  const Eigen::VectorXd leverage = fit.whitening().leverage();
   for (Eigen::Index row = 0; row < readings.count(); ++row) {
     const Eigen::Index dial = readings.rows()[static_cast<std::size_t>(row)].dial;
     squares[dial] += fit.weight[row] * e[row] * e[row];
-    freedom[dial] += fit.weight[row];
+    freedom[dial] += fit.weight[row] * (1 - leverage[row]);
     before[dial] = readings.relative_noise()[row];
   }
   freedom *= 1 - fit.fitted / fit.weight.sum();

@@ -9,6 +9,7 @@
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/stages.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -116,6 +117,7 @@ class UnknownSearch {
     if (!u) return;
     begin({name}, enters);
     for (const Box& box : kAlong) {
+      geometry::check_end();
       const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
       Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
       std::vector<std::array<int, 2>> order;
@@ -142,6 +144,7 @@ class UnknownSearch {
     if (!ux || !uy) return;
     begin({"x", "y"}, enters);
     for (const Box& box : kOver) {
+      geometry::check_end();
       const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
       const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
       Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
@@ -202,17 +205,19 @@ class UnknownSearch {
     best_.enters = enters;
     top_ = -1e300;
     all_.clear();
+    geometry::check_end();
   }
   /// One box of kernels; without `order` the columns as they are.
   void score(
       const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
       const Box& box) {
     const Eigen::MatrixXd& Q = projector_.Q();
-    const Eigen::MatrixXd weighted = projector_.root_weight().asDiagonal() * columns;
+    const Eigen::MatrixXd weighted = projector_.whitening()(columns);
     const Eigen::MatrixXd shared = Q.transpose() * weighted;
     const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
     for (const double length : box.lengths) {
+      geometry::check_end();
       Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
       for (std::size_t j = 0; j < order.size(); ++j) {
         double s = spectrum(order[j][0], box.half_width, length);
@@ -253,6 +258,18 @@ constexpr int kFunctions = 16;
 constexpr int kOfTime = 40;
 constexpr int kFew = 10;
 
+bool is_shift_of_tool(const Eigen::VectorXd& column, const Eigen::MatrixXd& tool) {
+  constexpr double kAlike = 1e-4;  // tool columns are differences, others are not
+  for (Eigen::Index axis = 0; axis < tool.cols(); ++axis) {
+    const double size = tool.col(axis).norm();
+    if ((column * (size / std::max(1e-300, column.norm())) - tool.col(axis)).norm() <=
+        kAlike * size) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Anything of the robot may creep with time or temperature. Parameters that only shift the
 /// tool (the base's position) have been tried as that already.
 void along_robot(
@@ -261,14 +278,68 @@ void along_robot(
   const simulation::ForwardModel& model = readings.model();
   const Eigen::MatrixXd& J = fit.J;  // the robot's columns come first
   for (Eigen::Index k = 0; k < model.robot_parameter_count(); ++k) {
-    constexpr double kAlike = 1e-4;  // tool columns are differences, J is not
-    const auto is_column = [&](Eigen::Index axis) {
-      return (J.col(k) - tool.col(axis)).norm() <= kAlike * tool.col(axis).norm();
-    };
-    if (is_column(0) || is_column(1)) continue;
+    if (is_shift_of_tool(J.col(k), tool)) continue;
     const std::string name(model.parameters()[static_cast<std::size_t>(k)].name);
     search.along("time", name, at.time, J.col(k), kFew);
     search.along("temperature", name, at.temperature, J.col(k), kFew);
+  }
+}
+
+/// What one parameter of an effect does to the readings when what it goes by (the hour, the
+/// temperature) is one unit larger.
+Eigen::VectorXd per_unit(
+    const Readings& readings, const JointFit& fit, const simulation::ExtendedModel& extended,
+    const simulation::ActiveEffect& none, std::size_t parameter, bool by_temperature) {
+  simulation::ActiveEffect moved = none;
+  const double step = 1e-3 * none.effect->parameters[parameter].sigma;
+  moved.x[parameter] += step;
+  Eigen::VectorXd with(readings.count());
+  Eigen::VectorXd without(readings.count());
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(readings.count());
+  simulation::Scene scene;
+  for (std::size_t t = 0; t < readings.trials().size(); ++t) {
+    const Eigen::Index first = readings.first_row(t);
+    const Eigen::Index rows = readings.first_row(t + 1) - first;
+    const simulation::Trial& trial = readings.trials()[t];
+    for (const double more : {1.0, 0.0}) {
+      simulation::Circumstance sample = readings.circumstances()[t];
+      (by_temperature ? sample.temperature_degC : sample.time_h) += more;
+      const bool there = extended.run(fit.model, trial, sample, scene, &moved).has_value();
+      if (there) readings.pick(scene, t, with);
+      if (!there || !extended.run(fit.model, trial, sample, scene)) break;
+      readings.pick(scene, t, without);
+      result.segment(first, rows) +=
+          (more > 0 ? 1 : -1) / step * (with - without).segment(first, rows);
+    }
+  }
+  return result.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
+/// What a cause bends by time or temperature may bend by something smooth that no column shows:
+/// else a slow change that only looks like the cause would be called by its name.
+void along_causes(
+    UnknownSearch& search, const Readings& readings, const JointFit& fit,
+    const simulation::ExtendedModel& extended, const Covariates& at,
+    const Eigen::MatrixXd& tool) {
+  for (const simulation::Effect* effect : simulation::all_effects()) {
+    const bool by_temperature = (effect->needs & simulation::kTemperature) != 0;
+    const bool by_time = (effect->needs & simulation::kTime) != 0;
+    if (effect->is_step || !(by_temperature || by_time)) continue;
+    for (const simulation::Place& place : effect->places(readings.model().rig())) {
+      const simulation::ActiveEffect none{
+          effect, place, std::vector<double>(effect->parameters.size(), 0.0)};
+      Eigen::MatrixXd stage(readings.count(), 0);
+      for (std::size_t k = 0; k < static_cast<std::size_t>(linear_count(*effect)); ++k) {
+        const Eigen::VectorXd column =
+            per_unit(readings, fit, extended, none, k, by_temperature);
+        if (is_shift_of_tool(column, tool)) continue;
+        stage.conservativeResize(Eigen::NoChange, stage.cols() + 1);
+        stage.rightCols(1) = column;
+      }
+      if (stage.cols() == 0 || !(stage.norm() > 0)) continue;
+      search.along("time", place.name, at.time, stage, kFew);
+      search.along("temperature", place.name, at.temperature, stage, kFew);
+    }
   }
 }
 
@@ -300,11 +371,45 @@ void along_dial(
 
 }  // namespace
 
+SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Covariates at = covariates_of(readings, fit, extended);
+  SmoothInTime result;
+  // As score_unknown tries them, but for those whose covariate does not vary.
+  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  result.tried = static_cast<int>(
+      3 + 2 * at.q.cols() + 2 * readings.model().robot_parameter_count() +
+      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+  const auto u = scaled(at.time);
+  if (!u) return result;
+  const Eigen::MatrixXd tool = stage_columns(
+      readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kTool);
+  for (const Box& box : kAlong) {
+    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, kOfTime);
+    Eigen::MatrixXd columns(readings.count(), kOfTime * tool.cols());
+    for (Eigen::Index row = 0; row < columns.rows(); ++row) {
+      const auto trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+      for (Eigen::Index s = 0; s < tool.cols(); ++s) {
+        columns.block(row, s * kOfTime, 1, kOfTime) = tool(row, s) * basis.row(trial);
+      }
+    }
+    for (const double length : box.lengths) {
+      Eigen::VectorXd spread(columns.cols());
+      for (Eigen::Index k = 0; k < spread.size(); ++k) {
+        const int j = static_cast<int>(k) % kOfTime;
+        spread[k] = std::sqrt(spectrum(j, box.half_width, length));
+      }
+      result.columns.push_back(prominent(columns, spread));
+    }
+  }
+  return result;
+}
+
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
   const auto stage = [&](Stage where, int joint = -1) {
-    return stage_columns(readings, fit, simulated, where, joint);
+    return stage_columns(readings, fit.model, extended, simulated, where, joint);
   };
   const Covariates at = covariates_of(readings, fit, extended);
 
@@ -321,6 +426,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   search.over(at.x, at.y, "tool", tool);
   search.by_approach(at.approach, "tool", tool);
   along_robot(search, readings, fit, at, tool);
+  along_causes(search, readings, fit, extended, at, tool);
   if (readings.has_dials()) {
     const Eigen::MatrixXd side = stage(Stage::kCuboidSide);
     search.along("time", "cuboid", at.time, side, kFew);

@@ -22,6 +22,15 @@ struct UnknownCandidate {
   double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
 };
 
+/// A smooth function of time that moves the tool: the rival of every cause that changes with
+/// time alone.
+struct SmoothInTime {
+  std::vector<Eigen::MatrixXd> columns;  // random columns, n x any; one set a length
+  int tried = 1;                         // functions of all covariates that compete with it
+};
+/// Without columns where no time passes.
+[[nodiscard]] SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit);
+
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(
     const Readings& readings, const JointFit& fit);

@@ -61,6 +61,8 @@ struct Rig {
   Instrument instrument;
   Cuboid cuboid;
   std::vector<Dial> dials;
+  /// Largest position error that the user accepts; empty: none is stated.
+  std::optional<double> tolerance_mm{};
   /// Index of a dial by id.
   [[nodiscard]] std::optional<std::size_t> find_dial(std::string_view id) const;
   [[nodiscard]] std::vector<DialGeometry> dial_geometries() const;

@@ -22,7 +22,8 @@ enum class Stream : std::uint32_t {
   kWalk,
   kHide,
   kNoiseByte,
-  kBefore,  // where things stood before the first move
+  kBefore,   // where things stood before the first move
+  kScatter,  // how far an arrival is off
 };
 
 class Random {

@@ -52,6 +52,7 @@ class Way {
       pass(moment);
     }
     moment.q_rad = planned.q_rad;
+    arrive(moment, asked);
     return {readings(pass(moment), moment, planned), known_};
   }
 
@@ -60,6 +61,24 @@ class Way {
     int direction;
     std::optional<double> turning_mm;  // furthest point in that direction
   };
+
+  /// By how much this arrival is off; a robot that stands still stays as far off as it was.
+  void arrive(Moment& moment, bool asked) {
+    const Scatter& scatter = model_.world().scatter;
+    if (!(scatter.tool_mm > 0.0 || scatter.joints_rad > 0.0)) return;
+    const bool moved =
+        asked || !sent_to_ || (moment.q_rad - *sent_to_).cwiseAbs().maxCoeff() > kStill_rad;
+    sent_to_ = moment.q_rad;
+    if (moved) {
+      const Random random(model_.world().seed, Stream::kScatter);
+      const auto first = 4 * static_cast<std::uint64_t>(moment.sample);
+      off_mm_ = scatter.tool_mm * Vector2d(random.normal(first), random.normal(first + 1));
+      off_rad_ =
+          scatter.joints_rad * Vector2d(random.normal(first + 2), random.normal(first + 3));
+    }
+    moment.scatter_mm = off_mm_;
+    moment.q_rad += off_rad_;
+  }
 
   /// Arrives somewhere; `moment` gets what it owes to the past. Empty where there is no pose.
   std::optional<TruePose> pass(Moment& moment) {
@@ -120,7 +139,8 @@ class Way {
   }
 
   const WorldModel& model_;
-  std::optional<Vector2d> q_here_;
+  std::optional<Vector2d> q_here_, sent_to_;
+  Vector2d off_mm_{0, 0}, off_rad_{0, 0};
   std::array<int, 2> side_{}, known_{0, 0};
   Vector2d travel_;
   std::vector<PlungerState> plungers_;

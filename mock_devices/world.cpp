@@ -95,6 +95,7 @@ std::optional<WorldModel::Parts::Arm> WorldModel::Parts::arm(
     if (row->shift_tool) row->shift_tool(effect, moment, world.rig, p, arm.p_WE);
   }
   if (warp) arm.p_WE += warp->at(p);
+  arm.p_WE += moment.scatter_mm;
   return arm;
 }
 

@@ -52,6 +52,12 @@ struct Warp {
   double wavelength_mm = 40.0;
 };
 
+/// What differs by chance from one arrival to the next: standard deviations.
+struct Scatter {
+  double tool_mm = 0.0;     // of the tool, in x and in y: the robot's repeatability
+  double joints_rad = 0.0;  // of each joint, against what its encoder says
+};
+
 struct World {
   geometry::Rig rig = geometry::default_rig();
   TrueRobot robot;
@@ -59,6 +65,7 @@ struct World {
   DialHabits dials;
   WarmUp warm_up;
   Warp warp;
+  Scatter scatter;
   std::uint64_t seed = 1;
 };
 
@@ -70,6 +77,7 @@ struct Moment {
   Eigen::Vector2d q_rad{0, 0};        // by the encoders
   std::array<int, 2> approach{0, 0};  // sign of each joint's last move
   Eigen::Vector2d travel{0, 0};       // unit vector of the tool's last move, or zero
+  Eigen::Vector2d scatter_mm{0, 0};   // by which the tool missed its place this time
   geometry::Assembly assembly = geometry::Assembly::kLeft;
 };
 

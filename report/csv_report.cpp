@@ -54,6 +54,7 @@ std::vector<CsvFile> csv_report(const ReportData& data) {
         convergence_table(data, false), trace_table(data, false)}) {
     out.push_back({table.id + ".csv", to_csv(table)});
   }
+  if (data.facts.fits.size() > 1) out.push_back({"fits.csv", to_csv(fits_table(data))});
   if (const auto by = residual_by(data)) out.push_back({"residual_by.csv", to_csv(by->table)});
   if (const Table dials = dial_table(data); !dials.rows.empty()) {
     out.push_back({"residual_by_dial.csv", to_csv(dials)});

@@ -6,16 +6,18 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 namespace sixdial::report {
 
-/// A number with the decimals it is shown with. JSON and CSV always give it in full.
-/// Not finite: shown as a dash, JSON null, CSV empty.
+/// A number with the decimals it is shown with. JSON and CSV always give it in full, and
+/// without `shown_times`. Not finite: shown as a dash, JSON null, CSV empty.
 struct Number {
   double value = 0.0;
   int decimals = 4;
+  double shown_times = 1.0;  // a page shows this times the value: 2 of an expanded uncertainty
 };
 /// Nothing, a text or a number.
 using Cell = std::variant<std::monostate, std::string, Number>;
@@ -36,6 +38,20 @@ struct Column {
   std::string unit{};   // under the title: "mm"; empty: a text, a count, or the cells say it
   std::string group{};  // neighbours of one group share a heading: "G1 calibration"
 };
+
+/// A column by its parts; `unit` and `group` may be left out.
+[[nodiscard]] inline Column column(
+    std::string key, std::string title, std::string unit = "", std::string group = "") {
+  return {
+      .key = std::move(key),
+      .title = std::move(title),
+      .unit = std::move(unit),
+      .group = std::move(group)};
+}
+/// A text as a cell; an empty one is shown as a dash.
+[[nodiscard]] inline Cell text_cell(const std::string& text) {
+  return text.empty() ? Cell{} : Cell{text};
+}
 
 struct Table {
   std::string id{};  // in CSV file names and anchors: lower-case letters, digits, '_'
@@ -108,6 +124,7 @@ struct Figure {
 struct Picture {
   std::string id{};
   std::string title{};
+  std::string shows{};
   std::string svg{};
 };
 
@@ -117,6 +134,7 @@ struct Section {
   std::string id{};
   std::string heading{};
   std::vector<Block> blocks{};
+  bool in_annex = false;  // details that only some readers need: behind everything else
 };
 
 }  // namespace sixdial::report

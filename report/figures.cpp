@@ -200,9 +200,10 @@ std::optional<Figure> residual_map(const ReportData& data) {
       "arrow "
       "to the right, (+0.010, 0) mm, is a tool 0.010 mm further along +x than the model says.";
   out.good =
-      "Short arrows without order: neighbours agree by less than about 20 %, a negative figure "
-      "is no order either. Arrows that agree (100 %: all the same) are an error that the model "
-      "does not contain.";
+      "Short arrows without order: neighbouring arrows agree by less than about 20 % (negative "
+      "figures are no order either). Arrows that agree (100 %: all the same) show an error "
+      "that the "
+      "model does not contain.";
   out.here = here;
   out.table = residual_table(data);
   return out;
@@ -245,8 +246,9 @@ std::optional<Figure> error_by_point(const ReportData& data) {
       "The distance between measured and modelled position at every point, on a logarithmic "
       "scale (the paper's Fig. 10). G1 was fitted, G2 was not.";
   out.good =
-      "The lower curves lie equally low in G1 and in G2 and no point stands out. A result that "
-      "is good in G1 alone has learned its points by heart.";
+      "The lower curves lie equally low in G1 and in G2, and no point stands out. A result "
+      "that is "
+      "good in G1 alone has learned its points by heart.";
   if (const auto result = result_index(data)) {
     const ShownMethod& m = data.methods[*result];
     out.here = fmt::format("{}: ", m.name);
@@ -348,9 +350,9 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
     const ShownParameter& row = data.parameters[k];
     const double per_unit = shown_per_unit(row);
     Panel panel;
-    panel.title = fmt::format("{} [{}]", symbol(row.name), row.unit);
+    panel.title = row.meaning.empty() ? row.name : row.meaning;
     panel.x = {.label = "step", .unit = "", .square_root = true};
-    panel.y = {.label = "", .unit = ""};
+    panel.y = {.label = symbol(row.name), .unit = row.unit};
     double place = 0.0;
     int style = kStyleKinematic;
     for (const studies::Trace& trace : data.traces) {
@@ -369,14 +371,15 @@ std::optional<Figure> parameter_traces(const ReportData& data) {
     out.chart.panels.push_back(std::move(panel));
   }
   out.shows =
-      "Identified minus nominal value of each parameter, first as the filter takes in the "
-      "points, then as QPSO-2 refines them (the paper's Fig. 9). Each panel has its own scale; "
-      "steps "
-      "are spaced by their square root, so that the "
-      "first ones can be seen.";
+      "Identified minus nominal value of each parameter, first while the filter takes in one "
+      "point "
+      "after the other, then while QPSO-2 refines them (the paper's Fig. 9). Each panel has "
+      "its own "
+      "scale; steps are spaced by their square root, so that the first ones can be seen.";
   out.good =
-      "Quick movement over the first dozens of points, then a level line. Two parameters that "
-      "wander together cannot be told apart by these poses.";
+      "The lines move over the first dozens of points and are level from then on. Two "
+      "parameters "
+      "that keep moving together are not told apart by these poses.";
   out.here = moved_most(data) +
              fmt::format("{} in all.", counted(static_cast<long long>(steps), "step", "steps"));
   out.table = trace_table(data, true);

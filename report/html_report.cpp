@@ -13,6 +13,7 @@
 #include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -32,6 +33,8 @@ class Page {
         data_.head.session_name.empty() ? "unnamed session" : data_.head.session_name;
     put("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     put("<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n", kPolicy);
+    // Light for everyone: colours mean something here, and paper and screen must agree.
+    put("<meta name=\"color-scheme\" content=\"only light\">\n");
     put("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     put("<meta name=\"generator\" content=\"Sixdial {}\">\n",
         escape_html(data_.head.software_version));
@@ -40,8 +43,8 @@ class Page {
     head();
     put("<main>\n");
     state();
-    number_ = 0;
     const std::vector<Section> sections = sections_of(data_);
+    contents(sections);
     std::vector<const Chart*> charts;
     for (const Section& s : sections) {
       for (const Block& block : s.blocks) {
@@ -49,7 +52,17 @@ class Page {
       }
     }
     marks_ = marks_allowed(charts);
-    for (const Section& s : sections) section(s);
+    bool annex = false;
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+      if (sections[i].in_annex && !annex) {
+        annex = true;
+        number_ = 0;
+        put("<div class=\"annex\" id=\"annex\">\n<h2>Annex</h2>\n<p>Details for whoever wants "
+            "to check or repeat the work. Nothing in it is needed to use the result.</p>\n"
+            "</div>\n");
+      }
+      section(sections[i], section_ids_[i]);
+    }
     put("</main>\n");
     foot();
     scripts();
@@ -88,7 +101,11 @@ class Page {
     fact("Operator", h.operator_name);
     if (!h.place.empty()) fact("Place", h.place);
     fact("Measured", measured());
-    fact("Report made", readable_time(h.reported));
+    fact(
+        "Report made",
+        readable_time(h.reported) + (!h.reported.empty() && h.reported < h.measured_to
+                                         ? ", by a clock that is behind that of the samples"
+                                         : ""));
     const auto result = result_index(data_);
     const std::string method = result ? data_.methods[*result].name : "";
     if (!data_.opening) {
@@ -154,18 +171,24 @@ class Page {
   }
 
   [[nodiscard]] Opening opening() const {
-    if (data_.opening) return *data_.opening;
+    const OpeningList against{
+        "What speaks against the data", "cautions", warning_lines(data_.warnings)};
+    if (data_.opening) {
+      Opening out = *data_.opening;
+      out.lists.insert(out.lists.begin(), against);
+      return out;
+    }
     const Verdict v = verdict(data_);
     Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
-    out.mood = v.state == CalibrationState::kCalibrated    ? "good"
-               : v.state == CalibrationState::kNotImproved ? "bad"
-                                                           : "open";
+    out.mood = mood_name(v.mood);
+    out.decision = v.decision;
     if (v.state != CalibrationState::kUnknown) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
       out.basis = "mean position error before and after, " + v.basis;
     }
-    out.lists = data_.also;
+    out.lists.push_back(against);
+    out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());
     out.lists.push_back({"What to do", "to_do", v.to_do});
     out.lists.push_back({"How far to trust it", "cautions", v.cautions});
     out.lists.push_back({"What could not be judged", "not_judged", v.not_judged});
@@ -186,6 +209,9 @@ class Page {
           escape_html(box.basis));
     }
     put("<p class=\"headline\">{}</p>\n", escape_html(box.headline));
+    if (!box.decision.empty()) {
+      put("<p class=\"decision\">{}</p>\n", escape_html(box.decision));
+    }
     put("<div class=\"words\">\n");
     for (const OpeningList& each : box.lists) list(each.heading, each.kind, each.lines);
     put("</div>\n</section>\n");
@@ -198,17 +224,39 @@ class Page {
     }
   }
 
-  void section(const Section& s) {
-    put("<section id=\"{}\">\n<h2><span class=\"number\">{}</span> {}</h2>\n", new_id(s.id),
-        ++number_, escape_html(s.heading));
+  /// What stands where. Gives the sections their ids, before any table can take one.
+  void contents(const std::vector<Section>& sections) {
+    if (sections.empty()) return;
+    put("<nav class=\"contents\" id=\"contents\">\n<h2>Contents</h2>\n<ol>\n");
+    int number = 0;
+    bool annex = false;
+    for (const Section& s : sections) {
+      if (s.in_annex && !annex) {
+        annex = true;
+        number = 0;
+        put("</ol>\n<h3><a href=\"#annex\">Annex</a></h3>\n<ol>\n");
+      }
+      section_ids_.push_back(new_id(s.id));
+      put("<li><span class=\"number\">{}{}</span> <a href=\"#{}\">{}</a></li>\n",
+          s.in_annex ? "A" : "", ++number, section_ids_.back(), escape_html(s.heading));
+    }
+    put("</ol>\n</nav>\n");
+  }
+
+  void section(const Section& s, const std::string& id) {
+    put("<section id=\"{}\">\n<h2><span class=\"number\">{}{}</span> {}</h2>\n", id,
+        s.in_annex ? "A" : "", ++number_, escape_html(s.heading));
     for (const Block& block : s.blocks) {
       if (const auto* words = std::get_if<std::string>(&block)) {
         put("<p>{}</p>\n", escape_html(*words));
       } else if (const auto* t = std::get_if<Table>(&block)) {
         table(*t, fmt::format("Table {}", ++tables_), "table");
       } else if (const auto* drawn = std::get_if<Picture>(&block)) {
-        put("<div class=\"picture\" id=\"{}\">{}</div>\n", new_id("picture_" + drawn->id),
-            drawn->svg);
+        put("<figure class=\"picture\" id=\"{}\">\n{}<figcaption>\n<p class=\"figure-title\">"
+            "<b>Figure {}</b> {}</p>\n<dl>\n<dt>Shows</dt><dd>{}</dd>\n</dl>\n</figcaption>\n"
+            "</figure>\n",
+            new_id("picture_" + drawn->id), drawn->svg, ++figures_, escape_html(drawn->title),
+            escape_html(drawn->shows));
       } else {
         figure(std::get<Figure>(block));
       }
@@ -351,7 +399,9 @@ class Page {
   nlohmann::json charts_;
   std::size_t marks_ = kMarksOnChart;  // of one chart
   std::string out_;
-  std::map<std::string, int> ids_{{"state", 1}, {"charts", 1}, {"no_charts", 1}};
+  std::vector<std::string> section_ids_;
+  std::map<std::string, int> ids_{
+      {"state", 1}, {"charts", 1}, {"no_charts", 1}, {"contents", 1}, {"annex", 1}};
   int number_ = 0, tables_ = 0, figures_ = 0;
 };
 

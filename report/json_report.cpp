@@ -9,6 +9,7 @@
 #include "report/tables.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -101,13 +102,14 @@ ordered_json head(const Head& h) {
 }
 
 ordered_json state(const ReportData& data) {
-  constexpr std::string_view kNames[] = {
-      "unknown", "calibrated", "improved", "not_improved", "not_validated"};
   const Verdict v = verdict(data);
   const bool known = v.state != CalibrationState::kUnknown;
   return {
-      {"state", kNames[static_cast<std::size_t>(v.state)]},
+      {"state", state_name(v.state)},
+      {"mood", mood_name(v.mood)},
       {"headline", value(v.headline)},
+      {"decision", value(v.decision)},
+      {"tolerance_mm", data.conformity ? value(data.conformity->tolerance_mm) : ordered_json()},
       {"before_mm", known ? value(v.before_mm) : ordered_json()},
       {"after_mm", known ? value(v.after_mm) : ordered_json()},
       {"basis", value(v.basis)},
@@ -115,6 +117,18 @@ ordered_json state(const ReportData& data) {
       {"to_do", list(v.to_do)},
       {"cautions", list(v.cautions)},
       {"not_judged", list(v.not_judged)}};
+}
+
+ordered_json warnings(const ReportData& data) {
+  ordered_json out = ordered_json::array();
+  for (const studies::Warning& each : data.warnings) {
+    out.push_back(
+        {{"code", value(each.code)},
+         {"severity", severity_name(each.severity)},
+         {"message", value(warning_text(each))},
+         {"where", value(where_text(each.where))}});
+  }
+  return out;
 }
 
 ordered_json points(const ReportData& data) {
@@ -159,14 +173,16 @@ ordered_json quality(const ReportData& data) {
          {"reason", value(b.reason)}});
   }
   ordered_json outliers = ordered_json::array();
-  for (const Outlier& o : data.outliers) {
+  for (const StandsOut& o : data.facts.stand_out) {
     outliers.push_back(
         {{"set", value(o.set)},
          {"point", o.point},
          {"repeat", o.repeat},
          {"dial", o.dial.empty() ? ordered_json() : value(o.dial)},
-         {"residual_mm", value(o.residual_mm)},
-         {"times_usual", value(o.times_usual)}});
+         {"residual_mm", value(o.off_mm)},
+         {"times_usual", value(o.times_noise)},
+         {"not_fitted", o.not_fitted},
+         {"not_diagnosed", o.not_diagnosed}});
   }
   return {
       {"samples", data.samples},
@@ -245,8 +261,10 @@ std::string json_report(const ReportData& data) {
       {"schema_version", kJsonSchemaVersion},
       {"head", head(data.head)},
       {"state", state(data)},
+      {"warnings", warnings(data)},
       {"result_method", result ? value(data.methods[*result].id) : ordered_json()},
       {"table2", rows(parameter_table(data, true))},
+      {"fits", data.facts.fits.empty() ? ordered_json::array() : rows(fits_table(data))},
       {"table6", rows(accuracy_table(data, true))},
       {"residual_by", by ? rows(by->table) : ordered_json::array()},
       {"residual_by_dial", rows(dial_table(data))},

@@ -15,8 +15,10 @@
 
 #include "geometry/robot_kind.h"
 #include "report/document.h"
+#include "report/facts.h"
 #include "session/session.h"
 #include "studies/calibration_result.h"
+#include "studies/conformity.h"
 #include "studies/dial_residuals.h"
 
 namespace sixdial::report {
@@ -114,13 +116,6 @@ struct BadReading {
   std::string dial{}, reason{};
   std::optional<double> value_mm{};
 };
-struct Outlier {
-  std::string set{};
-  int point = 0, repeat = 0;
-  std::string dial{};  // empty: the position as a whole
-  double residual_mm = 0.0;
-  double times_usual = 0.0;  // residual over the robust standard deviation
-};
 
 /// A heading with lines under it in the box that is read first.
 struct OpeningList {
@@ -133,8 +128,9 @@ struct OpeningList {
 struct Opening {
   std::string subject{};   // "Diagnosis"
   std::string title{};     // "Backlash of joint 2"
-  std::string mood{};      // "good", "open" or "bad"
+  std::string mood{};      // "plain", "good", "open" or "bad"
   std::string headline{};  // a few sentences
+  std::string decision{};  // on the tolerance
   std::optional<double> before_mm{}, after_mm{};
   std::string basis{};  // what these two are
   std::vector<OpeningList> lists{};
@@ -146,6 +142,8 @@ struct ReportData {
   std::optional<Opening> opening{};
   /// In the same box below the state of the robot.
   std::vector<OpeningList> also{};
+  /// Sentences that belong into the headline of the state of the robot.
+  std::vector<std::string> headline_more{};
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
 
@@ -160,6 +158,10 @@ struct ReportData {
   /// The robot was commanded with the result and measured again (Fig. 7). Else figures after
   /// calibration are differences between measured and modelled positions.
   bool measured_again = false;
+  /// Against the user's tolerance; empty: none is stated.
+  std::optional<studies::Conformity> conformity{};
+  /// A diagnosis named a cause, or found something that it could not name.
+  bool cause_remains = false;
   /// Standard deviation of a measured position from the dials alone, root of the mean trace.
   std::optional<double> position_noise_mm{};
 
@@ -175,8 +177,9 @@ struct ReportData {
   int samples = 0;  // all that were kept
   std::vector<session::RejectedRow> rejected{};
   std::vector<BadReading> bad_readings{};
-  std::vector<Outlier> outliers{};
+  Facts facts{};  // what several sections show
 
+  std::vector<studies::Warning> warnings{};  // what speaks against the session
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 

@@ -14,6 +14,7 @@
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
+#include "report/headline.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
 #include "report/rig_picture.h"
@@ -28,24 +29,14 @@
 #include "studies/dial_residuals.h"
 #include "studies/live_estimate.h"
 #include "studies/method_name.h"
+#include "studies/plausibility.h"
+#include "studies/position_noise.h"
 
 namespace sixdial::report {
 namespace {
 
 std::optional<double> if_finite(double value) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
-}
-
-void check_belongs_together(
-    const studies::CalibrationResult& result, const session::Session& session) {
-  if (result.inputs.data_hash ==
-      std::string(studies::kHashPrefix) + session::data_sha256(session)) {
-    return;
-  }
-  throw studies::StudyError(
-      studies::StudyErrorCode::kBadData,
-      fmt::format("the session {} has other data than the result was made from", session.name),
-      {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
 }
 
 void add_times_and_temperatures(report::Head& head, const session::Session& session) {
@@ -96,50 +87,18 @@ std::vector<report::ShownParameter> parameters_of(
   return rows;
 }
 
-std::optional<report::ErrorStatistics> statistics_of(
-    const std::optional<studies::SetErrors>& errors) {
-  if (!errors) return std::nullopt;
-  report::ErrorStatistics statistics;
-  statistics.mean_mm = errors->mean_mm;
-  statistics.std_mm = errors->std_mm;
-  statistics.max_mm = errors->max_mm;
-  statistics.mean_low_mm = if_finite(errors->mean_low_mm);
-  statistics.mean_high_mm = if_finite(errors->mean_high_mm);
-  statistics.points = errors->points;
-  return statistics;
-}
-
-/// A panel of the residual map each: the robot before, its parameters alone, the result.
-std::vector<std::string> methods_on_map(const studies::CalibrationResult& result) {
-  return {
-      "before", studies::without_residual_model(result.result_method), result.result_method};
-}
-
-std::vector<report::ShownMethod> methods_of(const studies::CalibrationResult& result) {
-  const std::vector<std::string> on_map = methods_on_map(result);
-  std::vector<report::ShownMethod> methods;
-  for (const studies::MethodRow& each : result.methods) {
-    report::ShownMethod method;
-    method.id = each.id;
-    method.name = studies::method_name(each.id);
-    method.g1 = statistics_of(each.g1);
-    method.g2 = statistics_of(each.g2);
-    method.seconds = each.seconds;
-    method.has_residual_model = method.id.find('+') != std::string::npos;
-    method.on_map = std::ranges::find(on_map, method.id) != on_map.end();
-    methods.push_back(std::move(method));
-  }
-  return methods;
-}
-
-/// All samples of the session, those without a position too; residuals from the result.
+/// All samples of the session as the calibration took them, those without a position too;
+/// residuals from the result.
 std::vector<report::PointRow> points_of(
     const studies::CalibrationResult& result, const session::Session& session) {
   std::vector<report::PointRow> rows;
-  const std::vector<simulation::Trial> trials = session::trials_of(session, "");
+  std::vector<simulation::Trial> trials(session.samples.size());
+  for (simulation::Trial& trial : session::trials_of(session, "")) {
+    trials[static_cast<std::size_t>(trial.sample)] = std::move(trial);
+  }
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const session::Sample& sample = session.samples[i];
-    const simulation::Trial& trial = trials.at(i);
+    const simulation::Trial& trial = trials[i];
     report::PointRow row;
     row.set = sample.set;
     row.point = sample.point;
@@ -224,7 +183,9 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
         data.head.session_name));
     return;
   }
-  append(data.sections, diagnosis_sections(*diagnosis));
+  append(data.sections, diagnosis_sections(*diagnosis, Beside::kCalibration));
+  data.cause_remains =
+      studies::names_an_effect(*diagnosis) || diagnosis->unexplained.significant;
   DiagnosisVerdict verdict = verdict_in_words(*diagnosis);
   data.also.push_back({"Causes found", "cautions", found_in_box(*diagnosis, verdict)});
   for (Line& line : verdict.to_do) {
@@ -260,39 +221,13 @@ void add_outliers(report::ReportData& data, const std::string& id) {
     if (!row.residual_mm[column]) continue;
     const double size_mm = row.residual_mm[column]->norm();
     if (size_mm <= studies::kUnusual * usual_mm) continue;
-    data.outliers.push_back(
+    data.facts.stand_out.push_back(
         {.set = row.set,
          .point = row.point,
          .repeat = row.repeat,
-         .dial = {},
-         .residual_mm = size_mm,
-         .times_usual = size_mm / usual_mm});
+         .off_mm = size_mm,
+         .times_noise = size_mm / usual_mm});
   }
-}
-
-void add_gross_errors(report::ReportData& data, const studies::GrossErrors& errors) {
-  for (const studies::GrossErrors::Found& each : errors.found) {
-    data.outliers.push_back(
-        {.set = each.set,
-         .point = each.point,
-         .repeat = each.repeat,
-         .dial = each.dial.value_or(""),
-         .residual_mm = each.size_mm,
-         .times_usual = each.times_sigma});
-  }
-}
-
-std::optional<double> position_noise(const session::Session& session) {
-  double sum_mm2 = 0.0;
-  int count = 0;
-  for (const session::Sample& sample : session.samples) {
-    const simulation::Trial trial = session::trial_of(session.rig, sample);
-    if (!trial.position_mm || trial.position_channels.empty()) continue;
-    sum_mm2 += trial.position_covariance.trace();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return std::sqrt(sum_mm2 / count);
 }
 
 void write_text(
@@ -306,14 +241,15 @@ void write_text(
 
 report::Head report_head(
     const studies::Inputs& inputs, std::vector<std::pair<std::string, std::string>> settings,
-    const session::Session& session, const std::string& operator_name) {
+    const session::Session& session, const std::string& operator_name,
+    std::optional<session::TimePoint> made) {
   report::Head head;
   head.session_name = session.name;
   head.rig_name = session.rig.name;
   head.robot = fmt::format(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
   head.operator_name = operator_name;
-  head.reported = session::now_utc_text();
+  head.reported = made ? session::to_iso8601(*made) : session::now_utc_text();
   head.software_version = inputs.version;
   head.data_hash = inputs.data_hash;
   head.rig_hash = inputs.rig_hash;
@@ -341,49 +277,50 @@ report::Head report_head(
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
-  check_belongs_together(result, session);
-  report::ReportData data;
+  studies::check_same_data(
+      result.inputs, session, "calibration",
+      "A report shows the samples that were calibrated: calibrate this session.");
+  if (companions.diagnosis != nullptr) {
+    studies::check_same_data(
+        companions.diagnosis->inputs, session, "diagnosis", "Diagnose this session.");
+  }
+  report::ReportData data = headline_data(result);
   data.head = report_head(
-      result.inputs, settings_rows(settings_json(result.settings)), session, operator_name);
+      result.inputs, settings_rows(settings_json(result.settings)), session, operator_name,
+      companions.made);
   const geometry::RobotModel& robot = *session.rig.robot.model;
   data.parameters = parameters_of(result, robot);
   for (const geometry::JointInfo& joint : robot.joints) {
     data.joints.push_back({.name = joint.name, .unit = std::string(joint.unit())});
   }
   data.axes = session.rig.instrument.dimensions;
-  for (const studies::CorrelationRow& each : result.identification.correlations) {
-    data.correlations.push_back({each.first, each.second, each.coefficient});
-  }
-  const Eigen::VectorXd& values = result.identification.singular_values;
-  data.singular_values.assign(values.begin(), values.end());
-  data.condition_number = if_finite(result.identification.condition);
-  for (const studies::HeldRow& each : result.identification.held) {
-    data.unidentifiable.push_back(each.words);
-  }
-  data.methods = methods_of(result);
-  data.result_method = result.result_method;
-  data.position_noise_mm = position_noise(session);
-  data.rmse_mm = if_finite(result.rmse_mm);
-  data.least_squares_rmse_mm = if_finite(result.least_squares_rmse_mm);
+  if (!data.position_noise_mm) data.position_noise_mm = studies::position_noise_mm(session);
   data.convergence = result.convergence;
   data.traces = result.traces;
-  data.points = points_of(result, session);
-  data.dials = studies::dial_residuals(session, session.rig.robot.nominal, result.identified());
+  // As the calibration took it: in the frame of its parameters, without what it left out.
+  const session::Session used = studies::plausible(session).session;
+  data.points = points_of(result, used);
+  data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
-  if (result.gross_errors) {
-    add_gross_errors(data, *result.gross_errors);
-  } else {
+  if (const auto tolerance_mm = companions.tolerance_mm ? companions.tolerance_mm
+                                : result.conformity     ? std::nullopt
+                                                        : session.rig.tolerance_mm) {
+    data.conformity = studies::conformity_of(result, used, *tolerance_mm);
+  }
+  data.facts.check = result.gross_errors;
+  data.facts.fits = fits_of(result, companions.diagnosis);
+  data.facts.stand_out = stand_out_of(result.gross_errors, companions.diagnosis);
+  if (!result.gross_errors) {  // of an earlier version of this program
     add_outliers(data, studies::without_residual_model(result.result_method));
   }
   if (companions.comparison != nullptr) {
     append(data.sections, comparison_sections(*companions.comparison));
   }
   append(data.sections, residual_model_sections(result));
-  if (result.assessment && result.gross_errors) {
+  if (result.assessment) {
     append(
-        data.sections, assessment_sections(
-                           *result.assessment, result.precision, *result.gross_errors,
-                           !session.rig.dials.empty()));
+        data.sections,
+        assessment_sections(*result.assessment, result.precision, !session.rig.dials.empty()));
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,12 +25,15 @@ namespace sixdial::report {
 /// settings by name.
 [[nodiscard]] report::Head report_head(
     const studies::Inputs& inputs, std::vector<std::pair<std::string, std::string>> settings,
-    const session::Session& session, const std::string& operator_name);
+    const session::Session& session, const std::string& operator_name,
+    std::optional<session::TimePoint> made = std::nullopt);
 
-/// Other results of the same session that its report tells of; null: there is none.
+/// What a report tells of besides its result, and under which tolerance and time; null: none.
 struct Companions {
   const studies::ComparisonResult* comparison = nullptr;
   const studies::DiagnosisResult* diagnosis = nullptr;
+  std::optional<double> tolerance_mm{};      // instead of the result's or the rig file's
+  std::optional<session::TimePoint> made{};  // by the clock of the samples; else this machine's
 };
 
 /// Throws StudyError bad_data where the result was made from other data than the session holds.

@@ -52,7 +52,7 @@ std::vector<Covariate> covariates(const std::vector<ShownJoint>& joints) {
   for (std::size_t joint = 0; joint < joints.size(); ++joint) {
     out.push_back(
         {fmt::format("approach{}", joint + 1),
-         fmt::format("joint {} arrives turning", joint + 1), "", true,
+         fmt::format("side from which joint {} arrives", joint + 1), "", true,
          [joint](const PointRow& p) -> std::optional<double> {
            if (joint >= p.approach.size() || p.approach[joint] == 0) return std::nullopt;
            return p.approach[joint];
@@ -125,7 +125,8 @@ std::optional<std::size_t> kinematic_index(const ReportData& data) {
 Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
   Panel panel;
   panel.title = fmt::format("by {}", by.label);
-  panel.x = {.label = by.two_sides ? "-1 down, +1 up" : by.label, .unit = by.unit};
+  panel.x = {
+      .label = by.two_sides ? "-1 turning down, +1 turning up" : by.label, .unit = by.unit};
   if (by.two_sides) {
     panel.x.low = -2.0;
     panel.x.high = 2.0;
@@ -145,11 +146,6 @@ Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
   return panel;
 }
 
-Column column(std::string key, std::string title, std::string unit = "") {
-  return {
-      .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-
 }  // namespace
 
 std::optional<Figure> residual_by(const ReportData& data) {
@@ -160,7 +156,7 @@ std::optional<Figure> residual_by(const ReportData& data) {
   out.chart.panel_height = 210;
   out.table = {
       .id = "residual_by",
-      .caption = "Mean of what is left, in classes of equal count",
+      .caption = "Mean of what is left, in groups of equal count",
       .columns = {
           column("by", "by"), column("unit", "unit"), column("from", "from"),
           column("to", "to"), column("points", "points"),
@@ -205,7 +201,9 @@ std::optional<Figure> residual_by(const ReportData& data) {
     if (chance > 0.0 && (share / chance - 1.0) / spread > clearest) {
       clearest = (share / chance - 1.0) / spread;
       most = fmt::format(
-          "Most order by {}: its classes take {} % of the squares, {} % would be by chance",
+          "Clearest by {}: the means of its groups explain {} % of the mean square, where "
+          "chance "
+          "alone would explain {} %",
           by.label, fixed(100.0 * share, 0), fixed(100.0 * chance, 0));
     }
     out.chart.panels.push_back(panel_of(by, values));
@@ -217,19 +215,22 @@ std::optional<Figure> residual_by(const ReportData& data) {
     panel.y.high = high_mm + air_mm;
   }
   out.shows = fmt::format(
-      "Measured minus modelled position after {}, parameters alone, both components, against "
-      "everything that was recorded beside it. One scale for all.",
+      "Measured minus modelled position with the parameters of {} alone, both components, "
+      "against "
+      "everything that was recorded with it. One scale for all.",
       data.methods[*method].name);
   out.good =
-      "A level cloud about zero in every panel. A slope or a wave over an angle is a joint or "
-      "a link, over time a drift, over temperature a growth; two levels by the side of arrival "
-      "are backlash.";
-  out.here = most.empty()
-                 ? "Nothing to compare."
-                 : fmt::format(
-                       "{}: {}.", most,
-                       clearest >= kClear ? "an error that the parameters do not contain"
-                                          : "no clear order");
+      "A level cloud about zero in every panel. A slope or a wave over an angle comes from a "
+      "joint "
+      "or a link, over time from a drift, over temperature from thermal growth; two levels by "
+      "the "
+      "side of arrival are backlash.";
+  out.here = most.empty() ? "Nothing to compare."
+                          : fmt::format(
+                                "{}: {}.", most,
+                                clearest >= kClear
+                                    ? "this is an error that the parameters do not contain"
+                                    : "that is no clear dependence");
   return out;
 }
 
@@ -240,7 +241,7 @@ Table dial_table(const ReportData& data) {
       column("readings", "readings"),
       column("before_median_mm", "median before", "mm"),
       column("median_mm", "median", "mm"),
-      column("spread_mm", "spread (robust sd)", "mm"),
+      column("spread_mm", "spread (robust, k = 1)", "mm"),
       column("largest_mm", "largest", "mm")};
   for (const studies::DialRow& each : data.dials) {
     out.rows.push_back(
@@ -249,10 +250,13 @@ Table dial_table(const ReportData& data) {
   }
   if (!out.rows.empty()) {
     out.notes.emplace_back(
-        "Reading minus what the simulation with the identified parameters says, all dials in "
-        "contact, also those that the positions did not use. Good: medians of a few "
-        "micrometres and spreads alike. One dial off by a constant stands elsewhere than the "
-        "rig file says; one that scatters more is worn or loose.");
+        "Reading minus what the model with the identified parameters says, for all dials in "
+        "contact, "
+        "also those that the positions did not use. Good: medians of a few micrometres and "
+        "similar "
+        "spreads. A dial that is off by a constant stands elsewhere than the rig file says; "
+        "one that "
+        "scatters more is worn or loose.");
   }
   return out;
 }

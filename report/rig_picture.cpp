@@ -219,34 +219,32 @@ class Drawing {
 std::string rig_svg(const geometry::Rig& rig) { return Drawing(rig).text(); }
 
 Section rig_section(const geometry::Rig& rig) {
-  Section out{.id = "rig", .heading = "The rig"};
+  Section out{.id = "rig", .heading = "The rig", .in_annex = true};
+  Picture picture{.id = "rig", .title = "The rig as its file describes it"};
+  picture.svg = rig_svg(rig);
   if (!has_cuboid(rig)) {
-    out.blocks.emplace_back(
-        "Drawn from the rig file: the robot by its nominal parameters in one pose. Frame W is "
-        "that of the measured positions, B the robot.");
-    out.blocks.emplace_back(Picture{.id = "rig", .title = "Rig", .svg = rig_svg(rig)});
+    picture.shows =
+        "The robot with its nominal parameters in one pose. W is the frame of the measured "
+        "positions, B the frame of the robot's base.";
+    out.blocks.emplace_back(std::move(picture));
     return out;
   }
-  out.blocks.emplace_back(
-      "Drawn from the rig file: the robot by its nominal parameters at the reference pose, "
-      "where the cuboid's rotation gamma is zero, and the dials touch as they do there; a "
-      "faint ring is where a free tip stands. Frame W is the table, B the robot. A dial's "
-      "displacement is positive when its plunger is pushed in, away from the cuboid.");
+  picture.shows =
+      "The robot with its nominal parameters at the reference pose, where the cuboid is not "
+      "turned, and the dials as they touch it there; a faint ring is the tip of a dial that "
+      "touches nothing. W is the frame of the table, B the frame of the robot's base. A dial "
+      "reads positive when its plunger is pushed in.";
   Table t{.id = "rig_dials", .caption = "Dials on the table, at zero displacement"};
-  const auto column = [](std::string key, std::string title, std::string unit) {
-    return Column{
-        .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-  };
   t.columns = {
-      column("dial", "dial", ""), column("x_mm", "tip x", "mm"), column("y_mm", "tip y", "mm"),
-      column("axis_x", "axis x", ""), column("axis_y", "axis y", "")};
+      column("dial", "dial"), column("x_mm", "tip x", "mm"), column("y_mm", "tip y", "mm"),
+      column("axis_x", "axis x"), column("axis_y", "axis y")};
   for (const geometry::Dial& dial : rig.dials) {
     const geometry::DialGeometry& g = dial.geometry;
     t.rows.push_back(
         {dial.id, number(g.position_mm.x(), 3), number(g.position_mm.y(), 3),
          number(g.axis.x(), 4), number(g.axis.y(), 4)});
   }
-  out.blocks.emplace_back(Picture{.id = "rig", .title = "Rig", .svg = rig_svg(rig)});
+  out.blocks.emplace_back(std::move(picture));
   out.blocks.emplace_back(std::move(t));
   return out;
 }

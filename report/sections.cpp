@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "report/expanded.h"
 #include "report/figures.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -14,12 +16,6 @@ namespace {
 constexpr std::size_t kWorstPoints = 8;
 constexpr double kNm_per_mm = 1e6;
 
-Column column(std::string key, std::string title, std::string unit = "") {
-  return {
-      .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-Cell text(const std::string& value) { return value.empty() ? Cell{} : Cell{value}; }
-
 Section accuracy(const ReportData& data) {
   Section out{.id = "accuracy", .heading = "Accuracy before and after"};
   if (data.methods.empty()) {
@@ -27,16 +23,24 @@ Section accuracy(const ReportData& data) {
     return out;
   }
   out.blocks.emplace_back(
-      "Distance between measured and modelled position, equation (41), over each set of "
-      "points. G1 was used to calibrate, G2 only to validate.");
+      "The position error is the distance between the measured and the modelled position of "
+      "the "
+      "tool (the paper's equation 41). The points of G1 were used to calibrate; those of G2 "
+      "were not, they only judge the result.");
   out.blocks.emplace_back(accuracy_table(data, false));
-  if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
-  if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
   if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));
-  if (Table t = dial_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   Table worst = worst_points_table(data, kWorstPoints);
   if (!worst.rows.empty()) out.blocks.emplace_back(std::move(worst));
+  return out;
+}
+
+/// The rest on accuracy: intervals of the means, every point, every dial.
+Section accuracy_details(const ReportData& data) {
+  Section out{.id = "accuracy_details", .heading = "Accuracy in detail", .in_annex = true};
+  if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
+  if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
+  if (Table t = dial_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   return out;
 }
 
@@ -49,50 +53,51 @@ Section parameters(const ReportData& data) {
   out.blocks.emplace_back(parameter_table(data, false));
   if (data.condition_number) {
     out.blocks.emplace_back(fmt::format(
-        "Condition number of the scaled Jacobian: {}. Below about 100 every parameter is "
-        "determined well by itself; in the thousands some are only determined together.",
+        "Condition number of the fit: {}. Below about 100 every parameter is determined well "
+        "by "
+        "itself; in the thousands some are only determined together.",
         fixed(*data.condition_number, *data.condition_number < 100.0 ? 1 : 0)));
   }
   if (!data.unidentifiable.empty()) {
-    std::string words = "Cannot be told apart by these poses, and held at nominal: ";
+    std::string words = "These poses cannot tell apart, so they were held at nominal: ";
     for (std::size_t i = 0; i < data.unidentifiable.size(); ++i) {
       words += (i == 0 ? "" : "; ") + data.unidentifiable[i];
     }
     out.blocks.emplace_back(words + ".");
   }
-  if (!data.correlations.empty()) {
-    Table t{.id = "correlations", .caption = "Correlations above 0.9 in absolute value"};
-    t.columns = {
-        column("first", "parameter"), column("second", "with"),
-        column("correlation", "correlation")};
-    for (const ShownCorrelation& c : data.correlations) {
-      t.rows.push_back({symbol(c.first), symbol(c.second), number(c.value, 3)});
-    }
-    t.notes.emplace_back(
-        "Each of such a pair is less certain than the pair together; its interval above says "
-        "by how much.");
-    out.blocks.emplace_back(std::move(t));
-  } else if (data.parameters.front().sd) {
-    out.blocks.emplace_back("No two parameters are correlated by more than 0.9.");
-  }
-  if (!data.singular_values.empty()) {
-    Table t{.id = "singular_values", .caption = "Singular values of the scaled Jacobian"};
-    t.columns = {
-        column("index", "number"), column("singular_value", "value"),
-        column("relative", "relative to the largest")};
-    for (std::size_t i = 0; i < data.singular_values.size(); ++i) {
-      const double largest = data.singular_values.front();
-      t.rows.push_back(
-          {whole(static_cast<long long>(i + 1)), number(data.singular_values[i], 4),
-           number(data.singular_values[i] / largest, 6)});
-    }
-    out.blocks.emplace_back(std::move(t));
-  }
   return out;
 }
 
+Table correlations_table(const ReportData& data) {
+  Table t{.id = "correlations", .caption = "Correlations above 0.9 in absolute value"};
+  t.columns = {
+      column("first", "parameter"), column("second", "with"),
+      column("correlation", "correlation")};
+  for (const ShownCorrelation& c : data.correlations) {
+    t.rows.push_back({symbol(c.first), symbol(c.second), number(c.value, 3)});
+  }
+  t.notes.emplace_back(
+      "Each of such a pair is less certain than the pair together; its U says by how much.");
+  return t;
+}
+
+Table singular_values_table(const ReportData& data) {
+  Table t{.id = "singular_values", .caption = "Singular values of the scaled Jacobian"};
+  t.columns = {
+      column("index", "number"), column("singular_value", "value"),
+      column("relative", "relative to the largest")};
+  for (std::size_t i = 0; i < data.singular_values.size(); ++i) {
+    const double largest = data.singular_values.front();
+    t.rows.push_back(
+        {whole(static_cast<long long>(i + 1)), number(data.singular_values[i], 4),
+         number(data.singular_values[i] / largest, 6)});
+  }
+  return t;
+}
+
 Section identification(const ReportData& data) {
-  Section out{.id = "identification", .heading = "How the parameters were found"};
+  Section out{
+      .id = "identification", .heading = "How the parameters were found", .in_annex = true};
   if (data.rmse_mm && data.least_squares_rmse_mm) {
     Table t{.id = "objective", .caption = "Objective of the identification on G1"};
     t.columns = {
@@ -100,14 +105,77 @@ Section identification(const ReportData& data) {
     const auto add = [&](std::string what, double value, int decimals, std::string unit) {
       t.rows.push_back({std::move(what), number(value, decimals), std::move(unit)});
     };
-    add("RMSE of the identified parameters", *data.rmse_mm, 6, "mm");
+    add("root mean square error of the identified parameters", *data.rmse_mm, 6, "mm");
     add("least-squares minimum of the same objective", *data.least_squares_rmse_mm, 6, "mm");
     add("difference", (*data.rmse_mm - *data.least_squares_rmse_mm) * kNm_per_mm, 3, "nm");
     out.blocks.emplace_back(std::move(t));
   }
   if (auto figure = convergence(data)) out.blocks.emplace_back(std::move(*figure));
   if (auto figure = parameter_traces(data)) out.blocks.emplace_back(std::move(*figure));
+  if (data.facts.fits.size() > 1) out.blocks.emplace_back(fits_table(data));
+  if (!data.correlations.empty()) {
+    out.blocks.emplace_back(correlations_table(data));
+  } else if (!data.parameters.empty() && data.parameters.front().sd) {
+    out.blocks.emplace_back("No two parameters are correlated by more than 0.9.");
+  }
+  if (!data.singular_values.empty()) out.blocks.emplace_back(singular_values_table(data));
   return out;
+}
+
+/// How the calibration looked for readings that do not agree with the rest.
+void add_check(const studies::GrossErrors& check, Section& out) {
+  if (check.not_possible) {
+    out.blocks.emplace_back(
+        "Single readings were not checked against the rest: " + *check.not_possible + ".");
+    return;
+  }
+  out.blocks.emplace_back(fmt::format(
+      "The calibration checked {} readings of G1 against all others by a robust fit. One that "
+      "is "
+      "further off than {} standard deviations (one is {} mm) counts as a gross error. Raw "
+      "readings stay as they were stored; gross ones of G1 were {}; G2 is judged with all of "
+      "its readings.",
+      check.readings, fixed(check.limit_times_sigma, 1), fixed(check.sigma_mm, 4),
+      check.set_aside ? "not fitted" : "fitted all the same"));
+  for (const auto& [set, too_many] :
+       {std::pair{"G1", check.systematic_g1}, std::pair{"G2", check.systematic_g2}}) {
+    if (too_many == 0) continue;
+    out.blocks.emplace_back(fmt::format(
+        "{} readings of {} do not agree with the rest. That is too many for accidents: a dial, "
+        "the rig file or the model is wrong. None of them was left out.",
+        too_many, set));
+  }
+}
+
+/// What the studies did with a value that does not agree with the rest.
+std::string treatment_of(const StandsOut& each) {
+  std::string words = each.not_fitted && each.not_diagnosed ? "not fitted, not diagnosed"
+                      : each.not_fitted                     ? "not fitted"
+                      : each.not_diagnosed                  ? "not diagnosed"
+                                                            : "kept";
+  return each.remark.empty() ? words : words + "; " + each.remark;
+}
+
+Table stand_out_table(const ReportData& data) {
+  Table t{.id = "outliers", .caption = "Measured values that do not agree with the rest"};
+  t.columns = {
+      column("set", "set"),
+      column("point", "point"),
+      column("repeat", "repeat"),
+      column("dial", "dial"),
+      column("residual_mm", "off by", "mm"),
+      column("treatment", "what was done")};
+  for (const StandsOut& each : data.facts.stand_out) {
+    t.rows.push_back(
+        {each.set, whole(each.point), whole(each.repeat),
+         each.dial.empty() ? Cell{std::string{"position"}} : Cell{each.dial},
+         number(each.off_mm, 4), treatment_of(each)});
+  }
+  t.notes.emplace_back(
+      "Off by: measured minus modelled, by the diagnosis where it listed the value, else by "
+      "the "
+      "calibration.");
+  return t;
 }
 
 Section measured_data(const ReportData& data) {
@@ -123,25 +191,10 @@ Section measured_data(const ReportData& data) {
   add("rows rejected on import", data.rejected.size());
   add("readings that were bad or missing where a contact was expected",
       data.bad_readings.size());
-  add("values out of line with the rest", data.outliers.size());
+  add("measured values that do not agree with the rest", data.facts.stand_out.size());
   out.blocks.emplace_back(std::move(counts));
-  if (!data.outliers.empty()) {
-    Table t{.id = "outliers", .caption = "Values out of line with the rest"};
-    t.columns = {
-        column("set", "set"),
-        column("point", "point"),
-        column("repeat", "repeat"),
-        column("dial", "dial"),
-        column("residual_mm", "residual", "mm"),
-        column("times_usual", "times the usual")};
-    for (const Outlier& o : data.outliers) {
-      t.rows.push_back(
-          {o.set, whole(o.point), whole(o.repeat),
-           o.dial.empty() ? Cell{std::string{"position"}} : Cell{o.dial},
-           number(o.residual_mm, 4), number(o.times_usual, 1)});
-    }
-    out.blocks.emplace_back(std::move(t));
-  }
+  if (data.facts.check) add_check(*data.facts.check, out);
+  if (!data.facts.stand_out.empty()) out.blocks.emplace_back(stand_out_table(data));
   if (!data.bad_readings.empty()) {
     Table t{.id = "bad_readings", .caption = "Bad or missing readings"};
     t.columns = {
@@ -174,13 +227,13 @@ Section conditions(const ReportData& data) {
         column("serial", "serial number"),
         column("connection", "connection"),
         column("resolution_mm", "resolution", "mm"),
-        column("accuracy_mm", "accuracy \u00B1", "mm"),
-        column("repeatability_mm", "repeatability (sd)", "mm"),
+        column("accuracy_mm", "largest error by its maker", "mm"),
+        column("repeatability_mm", "repeatability (k = 1)", "mm"),
         column("travel_mm", "travel", "mm"),
         column("tip_radius_mm", "tip radius", "mm")};
     for (const ShownDial& i : head.instruments) {
       t.rows.push_back(
-          {i.id, text(i.description), text(i.serial), text(i.connection),
+          {i.id, text_cell(i.description), text_cell(i.serial), text_cell(i.connection),
            number(i.resolution_mm, 4), number(i.accuracy_mm, 4), number(i.repeatability_mm, 4),
            number(i.travel_mm, 1), number(i.tip_radius_mm, 3)});
     }
@@ -219,33 +272,45 @@ Section conditions(const ReportData& data) {
   add("software", head.software_version.empty() ? "" : "Sixdial " + head.software_version);
   add("profile of the method", head.profile);
   add("seed of all random numbers", head.seed ? fmt::format("{}", *head.seed) : "");
-  for (const auto& [name, value] : head.settings) add(name, value);
   add("hash of the measured data", head.data_hash);
   add("hash of the rig file", head.rig_hash);
   out.blocks.emplace_back(std::move(t));
   return out;
 }
 
+Section settings(const ReportData& data) {
+  Section out{.id = "settings", .heading = "Settings", .in_annex = true};
+  Table t{.id = "settings", .caption = "What was chosen, or left as it is by default"};
+  t.columns = {column("what", "what"), column("value", "value")};
+  for (const auto& [name, value] : data.head.settings) t.rows.push_back({name, value});
+  out.blocks.emplace_back(std::move(t));
+  return out;
+}
+
+Section positions(const ReportData& data) {
+  Section out{.id = "positions", .heading = "Measured positions", .in_annex = true};
+  out.blocks.emplace_back(measurement_table(data));
+  return out;
+}
+
 }  // namespace
 
 std::vector<Section> sections_of(const ReportData& data) {
-  if (data.opening) {
-    std::vector<Section> out = data.sections;
-    out.push_back(conditions(data));
-    return out;
+  std::vector<Section> all;
+  if (!data.opening) {
+    all = {accuracy(data), parameters(data)};
+    for (Section each : {accuracy_details(data), identification(data)}) {
+      if (!each.blocks.empty()) all.push_back(std::move(each));
+    }
   }
-  std::vector<Section> out{accuracy(data), parameters(data)};
-  if (Section found = identification(data); !found.blocks.empty())
-    out.push_back(std::move(found));
-  out.insert(out.end(), data.sections.begin(), data.sections.end());
-  out.push_back(measured_data(data));
-  out.push_back(conditions(data));
-  if (!data.points.empty()) {
-    Section annex{.id = "annex", .heading = "Annex: measured positions"};
-    annex.blocks.emplace_back(measurement_table(data));
-    out.push_back(std::move(annex));
-  }
-  return out;
+  all.insert(all.end(), data.sections.begin(), data.sections.end());
+  if (!data.opening) all.push_back(measured_data(data));
+  all.push_back(conditions(data));
+  if (!data.head.settings.empty()) all.push_back(settings(data));
+  if (!data.opening && !data.points.empty()) all.push_back(positions(data));
+  std::stable_partition(
+      all.begin(), all.end(), [](const Section& each) { return !each.in_annex; });
+  return all;
 }
 
 }  // namespace sixdial::report

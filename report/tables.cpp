@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <numeric>
 #include <span>
 
+#include "report/expanded.h"
 #include "report/text.h"
 
 namespace sixdial::report {
@@ -19,20 +21,14 @@ constexpr int kAngleDecimals = 6;  // rad: 60 mm of arm times 1e-6 is far below 
 
 constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
-Column text_column(std::string key, std::string title) {
-  return {.key = std::move(key), .title = std::move(title), .unit = "", .group = ""};
-}
-
 /// On the page, the repeat is shown only where there are any.
 bool has_repeats(const ReportData& data) {
   return std::any_of(
       data.points.begin(), data.points.end(), [](const PointRow& p) { return p.repeat != 0; });
 }
 std::vector<Column> point_columns(bool repeats) {
-  if (!repeats) return {text_column("set", "set"), text_column("point", "point")};
-  return {
-      text_column("set", "set"), text_column("point", "point"),
-      text_column("repeat", "repeat")};
+  if (!repeats) return {column("set", "set"), column("point", "point")};
+  return {column("set", "set"), column("point", "point"), column("repeat", "repeat")};
 }
 std::vector<Cell> point_cells(const PointRow& p, bool repeats) {
   if (!repeats) return {p.set, whole(p.point)};
@@ -112,24 +108,30 @@ std::optional<double> position_error(const PointRow& point, std::size_t method) 
 
 Table parameter_table(const ReportData& data, bool plain) {
   Table out{.id = "table2", .caption = "Nominal and identified parameters"};
-  out.columns = {text_column("parameter", "parameter")};
-  if (!plain) out.columns.push_back(text_column("meaning", "what it is"));
-  out.columns.push_back(text_column("unit", "unit"));
-  for (const auto& [key, title] :
-       {std::pair{"nominal", "nominal"},
-        {"identified", "identified"},
-        {"difference", "difference"},
-        {"sd", "std. dev."}}) {
-    out.columns.push_back(text_column(key, title));
+  out.columns = {column("parameter", "parameter")};
+  if (!plain) out.columns.push_back(column("meaning", "what it is"));
+  out.columns.push_back(column("unit", "unit"));
+  for (const char* key : {"nominal", "identified", "difference"}) {
+    out.columns.push_back(column(key, key));
   }
-  out.columns.push_back({.key = "low", .title = "from", .unit = "", .group = "95 % interval"});
-  out.columns.push_back({.key = "high", .title = "to", .unit = "", .group = "95 % interval"});
-  if (plain) out.columns.push_back(text_column("held", "held"));
-  // One number of decimals for all, so that columns line up: enough for the best known
-  // parameter.
+  // One number of decimals and one coverage factor for all, so that columns line up: enough for
+  // the best known parameter, wide enough for the least certain.
   int decimals = 3;
+  double coverage = geometry::kCoverage;
   for (const ShownParameter& p : data.parameters) {
-    if (p.sd) decimals = std::max(decimals, decimals_for(*p.sd));
+    if (p.sd) decimals = std::max(decimals, decimals_for(geometry::kCoverage * *p.sd));
+    if (p.sd && p.low && p.high) {
+      coverage = std::max(coverage, coverage_of(*p.sd, *p.low, *p.high));
+    }
+  }
+  out.columns.push_back(expanded_column("sd", "", "", coverage));
+  if (plain) {
+    for (const char* key : {"low", "high", "held"}) out.columns.push_back(column(key, key));
+  } else {
+    out.notes.push_back(fmt::format(
+        "U: expanded uncertainty, {} standard deviations; the value lies within \u00B1U with "
+        "about 95 % probability.",
+        coverage == std::floor(coverage) ? fixed(coverage, 0) : fixed(coverage, 2)));
   }
   for (const ShownParameter& p : data.parameters) {
     std::vector<Cell> row{plain ? p.name : symbol(p.name)};
@@ -140,10 +142,12 @@ Table parameter_table(const ReportData& data, bool plain) {
     row.push_back(number(p.nominal, decimals));
     row.push_back(number(p.identified, decimals));
     row.push_back(number(p.identified - p.nominal, decimals));
-    row.push_back(number(p.sd, decimals));
-    row.push_back(number(p.low, decimals));
-    row.push_back(number(p.high, decimals));
-    if (plain) row.emplace_back(std::string{p.held ? "yes" : "no"});
+    row.push_back(expanded(p.sd, decimals, coverage));
+    if (plain) {
+      row.push_back(number(p.low, decimals));
+      row.push_back(number(p.high, decimals));
+      row.emplace_back(std::string{p.held ? "yes" : "no"});
+    }
     out.rows.push_back(std::move(row));
   }
   return out;
@@ -151,8 +155,8 @@ Table parameter_table(const ReportData& data, bool plain) {
 
 Table accuracy_table(const ReportData& data, bool plain) {
   Table out{.id = "table6", .caption = "Absolute position error before and after calibration"};
-  if (plain) out.columns.push_back(text_column("method", "method"));
-  out.columns.push_back(text_column("name", "method"));
+  if (plain) out.columns.push_back(column("method", "method"));
+  out.columns.push_back(column("name", "method"));
   const auto points = [&](auto member) {
     int most = 0;
     for (const ShownMethod& m : data.methods) {
@@ -196,7 +200,7 @@ Table accuracy_table(const ReportData& data, bool plain) {
 
 Table confidence_table(const ReportData& data) {
   Table out{.id = "confidence", .caption = "How sure the mean errors are, and computing time"};
-  out.columns = {text_column("name", "method")};
+  out.columns = {column("name", "method")};
   const std::string g1 = "G1 mean, 95 % interval";
   const std::string g2 = "G2 mean, 95 % interval";
   out.columns.push_back({"g1_mean_low_mm", "from", "mm", g1});
@@ -378,7 +382,7 @@ Table measurement_table(const ReportData& data) {
 
 Table convergence_table(const ReportData& data, bool only_changes) {
   Table out{.id = "convergence", .caption = "Best objective (RMSE) by iteration"};
-  out.columns = {text_column("iteration", "iteration")};
+  out.columns = {column("iteration", "iteration")};
   std::size_t longest = 0;
   for (const studies::Convergence& c : data.convergence) {
     out.columns.push_back(
@@ -401,7 +405,7 @@ Table trace_table(const ReportData& data, bool only_changes) {
       .id = "parameters_by_iteration",
       .caption = "Identified minus nominal, by step of the filter and of the swarm"};
   out.rows_on_page = 260;
-  out.columns = {text_column("stage", "stage"), text_column("step", "step")};
+  out.columns = {column("stage", "stage"), column("step", "step")};
   for (const ShownParameter& p : data.parameters) {
     out.columns.push_back(
         {.key = fmt::format("{}_{}", p.name, p.unit),

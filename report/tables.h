@@ -19,6 +19,8 @@ namespace sixdial::report {
 
 /// Paper's Table 2 with uncertainties. `plain`: names and columns for programs.
 [[nodiscard]] Table parameter_table(const ReportData& data, bool plain);
+/// The parameters by each fit of ReportData::facts, side by side.
+[[nodiscard]] Table fits_table(const ReportData& data);
 /// Paper's Table 6.
 [[nodiscard]] Table accuracy_table(const ReportData& data, bool plain);
 /// 95 % intervals of Table 6's means and computing times; no rows if none are known.

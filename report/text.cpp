@@ -129,7 +129,8 @@ std::string exact(double value) {
 
 std::string shown(const Cell& cell) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
-  if (const auto* n = std::get_if<Number>(&cell)) return fixed(n->value, n->decimals);
+  if (const auto* n = std::get_if<Number>(&cell))
+    return fixed(n->value * n->shown_times, n->decimals);
   return std::string{kDash};
 }
 

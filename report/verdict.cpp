@@ -2,12 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "report/text.h"
+#include "report/words/conformity_words.h"
+#include "report/words/warning_words.h"
 
 namespace sixdial::report {
 namespace {
+
+constexpr std::pair<CalibrationState, std::string_view> kStates[] = {
+    {CalibrationState::kUnknown, "unknown"},
+    {CalibrationState::kCalibrated, "calibrated"},
+    {CalibrationState::kImproved, "improved"},
+    {CalibrationState::kNotImproved, "not_improved"},
+    {CalibrationState::kNotValidated, "not_validated"},
+    {CalibrationState::kNotCalibrated, "not_calibrated"}};
 
 constexpr double kClearGain = 2.0;   // before / after from which "calibrated" is said
 constexpr double kNoChange = 0.05;   // relative: a residual model that changes less is neutral
@@ -130,11 +143,11 @@ void advise(const ReportData& data, const Compared& c, Verdict& out) {
           length(with), length(without)));
     } else if (with > without * (1.0 - kNoChange)) {
       out.cautions.push_back(fmt::format(
-          "The residual model brings nothing here ({} with it, {} without): {}.", length(with),
-          length(without),
+          "The residual model makes no difference here ({} with it, {} without): {}.",
+          length(with), length(without),
           is_at_the_noise(data, with)
-              ? "the parameters explain what can be explained"
-              : "what is left is nothing that joint angles alone tell"));
+              ? "the parameters already explain all but the noise"
+              : "what is left does not depend on the joint angles alone"));
     } else {
       out.to_do.push_back(fmt::format(
           "Use the residual model on top, inside the measured area only: the parameters alone "
@@ -154,12 +167,14 @@ void limit(const ReportData& data, const Compared& c, Verdict& out) {
     const double noise = *data.position_noise_mm;
     if (out.after_mm <= kAtTheNoise * noise) {
       out.cautions.push_back(fmt::format(
-          "What remains is as small as the noise of the measured positions ({}): this rig "
+          "What remains is as small as the noise of the measured positions ({}, k = 1): this "
+          "rig "
           "cannot show more.",
           length(noise)));
     } else {
       out.cautions.push_back(fmt::format(
-          "What remains is {} the noise of the measured positions ({}): there is an error left "
+          "What remains is {} the noise of the measured positions ({}, k = 1): there is an "
+          "error left "
           "that this model does not contain.",
           times(out.after_mm / noise), length(noise)));
     }
@@ -168,7 +183,8 @@ void limit(const ReportData& data, const Compared& c, Verdict& out) {
       c.result->g2->mean_mm > kOverfit * c.result->g1->mean_mm) {
     out.cautions.push_back(fmt::format(
         "The mean error is {} on the fitted points and {} on the others: the fit follows its "
-        "own points too closely. Believe the second figure.",
+        "own "
+        "points too closely. Rely on the second figure.",
         length(c.result->g1->mean_mm), length(c.result->g2->mean_mm)));
   }
 }
@@ -183,12 +199,8 @@ void question(const ReportData& data, Verdict& out) {
           length(above)));
     }
   }
-  if (!data.outliers.empty()) {
-    out.cautions.push_back(fmt::format(
-        "{} out of line with the rest: look at the list before trusting the largest errors.",
-        counted(
-            static_cast<long long>(data.outliers.size()), "measured value is",
-            "measured values are")));
+  if (const std::string words = stand_out_in_words(data.facts.stand_out); !words.empty()) {
+    out.cautions.push_back(words + " Look at the list before you trust the largest errors.");
   }
   out.not_judged.insert(out.not_judged.end(), data.not_judged.begin(), data.not_judged.end());
   for (const std::string& direction : data.unidentifiable) {
@@ -196,13 +208,14 @@ void question(const ReportData& data, Verdict& out) {
   }
   if (data.condition_number && *data.condition_number > kPoorCondition) {
     out.not_judged.push_back(fmt::format(
-        "The poses determine the parameters badly (condition number {}): single parameters are "
-        "uncertain, see their intervals.",
+        "These poses determine the parameters badly (condition number {}): single parameters "
+        "are "
+        "uncertain, see their U.",
         fixed(*data.condition_number, 0)));
   }
   if (const int lost = points_without_position(data); lost > 0) {
     out.not_judged.push_back(fmt::format(
-        "{} of {} gave no position, for want of three dials in contact; kept, but not "
+        "{} of {} gave no position, as fewer than three dials touched; they are kept, but not "
         "compared.",
         lost, counted(data.samples, "sample", "samples")));
   }
@@ -213,7 +226,72 @@ void question(const ReportData& data, Verdict& out) {
   }
 }
 
+/// Larger than the noise: an error is left that the model does not contain.
+bool has_structure(const ReportData& data, const Verdict& v) {
+  return !is_at_the_noise(data, v.after_mm) || data.cause_remains;
+}
+
+void decide(const ReportData& data, Verdict& out) {
+  if (out.state == CalibrationState::kUnknown) return;
+  const bool usable = out.state == CalibrationState::kCalibrated ||
+                      out.state == CalibrationState::kImproved ||
+                      out.state == CalibrationState::kNotValidated;
+  out.mood = Mood::kBad;
+  if (!usable) return;
+  out.decision = conformity_in_words(data.conformity);
+  out.title += ", " + conformity_title(data.conformity);
+  if (data.conformity && data.conformity->decision == studies::Decision::kRejected) return;
+  out.mood = Mood::kOpen;
+  if (has_structure(data, out) || out.state == CalibrationState::kNotValidated) return;
+  if (!data.conformity) {
+    out.mood = Mood::kPlain;
+  } else if (data.conformity->decision == studies::Decision::kAccepted) {
+    out.mood = Mood::kGood;
+  }
+}
+
+/// A session that contradicts itself calibrates nothing, whatever its figures say.
+void doubt(const ReportData& data, Verdict& out) {
+  const auto first = std::ranges::find_if(data.warnings, [](const studies::Warning& each) {
+    return each.severity != studies::Severity::kNote;
+  });
+  if (first == data.warnings.end()) return;
+  out.state = CalibrationState::kNotCalibrated;
+  out.title = "Not calibrated: the data contradict themselves";
+  out.headline = warning_text(*first);
+  out.to_do = {
+      "Do not use the result. Settle what is listed as not plausible first, then calibrate "
+      "again."};
+  out.cautions.clear();
+}
+
 }  // namespace
+
+std::string_view mood_name(Mood mood) {
+  switch (mood) {
+    case Mood::kPlain:
+      return "plain";
+    case Mood::kGood:
+      return "good";
+    case Mood::kOpen:
+      return "open";
+    case Mood::kBad:
+      return "bad";
+  }
+  return "open";
+}
+
+std::string_view state_name(CalibrationState state) {
+  const auto found =
+      std::ranges::find(kStates, state, &std::pair<CalibrationState, std::string_view>::first);
+  return found == std::end(kStates) ? "unknown" : found->second;
+}
+
+CalibrationState state_from(std::string_view name) {
+  const auto found =
+      std::ranges::find(kStates, name, &std::pair<CalibrationState, std::string_view>::second);
+  return found == std::end(kStates) ? CalibrationState::kUnknown : found->first;
+}
 
 Verdict verdict(const ReportData& data) {
   Verdict out;
@@ -225,14 +303,18 @@ Verdict verdict(const ReportData& data) {
     out.to_do.emplace_back("Run a calibration of this session and make the report again.");
   } else {
     judge(data, c, out);
+    for (const std::string& more : data.headline_more) out.headline += " " + more;
     advise(data, c, out);
     limit(data, c, out);
+    doubt(data, out);
     if (!c.on_g2) {
       out.not_judged.emplace_back(
-          "There are no validation points (G2): how the robot does away from the fitted points "
-          "is not known. Measure some.");
+          "There are no validation points (G2), so nobody knows how accurate the robot is away "
+          "from "
+          "the fitted points. Measure some.");
     }
   }
+  decide(data, out);
   out.to_do.insert(out.to_do.end(), data.to_do.begin(), data.to_do.end());
   question(data, out);
   return out;

@@ -6,14 +6,20 @@
 #include <vector>
 
 namespace sixdial::service {
-
 namespace {
 
 db::ResultRecord record_of(
     const Call& call, const char* kind, const char* none_yet, const char* hint) {
   db::Store& reader = call.service.reader();
   if (call.params.contains("result")) {
-    return reader.load_result({call.params["result"].get<std::int64_t>()});
+    db::ResultRecord record =
+        reader.load_result({call.params["result"].get<std::int64_t>()});
+    if (call.params.contains("session") &&
+        !param_or(call.params, "from_other_session", false)) {
+      const auto name = call.params["session"].get<std::string>();
+      check_session(record, reader.find_session(name), name);
+    }
+    return record;
   }
   if (!call.params.contains("session")) {
     throw Error(
@@ -31,6 +37,17 @@ db::ResultRecord record_of(
 }
 
 }  // namespace
+
+void check_session(
+    const db::ResultRecord& record, db::SessionId wanted, const std::string& name) {
+  if (record.session == wanted) return;
+  throw Error(
+      ErrorCode::kBadData,
+      fmt::format(
+          "result {} is a {} of another session than {}", record.id.value, record.kind, name),
+      {{"session", name}},
+      "Use one of this session, or say from_other_session where the robot is the same.");
+}
 
 db::ResultRecord calibration_record(const Call& call) {
   return record_of(

@@ -12,4 +12,9 @@ namespace sixdial::service {
 /// The same for a diagnosis.
 [[nodiscard]] db::ResultRecord diagnosis_record(const Call& call);
 
+/// Results know their data. Throws Error bad_data where the result is not of the session
+/// `wanted`, called `name`.
+void check_session(
+    const db::ResultRecord& record, db::SessionId wanted, const std::string& name);
+
 }  // namespace sixdial::service

@@ -73,6 +73,7 @@ void fit_params(At& at, Request& request) {
 template <class At, class Request>
 void calibration_params(At& at, Request& request) {
   at("method", request.method);
+  at("tolerance_mm", request.tolerance_mm);
   fit_params(at, request);
 }
 

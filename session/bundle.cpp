@@ -19,6 +19,32 @@ namespace {
 
 using Key = std::tuple<std::string, int, int>;  // set, point, repeat
 
+/// "G1 " is G1: a blank that nobody sees does not make another set.
+std::string without_blanks(std::string_view text) {
+  constexpr std::string_view kBlanks[] = {" ", "\t", "\u00A0", "\u2007", "\u202F", "\uFEFF"};
+  for (bool cut = true; cut;) {
+    cut = false;
+    for (const std::string_view blank : kBlanks) {
+      if (text.starts_with(blank)) {
+        text.remove_prefix(blank.size());
+        cut = true;
+      }
+      if (text.ends_with(blank)) {
+        text.remove_suffix(blank.size());
+        cut = true;
+      }
+    }
+  }
+  return std::string(text);
+}
+
+/// A row of separators only, as spreadsheets leave them.
+bool is_empty(const CsvRow& row) {
+  return !row.fault && std::ranges::all_of(row.fields, [](const CsvField& field) {
+    return without_blanks(field.value).empty();
+  });
+}
+
 /// Rows of a table, one after the other, into samples.
 class RowReader {
  public:
@@ -33,7 +59,7 @@ class RowReader {
   /// The sample, or what is wrong with the row, at the first field that is.
   tl::expected<Sample, Mistake> read(const CsvRow& row) {
     if (row.fault) return tl::unexpected(*row.fault);
-    if (row.fields.size() != columns_.size()) return tl::unexpected(wrong_count(row));
+    if (!has_all_fields(row)) return tl::unexpected(wrong_count(row));
     Sample sample;
     sample.line = row.line;
     sample.source_row = std::string(row.text);
@@ -42,7 +68,7 @@ class RowReader {
     sample.channels.assign(layout_.dials, {.reason = "no column in the file"});
     target_.assign(layout_.axes.size(), std::nullopt);
     position_.assign(layout_.axes.size(), std::nullopt);
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
+    for (std::size_t i = 0; i < std::min(columns_.size(), row.fields.size()); ++i) {
       if (auto mistake = read_field(row, row.fields[i], columns_[i], sample)) {
         return tl::unexpected(std::move(*mistake));
       }
@@ -59,7 +85,6 @@ class RowReader {
     }
     keys_.emplace(Key(sample.set, sample.point, sample.repeat), row.line);
     if (!has_point_) ++next_point_[sample.set];
-    if (sample.time_utc) last_time_ = {*sample.time_utc, row.line};
     return sample;
   }
 
@@ -75,6 +100,20 @@ class RowReader {
           row.line, row.fields[i].column, columns_[i].name, std::move(what), std::move(hint)};
     }
     return {row.line, 1, "", std::move(what), std::move(hint)};
+  }
+
+  /// As many as the header; columns without a name and fields without a value at the end, as
+  /// spreadsheets add them, do not count.
+  [[nodiscard]] bool has_all_fields(const CsvRow& row) const {
+    const std::size_t have = row.fields.size();
+    const std::size_t want = columns_.size();
+    for (std::size_t i = have; i < want; ++i) {
+      if (!without_blanks(columns_[i].name).empty()) return false;
+    }
+    for (std::size_t i = want; i < have; ++i) {
+      if (!without_blanks(row.fields[i].value).empty()) return false;
+    }
+    return true;
   }
 
   Mistake wrong_count(const CsvRow& row) const {
@@ -103,8 +142,8 @@ class RowReader {
       case SampleColumn::kUnknown:
         return std::nullopt;
       case SampleColumn::kSet:
-        sample.set = field.value;
-        if (field.value.empty()) return refuse("the set is empty", "write G1, G2 or a name");
+        sample.set = without_blanks(field.value);
+        if (sample.set.empty()) return refuse("the set is empty", "write G1, G2 or a name");
         return std::nullopt;
       case SampleColumn::kPoint:
       case SampleColumn::kRepeat: {
@@ -236,14 +275,6 @@ class RowReader {
               sample.repeat, found->second),
           "number repeated readings of a point 0, 1, 2 ... in the column repeat");
     }
-    if (sample.time_utc && last_time_ && *sample.time_utc < last_time_->first) {
-      return at(
-          row, SampleColumn::kTime,
-          fmt::format(
-              "{} is before {} in line {}: time runs backwards", to_iso8601(*sample.time_utc),
-              to_iso8601(last_time_->first), last_time_->second),
-          "sort the rows by time");
-    }
     return std::nullopt;
   }
 
@@ -255,7 +286,6 @@ class RowReader {
   Coordinates position_;
   std::map<std::string, int> next_point_;
   std::map<Key, int> keys_;  // with their line
-  std::optional<std::pair<TimePoint, int>> last_time_;
 };
 
 }  // namespace
@@ -283,6 +313,7 @@ Session parse_session(
   RowReader reader(session.rig, layout, std::move(columns));
   session.samples.reserve(table.rows.size());
   for (const CsvRow& row : table.rows) {
+    if (is_empty(row)) continue;
     auto sample = reader.read(row);
     if (sample) {
       session.samples.push_back(std::move(*sample));

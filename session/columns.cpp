@@ -93,6 +93,16 @@ std::string all_of(const std::vector<std::string>& names) {
   return text;
 }
 
+/// No column is known and some are numbers: a table's first row instead of its header.
+bool is_values(const std::vector<HeaderColumn>& columns) {
+  int numbers = 0;
+  for (const HeaderColumn& column : columns) {
+    if (column.column != SampleColumn::kUnknown) return false;
+    if (!parse_number(column.name).trouble) ++numbers;
+  }
+  return numbers >= 2;
+}
+
 /// Adds mistakes for the columns that a header lacks.
 class Missing {
  public:
@@ -201,7 +211,8 @@ std::vector<HeaderColumn> read_header(
            fmt::format("dial {} is not in the rig file", shown(*id)),
            fmt::format("the rig file's dials: {}", dial_ids(layout))});
     }
-    if (++seen[field.value] == 2) {
+    // Columns without a name are a spreadsheet's own, and nobody's.
+    if (!field.value.empty() && ++seen[field.value] == 2) {
       mistakes.push_back(
           {header.line, field.column, field.value, "the column appears twice",
            "give each column a name of its own"});
@@ -216,6 +227,17 @@ std::vector<HeaderColumn> read_header(
            fmt::format("{} gives the same joint", same->name), "leave one of them out"});
     }
     columns.push_back(std::move(column));
+  }
+  if (is_values(columns)) {
+    std::string names;
+    const bool dials = layout.dials > 0;
+    for (const HeaderColumn& each : spec_columns(layout, dials, !dials)) {
+      names += (names.empty() ? "" : ",") + each.name;
+    }
+    mistakes = {
+        {header.line, 1, "", "the first line is no header: it has values",
+         "put a line with the names of the columns above it: " + names}};
+    return columns;
   }
   Missing(header, layout, columns, mistakes).find();
   return columns;

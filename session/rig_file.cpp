@@ -24,8 +24,8 @@ using geometry::Dial;
 using geometry::kRadPerDeg;
 using geometry::Rig;
 
-const std::vector<std::string> kTopKeys{"name",   "robot", "joint", "instrument",
-                                        "cuboid", "dials", "dial"};
+const std::vector<std::string> kTopKeys{"name",       "tolerance_mm", "robot", "joint",
+                                        "instrument", "cuboid",       "dials", "dial"};
 
 std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
   std::vector<std::string> keys{"model", "working_mode", "assembly", "connection"};
@@ -109,6 +109,9 @@ class RigReader : TomlChecks {
     known_keys(top, "the top level", kTopKeys);
     Rig rig;
     rig.name = text(top, "", "name", "");
+    if (top.get("tolerance_mm") != nullptr) {
+      length(top, "", "tolerance_mm", false, rig.tolerance_mm.emplace());
+    }
     const toml::table* robot = table(top, "robot");
     if (robot != nullptr) read_robot(top, *robot, rig.robot);
     read_instrument(top, rig.instrument);

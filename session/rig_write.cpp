@@ -87,7 +87,9 @@ std::string instrument_text(const geometry::Rig& rig) {
 std::string write_rig(const geometry::Rig& rig) {
   std::string out = "# Measurement rig and nominal robot. Lengths in mm, angles in degrees.\n";
   out += fmt::format(
-      "name = {}\n\n[robot]\nmodel = \"{}\"\n", toml_text(rig.name),
+      "name = {}\n{}\n[robot]\nmodel = \"{}\"\n", toml_text(rig.name),
+      rig.tolerance_mm ? fmt::format("tolerance_mm = {}\n", toml_number(*rig.tolerance_mm))
+                       : "",
       rig.robot.model->kind->name);
   const geometry::RobotModel& robot = *rig.robot.model;
   if (robot.kind->to_file != nullptr) out += robot.kind->to_file(robot);

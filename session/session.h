@@ -51,6 +51,8 @@ struct Sample {
   std::vector<ChannelValue> channels;
   int line = 0;            // of the file it was read from, 0 if measured here
   std::string source_row;  // that line's text, given back unchanged on export
+  /// Kept, but nothing is fitted to it or judged by it (studies/plausibility.h says why).
+  bool left_out = false;
 };
 /// Of joint `joint`; empty: nothing is said of it.
 [[nodiscard]] std::optional<int> approach_of(const Sample& sample, std::size_t joint);

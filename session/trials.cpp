@@ -149,7 +149,7 @@ std::vector<simulation::Trial> trials_of(const Session& session, std::string_vie
   std::vector<simulation::Trial> trials;
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const Sample& sample = session.samples[i];
-    if (!set_name.empty() && sample.set != set_name) continue;
+    if (sample.left_out || (!set_name.empty() && sample.set != set_name)) continue;
     trials.push_back(trial_of(session.rig, sample, static_cast<int>(i), start));
   }
   return trials;

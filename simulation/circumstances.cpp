@@ -44,11 +44,51 @@ double play_of(const geometry::Dial& dial) {
   return kMoves_sd * std::hypot(dial.repeatability_mm, dial.resolution_mm / std::sqrt(12.0));
 }
 
+}  // namespace
+
+std::vector<SidesFrom> sides_from(
+    const geometry::RobotModel& robot, std::span<const Trial> trials) {
+  // So many moves, on each side one in ten, and so many of a hundred against them: a plan that
+  // comes from sides goes against half of its moves, and one that always comes from the same
+  // side tells nothing.
+  constexpr int kFewestMoves = 20;
+  constexpr int kOneInSides = 10;
+  constexpr double kNearlyAll = 0.95;
+  std::vector<SidesFrom> result;
+  for (std::size_t joint = 0; joint < robot.joints.size(); ++joint) {
+    const auto j = static_cast<Eigen::Index>(joint);
+    const double jitter = geometry::same_pose(robot.joints[joint].unit());
+    int known = 0;
+    int moves = 0;
+    int up = 0;
+    int against = 0;
+    for (std::size_t t = 0; t < trials.size(); ++t) {
+      const int side = trials[t].approach_of(joint);
+      known += side != 0;
+      if (t == 0 || side == 0 || trials[t].q.size() != trials[t - 1].q.size()) continue;
+      const double way = trials[t].q[j] - trials[t - 1].q[j];
+      if (std::abs(way) <= jitter || trials[t].assembly != trials[t - 1].assembly) continue;
+      ++moves;
+      up += side > 0;
+      against += side * way < 0;
+    }
+    const bool both = std::min(up, moves - up) * kOneInSides >= moves;
+    const bool reversed = moves >= kFewestMoves && both && against >= kNearlyAll * moves;
+    result.push_back(
+        known == 0 ? SidesFrom::kRows
+        : reversed ? SidesFrom::kReversed
+                   : SidesFrom::kColumns);
+  }
+  return result;
+}
+
+namespace {
+
 /// Goes through a session as the robot did.
 class Walk {
  public:
   Walk(const ForwardModel& model, const ModelVector& at, std::span<const Trial> trials)
-      : model_(model), at_(at), trials_(trials) {
+      : model_(model), at_(at), trials_(trials), from_(sides_from(model.robot(), trials)) {
     for (const geometry::Dial& dial : model.rig().dials) {
       plungers_.push_back({.play_mm = play_of(dial)});
     }
@@ -81,8 +121,10 @@ class Walk {
     const bool turns = jitter(joint) == geometry::kSamePose_rad;
     return turns ? kFromBehind_rad : kFromBehind_mm;
   }
-  [[nodiscard]] static double side_of(const Trial& trial, Eigen::Index joint) {
-    return trial.approach_of(static_cast<std::size_t>(joint));
+  [[nodiscard]] double side_of(const Trial& trial, Eigen::Index joint) const {
+    const auto j = static_cast<std::size_t>(joint);
+    const double side = trial.approach_of(j);
+    return from_[j] == SidesFrom::kReversed ? -side : side;
   }
 
   /// The robot was sent behind its pose first: a joint arrives from another side than it came
@@ -109,7 +151,8 @@ class Walk {
     return comes_from_sides_ || (t > 0 && arrives_against_its_move(t));
   }
 
-  /// Where nobody says a side, it is still that of the last move if the joint has not moved.
+  /// Where nobody says a side, it is still that of the last move if the joint has not moved;
+  /// and that of the way from the sample before, if sides were not recorded at all.
   [[nodiscard]] Eigen::VectorXd sides_at(std::size_t t) const {
     const Trial& trial = trials_[t];
     Eigen::VectorXd result(trial.q.size());
@@ -117,7 +160,11 @@ class Walk {
       result[joint] = side_of(trial, joint);
       if (result[joint] != 0.0 || t == 0 || sides_.size() != result.size()) continue;
       const double way = trial.q[joint] - trials_[t - 1].q[joint];
-      if (std::abs(way) <= jitter(joint)) result[joint] = sides_[joint];
+      if (std::abs(way) <= jitter(joint)) {
+        result[joint] = sides_[joint];
+      } else if (from_[static_cast<std::size_t>(joint)] == SidesFrom::kRows) {
+        result[joint] = way > 0 ? 1.0 : -1.0;
+      }
     }
     return result;
   }
@@ -194,6 +241,7 @@ class Walk {
   const ForwardModel& model_;
   const ModelVector& at_;
   std::span<const Trial> trials_;
+  std::vector<SidesFrom> from_;    // by joint
   bool comes_from_sides_ = false;  // as a rule: the plan asked for sides
   std::vector<Plunger> plungers_;
   Eigen::VectorXd arrived_;  // joint values after the last move

@@ -21,6 +21,16 @@
 
 namespace sixdial::simulation {
 
+/// Where it is known from which side a joint came.
+enum class SidesFrom {
+  kColumns,   // recorded with the samples
+  kRows,      // not recorded: from the order of the samples, whose moves were direct
+  kReversed,  // recorded with the other sign: nearly every move went the other way
+};
+/// By joint of the robot; `trials` in time order.
+[[nodiscard]] std::vector<SidesFrom> sides_from(
+    const geometry::RobotModel& robot, std::span<const Trial> trials);
+
 /// Circumstances of a session's samples, in time order as given. `at` places the tool.
 [[nodiscard]] std::vector<Circumstance> circumstances_of(
     const ForwardModel& model, const ModelVector& at, std::span<const Trial> trials);

@@ -71,6 +71,7 @@ struct EffectParameter {
   std::string_view name;
   std::string_view unit;
   double sigma;  // a plausible size on a rig of this kind: scales searches and priors
+  bool never_negative = false;  // a limit is for effects that can be
 };
 
 /// Columns of a session that an effect needs.
@@ -132,6 +133,10 @@ struct Effect {
   /// is then fitted like a parameter, once the search has come near it. Empty: it is searched
   /// only.
   Callable<double(double value)> searched_change = {};
+
+  /// Lost motion is lost: its first parameter is never less than zero. A fit that wants it to
+  /// be has found something else.
+  bool never_negative = false;
 
   /// It changes with time alone, so that anything else that wanders in time can be mistaken for
   /// it.

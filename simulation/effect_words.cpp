@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/coverage.h"
 #include "geometry/units.h"
 
 namespace sixdial::simulation {
@@ -75,13 +76,15 @@ std::string quantity_in_words(double value, double sd, std::string_view unit) {
   if (!std::isfinite(uncertain) || !(uncertain > 0.0)) {
     return fmt::format("{:.3g}{}", size, shown.unit);
   }
-  const int decimals = decimals_of(uncertain);
+  const double expanded = geometry::kCoverage * uncertain;
+  const int decimals = decimals_of(expanded);
   return fmt::format(
-      "{:.{}f}{} \u00B1 {:.{}f}{}", size, decimals, shown.unit, uncertain, decimals,
-      shown.unit);
+      "{:.{}f}{} \u00B1 {:.{}f}{}", size, decimals, shown.unit, expanded, decimals, shown.unit);
 }
 
-std::string size_in_words(const Effect& effect, std::span<const FoundParameter> found) {
+namespace {
+
+std::string size_without_k(const Effect& effect, std::span<const FoundParameter> found) {
   std::string words;
   if (effect.size.empty()) {
     for (const FoundParameter& each : found) {
@@ -101,6 +104,17 @@ std::string size_in_words(const Effect& effect, std::span<const FoundParameter> 
     const std::string_view names = rest.substr(1, close - 1);
     words += names.starts_with('=') ? bare(names.substr(1), found) : together(names, found);
     rest.remove_prefix(close + 1);
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string size_in_words(const Effect& effect, std::span<const FoundParameter> found) {
+  std::string words = size_without_k(effect, found);
+  const auto is_uncertain = [](const FoundParameter& each) { return each.sd > 0.0; };
+  if (std::ranges::any_of(found, is_uncertain)) {
+    words += fmt::format(" (k = {:.0f})", geometry::kCoverage);
   }
   return words;
 }

@@ -9,8 +9,8 @@
 
 namespace sixdial::simulation {
 
-/// "0.0340° ± 0.0010°": two digits of the standard deviation; angles in degrees, shares in %.
-/// Standard deviation not finite: three digits of the value.
+/// "0.0340° ± 0.0020°": value and expanded uncertainty, k = 2, with two digits of the latter;
+/// angles in degrees, shares in %. Standard deviation not finite: three digits of the value.
 [[nodiscard]] std::string quantity_in_words(double value, double sd, std::string_view unit);
 
 /// One parameter of an effect as it was found.
@@ -20,8 +20,8 @@ struct FoundParameter {
   double sd = 0.0;  // NaN where it was searched, not fitted
   std::string_view unit;
 };
-/// "amplitude 0.041° ± 0.001°", "0.0121 mm ± 0.0004 mm from sample 71 on". A row without `size`
-/// gives each parameter with its name; a single parameter is given without.
+/// "amplitude 0.041° ± 0.002° (k = 2)", "0.0121 mm ± 0.0008 mm from sample 71 on (k = 2)". A
+/// row without `size` gives each parameter with its name; a single parameter is given without.
 [[nodiscard]] std::string size_in_words(
     const Effect& effect, std::span<const FoundParameter> found);
 

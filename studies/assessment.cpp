@@ -70,6 +70,21 @@ PositionMap map_of(const calibration::PositionUncertainty& from) {
   return map;
 }
 
+/// Intervals hold what the poses leave open too: there a parameter is as well known as before.
+void add_what_is_held(
+    Assessment& result, Eigen::MatrixXd& covariance, const Eigen::MatrixXd& held) {
+  covariance += held;
+  const double quantile = calibration::quantile_95(result.noise);
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    ParameterRow& row = result.parameters[i];
+    if (row.fixed || !(held(k, k) > 0.0)) continue;
+    row.sd = std::hypot(row.sd, std::sqrt(held(k, k)));
+    row.low_95 = row.identified - quantile * row.sd;
+    row.high_95 = row.identified + quantile * row.sd;
+  }
+}
+
 IdentifiabilityRow identifiability_of(
     const ObservationSpace& space, const calibration::LeastSquaresFit& fit,
     const calibration::PositionUncertainty* map) {
@@ -210,7 +225,7 @@ std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials) {
 
 CheckedSession check_gross_errors(
     const session::Session& session, const calibration::IdentifySettings& settings,
-    bool set_aside) {
+    bool set_aside, const std::optional<std::string>& not_possible) {
   CheckedSession checked{session, {}};
   const auto split = [&] {
     checked.all = session::trials_of(checked.session, "");
@@ -223,6 +238,11 @@ CheckedSession check_gross_errors(
     }
   };
   split();
+  checked.found.set_aside = set_aside;
+  if (not_possible) {
+    checked.found.not_possible = not_possible;
+    return checked;
+  }
   calibration::IdentifySettings wide = settings;
   wide.fixed.clear();  // a robot that is told less about itself accuses nobody wrongly
   const auto in_g1 = calibration::find_gross_errors(checked.g1, session.rig, wide);
@@ -230,7 +250,6 @@ CheckedSession check_gross_errors(
   found.readings = in_g1.readings;
   found.sigma_mm = in_g1.sigma_mm;
   found.limit_times_sigma = in_g1.limit_times_sigma;
-  found.set_aside = set_aside;
   found.systematic_g1 = in_g1.systematic;
   if (!in_g1.not_possible.empty()) found.not_possible = in_g1.not_possible;
   for (const GrossError& each : in_g1.found) {
@@ -265,6 +284,7 @@ Assessment assess(
       calibration::estimates_with_noise(
           space, fit, weighting, result.noise, result.structure, covariance),
       space);
+  add_what_is_held(result, covariance, calibration::held_covariance(fit, space.parameter_info));
   result.covariance = covariance;
   std::optional<calibration::PositionUncertainty> map;
   const geometry::Tool tool(rig);
@@ -291,13 +311,13 @@ ObservationSpace space_of(
         StudyErrorCode::kBadData,
         fmt::format("G1 of {} has no dial readings that can be fitted", session.name),
         {{"session", session.name}},
-        "The session gives positions (x_mm, y_mm): compare with --space positions.");
+        "The session gives positions (x_mm, y_mm): sixdial compare SESSION --space positions.");
   }
   return space;
 }
 
 std::vector<char> fixed_parameters(
-    const ObservationSpace& space, const std::vector<std::string>& fix,
+    const ObservationSpace& space, int robot_parameters, const std::vector<std::string>& fix,
     const std::vector<std::string>& free) {
   const auto index_of = [&](const std::string& name) {
     const auto index = space.find(name);
@@ -319,6 +339,13 @@ std::vector<char> fixed_parameters(
           "Name it once.");
     }
     fixed[index_of(name)] = 1;
+  }
+  // An instrument's own parameters stand behind the robot's.
+  if (std::count(fixed.begin(), fixed.begin() + robot_parameters, 1) == robot_parameters) {
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
+        "every parameter of the robot is fixed: there is nothing to identify",
+        {{"param", "fix"}}, "Leave at least one parameter free.");
   }
   return fixed;
 }

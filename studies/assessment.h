@@ -144,10 +144,11 @@ struct CheckedSession {
   GrossErrors found;
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
 };
-/// `set_aside` false: the list alone, the session is unchanged.
+/// `set_aside` false: the list alone, the session is unchanged. `not_possible`: why nothing can
+/// be judged; then nothing is accused.
 [[nodiscard]] CheckedSession check_gross_errors(
     const session::Session& session, const calibration::IdentifySettings& settings,
-    bool set_aside);
+    bool set_aside, const std::optional<std::string>& not_possible = {});
 
 /// The space that a request names: "positions" or "dials". Throws StudyError bad_data where the
 /// session has no dial readings for the latter.
@@ -156,10 +157,11 @@ struct CheckedSession {
     const session::Session& session, double noise_mm);
 
 /// Parameters that keep their nominal value: those of `fix`, and where `free` is not empty all
-/// that it does not name. Throws StudyError invalid_params with the nearest name.
+/// that it does not name. Throws StudyError invalid_params with the nearest name, or where none
+/// of the robot's (the first `robot_parameters` of the space) is left free.
 [[nodiscard]] std::vector<char> fixed_parameters(
-    const calibration::ObservationSpace& space, const std::vector<std::string>& fix,
-    const std::vector<std::string>& free);
+    const calibration::ObservationSpace& space, int robot_parameters,
+    const std::vector<std::string>& fix, const std::vector<std::string>& free);
 
 /// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
 /// the dials; empty for an instrument that gives none.

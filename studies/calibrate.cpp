@@ -8,7 +8,11 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/cancellable.h"
+#include "studies/conformity.h"
 #include "studies/method_name.h"
+#include "studies/plausibility_of_fit.h"
+#include "studies/position_noise.h"
 
 namespace sixdial::studies {
 namespace {
@@ -80,11 +84,11 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-}  // namespace
-
-CalibrationResult calibrate(
+CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
+  PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
   const calibration::MethodChoice method = chosen_method(request.method, "method");
   if (method.identifier == nullptr) {
     throw StudyError(
@@ -94,10 +98,13 @@ CalibrationResult calibrate(
   calibration::PipelineSettings settings = settings_of(request);
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
-    const std::vector<simulation::Trial> stored = session::trials_of(session, "G1");
+    const std::vector<simulation::Trial> stored = session::trials_of(believed, "G1");
     settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
-    return check_gross_errors(session, judged, !request.keep_gross_errors);
+    add_too_few_poses(believable.warnings, stored, believed.rig, request.fix, request.free);
+    return check_gross_errors(
+        believed, judged, !request.keep_gross_errors,
+        why_no_reading_is_judged(believable.warnings));
   }();
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return space_of("positions", trials, checked.session, settings.noise_mm);
@@ -107,7 +114,7 @@ CalibrationResult calibrate(
   if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
-  judged.fixed = fixed_parameters(data.g1, request.fix, request.free);
+  judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
   settings.fixed = judged.fixed;
   const auto reference =
       calibration::identify(*calibration::find_identifier("lm"), data.g1, judged);
@@ -121,11 +128,30 @@ CalibrationResult calibrate(
   result.inputs = inputs_of(session, settings.seed);
   result.assessment = assess(
       data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
-      checked.all, session.rig);
+      checked.all, believed.rig);
   use_noise_of(*result.assessment, by_paper, result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
+  add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
+  result.measured_joints = measured_joints_of(checked.g1, believed.rig);
+  result.frame = believable.frame;
+  result.warnings = std::move(believable.warnings);
+  result.position_noise_mm = position_noise_mm(believed);
+  if (const auto tolerance_mm =
+          request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
+    result.conformity = conformity_of(result, believed, *tolerance_mm);
+  }
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the calibration", session.name, stop, {}, [&] {
+    return calibrate_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

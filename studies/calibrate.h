@@ -34,7 +34,9 @@ struct CalibrationRequest {
   std::optional<int> anfis_epochs{};
   std::vector<std::string> fix{};   // parameters that keep their nominal value
   std::vector<std::string> free{};  // where not empty: only these are fitted
-  bool keep_gross_errors = false;   // list readings that stand out, but fit them too
+  /// Largest position error that is accepted; empty: the rig file's, if it states one.
+  std::optional<double> tolerance_mm{};
+  bool keep_gross_errors = false;  // list readings that stand out, but fit them too
 };
 
 /// Throws StudyError: invalid_params (a method or parameter that there is not, with the

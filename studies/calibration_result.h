@@ -14,6 +14,8 @@
 #include "calibration/residual_model.h"
 #include "studies/assessment.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 
@@ -89,6 +91,21 @@ struct PointResiduals {
   std::vector<std::optional<Eigen::VectorXd>> residual_mm{};
 };
 
+/// Whether an error keeps a tolerance (studies/conformity.h).
+enum class Decision { kAccepted, kRejected, kUndecided };
+
+/// Every point of a set against the tolerance; the whole is accepted if each point is, and
+/// rejected if one is.
+struct Conformity {
+  double tolerance_mm = 0.0;
+  std::string set{};      // whose points were judged: G2 where there are any, else G1
+  bool validated = true;  // false: G1, whose points were fitted; then nothing is accepted
+  int points = 0, accepted = 0, rejected = 0;
+  double largest_mm = 0.0;   // error of the point with the largest error + U
+  double expanded_mm = 0.0;  // U of that point; NaN: nobody knows it
+  Decision decision = Decision::kUndecided;
+};
+
 struct CalibrationResult {
   std::string created_utc{};
   Inputs inputs{};
@@ -109,6 +126,17 @@ struct CalibrationResult {
   std::optional<Networks> networks{};                   // of the paper's method
   std::optional<StoredResidualModel> residual_model{};  // of every other one that has one
   std::vector<PointResiduals> points{};                 // G1, then G2
+  /// Against the tolerance of the request or of the rig file; empty: none was stated.
+  std::optional<Conformity> conformity{};
+  /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
+  /// results of early versions.
+  std::optional<double> position_noise_mm{};
+  /// Where the joints stood in G1; empty in results of early versions.
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  /// From the frame in which targets are given to that of the parameters; empty: the same.
+  std::optional<geometry::Similarity> frame{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   // Empty in results of early versions.
   std::optional<Assessment> assessment{};
   std::optional<GrossErrors> gross_errors{};

@@ -11,8 +11,10 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
+#include "studies/cancellable.h"
 #include "studies/error.h"
 #include "studies/method_name.h"
+#include "studies/plausibility_of_fit.h"
 
 namespace sixdial::studies {
 namespace {
@@ -143,6 +145,23 @@ ComparisonChoices choices_made(
   return choices;
 }
 
+/// Readings that allow no position teach no residual model. `asked`: whether somebody named the
+/// methods.
+void keep_identifiers(
+    std::vector<MethodChoice>& choices, bool asked, const std::string& session) {
+  const auto learns = [](const MethodChoice& each) { return each.residual != nullptr; };
+  const auto first = std::ranges::find_if(choices, learns);
+  if (first == choices.end()) return;
+  if (asked) {
+    throw StudyError(
+        StudyErrorCode::kBadData,
+        fmt::format(
+            "{} learns from positions, and no sample of G1 of {} has one", first->id, session),
+        {{"param", "methods"}}, "Name identifiers alone, such as lm.");
+  }
+  std::erase_if(choices, learns);
+}
+
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw StudyError(
@@ -156,26 +175,38 @@ void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& id : methods) static_cast<void>(choice_of(id));
 }
 
-ComparisonResult compare(
+namespace {
+
+ComparisonResult compare_here(
     const session::Session& session, const CompareRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
-  const std::vector<MethodChoice> choices = choices_of(request);
+    const ProgressCallback& progress, const std::stop_token& stop) {
+  std::vector<MethodChoice> choices = choices_of(request);
   calibration::ComparisonSettings settings = settings_of(request);
-  const auto first_g1 = session::trials_of(session, "G1");
+  PlausibleSession believable = plausible(session);
+  const session::Session& believed = believable.session;
+  const auto first_g1 = session::trials_of(believed, "G1");
   settings.identify.noise_mm = rig_noise_mm(first_g1).value_or(settings.identify.noise_mm);
 
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
-  const CheckedSession checked = check_gross_errors(session, settings.identify, set_aside);
+  add_too_few_poses(believable.warnings, first_g1, believed.rig, request.fix, request.free);
+  const CheckedSession checked = check_gross_errors(
+      believed, settings.identify, set_aside, why_no_reading_is_judged(believable.warnings));
   const auto positions = [&](std::span<const simulation::Trial> trials) {
-    return calibration::position_space(trials, session.rig, settings.identify.noise_mm);
+    return calibration::position_space(trials, believed.rig, settings.identify.noise_mm);
   };
   const auto g1 = positions(checked.g1);
   const auto g2 = positions(checked.g2);
-  if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
+  const bool by_readings = request.space == "dials" && g1.samples() == 0;
+  if (!by_readings) {
+    if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
+  }
   calibration::ObservationSpace space =
       space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
-  settings.identify.fixed = fixed_parameters(space, request.fix, request.free);
+  settings.identify.fixed = fixed_parameters(
+      space, believed.rig.robot.model->parameter_count(), request.fix, request.free);
+
+  if (by_readings) keep_identifiers(choices, !request.methods.empty(), session.name);
 
   const auto began = std::chrono::steady_clock::now();
   const auto tell = [&](const calibration::ComparisonProgress& now) {
@@ -202,7 +233,7 @@ ComparisonResult compare(
       .least_squares_rmse_mm = reference.rmse,
       .assessment = assess(
           space, reference.fit, calibration::weighting_of(space, settings.identify), checked.g1,
-          checked.all, session.rig),
+          checked.all, believed.rig),
       .precision =
           precision_of(space, reference, checked.g1, checked.session, settings.identify),
       .gross_errors = checked.found,
@@ -211,7 +242,20 @@ ComparisonResult compare(
     result.methods.push_back(row_of(method, *found, space));
   }
   result.best = best_of(result.methods);
+  add(implausible_lengths(result.assessment.parameters, *believed.rig.robot.model),
+      believable.warnings);
+  result.warnings = std::move(believable.warnings);
   return result;
+}
+
+}  // namespace
+
+ComparisonResult compare(
+    const session::Session& session, const CompareRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the comparison", session.name, stop, {}, [&] {
+    return compare_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

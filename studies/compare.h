@@ -18,6 +18,7 @@
 #include "session/session.h"
 #include "studies/assessment.h"
 #include "studies/inputs.h"
+#include "studies/plausibility.h"
 #include "studies/progress.h"
 
 namespace sixdial::studies {
@@ -100,6 +101,8 @@ struct ComparisonResult {
   Assessment assessment{};
   std::optional<Precision> precision{};  // empty: one of the two spaces leaves something open
   GrossErrors gross_errors{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   double seconds = 0.0;
 };
 

@@ -73,6 +73,8 @@ calibration::CompensationModel compensation_model(
       .tool = geometry::Tool(rig),
       .nominal = result.nominal(),
       .v = by == CompensateBy::kBefore ? result.nominal() : result.identified()};
+  model.frame = result.frame;
+  model.measured_at = middles_of(result.measured_joints);
   if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }

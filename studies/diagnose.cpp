@@ -1,5 +1,7 @@
 #include "studies/diagnose.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,6 +10,8 @@
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
+#include "simulation/circumstances.h"
+#include "studies/cancellable.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
 
@@ -149,6 +153,32 @@ void add_curves(
   result.tool_shifts = curves.tool_shifts();
 }
 
+/// Tells stages as they begin, and of a stage that takes long its steps, now and then.
+class StageTeller {
+ public:
+  explicit StageTeller(const ProgressCallback& progress) : progress_(progress) {}
+
+  void stage(const diagnosis::DiagnosisProgress& now) {
+    stage_ = now.stage;
+    tell({.stage = stage_, .done = now.done, .total = now.total});
+  }
+  void step(std::string_view what, std::int64_t done, std::int64_t total) {
+    constexpr auto kLong = std::chrono::seconds(2);
+    if (std::chrono::steady_clock::now() - told_ < kLong) return;
+    tell({.stage = fmt::format("{}: {}", stage_, what), .done = done, .total = total});
+  }
+
+ private:
+  void tell(Progress now) {
+    told_ = std::chrono::steady_clock::now();
+    if (progress_) progress_(std::move(now));
+  }
+
+  const ProgressCallback& progress_;
+  std::string stage_;
+  std::chrono::steady_clock::time_point told_{};
+};
+
 DiagnosisResult result_of(
     Diagnosis& found, const DiagnosedReadings& data, const session::Session& session,
     const DiagnosisRequest& request, const diagnosis::DiagnosisSettings& settings) {
@@ -163,6 +193,7 @@ DiagnosisResult result_of(
       .unexplained =
           {.significant = found.unexplained.significant,
            .scatter = found.unexplained.scatter,
+           .scatter_size = found.unexplained.scatter_size,
            .depends_on = std::move(found.unexplained.depends_on),
            .rms_mm = rms_of_good(data),
            .noisy_dials = std::move(found.unexplained.noisy_dials)},
@@ -178,7 +209,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, data.after),
       .residuals = residuals_of(data)};
-  add_data_faults(result.causes, result.gross_readings);
+  add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});
   }
@@ -189,24 +220,50 @@ DiagnosisResult result_of(
   return result;
 }
 
+/// One exchanged pair is a cause of the catalogue: it is found and named as all others are.
+void exchange_back(session::Session& session, const std::pair<std::size_t, std::size_t>& pair) {
+  for (session::Sample& sample : session.samples) {
+    if (std::max(pair.first, pair.second) >= sample.channels.size()) continue;
+    std::swap(sample.channels[pair.first], sample.channels[pair.second]);
+  }
+}
+
+/// Where a named cause goes by the side that a joint came from, and nobody recorded the sides.
+void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings) {
+  const Readings& readings = *found.readings;
+  const auto from = simulation::sides_from(readings.model().robot(), readings.trials());
+  std::string joints;
+  for (const diagnosis::Cause& cause : found.causes) {
+    const diagnosis::Hypothesis& each = cause.finding.hypothesis;
+    if ((each.effect->needs & simulation::kApproach) == 0 || each.place.joint < 0) continue;
+    if (from[static_cast<std::size_t>(each.place.joint)] != simulation::SidesFrom::kRows)
+      continue;
+    joints += fmt::format("{}joint {}", joints.empty() ? "" : " and ", each.place.joint + 1);
+  }
+  if (joints.empty()) return;
+  warnings.push_back(
+      {"sides_from_rows",
+       Severity::kNote,
+       {.file = "session.csv", .field = "approach"},
+       {{"joints", joints}}});
+}
+
 }  // namespace
 
-DiagnosisResult diagnose(
-    const session::Session& session, const DiagnosisRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+namespace {
+
+DiagnosisResult diagnose_here(
+    const session::Session& session, const DiagnosisRequest& request, StageTeller& tell_stage,
+    const std::stop_token& stop) {
   const auto began = std::chrono::steady_clock::now();
-  const simulation::ForwardModel model(session.rig);
-  std::vector<simulation::Trial> trials = session::trials_of(session, "");
-  std::vector<bool> held_out = held_out_of(session, trials);
+  PlausibleSession believable = plausible(session);
+  session::Session& believed = believable.session;
+  if (const auto pair = exchanged_pair(believable)) exchange_back(believed, *pair);
+  const simulation::ForwardModel model(believed.rig);
+  std::vector<simulation::Trial> trials = session::trials_of(believed, "");
+  std::vector<bool> held_out = held_out_of(believed, trials);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
-  const auto tell = [&](const diagnosis::DiagnosisProgress& now) {
-    if (progress) progress({.stage = now.stage, .done = now.done, .total = now.total});
-  };
-  const auto checked = [&] {
-    if (!stop.stop_requested()) return;
-    throw StudyError(
-        StudyErrorCode::kCancelled, "the diagnosis was cancelled", {{"session", session.name}});
-  };
+  const auto tell = [&](const diagnosis::DiagnosisProgress& now) { tell_stage.stage(now); };
   Diagnosis found;
   try {
     found = diagnosis::diagnose(
@@ -217,17 +274,38 @@ DiagnosisResult diagnose(
         "Measure more points, or check the rig file: a reading counts only while its plunger "
         "is inside its travel.");
   }
-  checked();
+  geometry::check_end();
   const DiagnosedReadings data{
       *found.readings, found.named.baseline, found.named.extended,
       left_without_the_unknown(*found.readings, found.named), !found.named.unknown.empty()};
   DiagnosisResult result = result_of(found, data, session, request, settings);
-  checked();
+  geometry::check_end();
   add_curves(result, found, data);
+  const Eigen::VectorXd& nominal = believed.rig.robot.nominal;
+  result.extended_fit.nominal = std::vector<double>(nominal.begin(), nominal.end());
+  result.extended_fit.measured_joints =
+      measured_joints_of(session::trials_of(believed, ""), believed.rig);
+  result.extended_fit.frame = believable.frame;
+  result.warnings = believable.warnings;
+  add_sides_from_rows(found, *result.warnings);
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  checked();
+  geometry::check_end();
   return result;
+}
+
+}  // namespace
+
+DiagnosisResult diagnose(
+    const session::Session& session, const DiagnosisRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  StageTeller tell(progress);
+  return cancellable(
+      "the diagnosis", session.name, stop,
+      [&](std::string_view what, std::int64_t done, std::int64_t total) {
+        tell.step(what, done, total);
+      },
+      [&] { return diagnose_here(session, request, tell, stop); });
 }
 
 }  // namespace sixdial::studies

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/thresholds.h"
+
 namespace sixdial::studies {
 namespace {
 
@@ -26,6 +28,7 @@ std::vector<Rival> rivals_of(const diagnosis::Finding& finding) {
     rivals.push_back({.kind = RivalKind::kNothing, .log_odds = finding.evidence});
   }
   if (!finding.settled) rivals.push_back({.kind = RivalKind::kUnsettled});
+  if (finding.of_a_part()) rivals.push_back({.kind = RivalKind::kLeftOut});
   return rivals;
 }
 
@@ -126,7 +129,15 @@ std::vector<GrossReading> gross_readings_of(
   return list;
 }
 
-void add_data_faults(std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross) {
+void add_data_faults(
+    std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross,
+    std::size_t readings) {
+  // Single errors are few. Where they are many, something else may be wrong with all of these.
+  std::vector<Rival> rivals;
+  if (static_cast<double>(gross.size()) >
+      diagnosis::kMostLeftOut * static_cast<double>(readings)) {
+    rivals.push_back({.kind = RivalKind::kLeftOut});
+  }
   for (const CauseKind kind : {CauseKind::kOutliers, CauseKind::kStaleReadings}) {
     double squares = 0.0;
     double count = 0.0;
@@ -139,12 +150,13 @@ void add_data_faults(std::vector<FoundCause>& causes, const std::vector<GrossRea
     causes.push_back(
         {.kind = kind,
          .id = {kind == CauseKind::kOutliers ? "outliers" : "stale_reading", "samples"},
+         .tied_with = rivals,
          .estimate =
              {{"count", "1", count, kNan},
               {"size_rms", "mm", std::sqrt(squares / count), kNan}},
          .delta_bic = kNan,
          .gain_mm = kNan,
-         .standing = Standing::kConfirmed,
+         .standing = rivals.empty() ? Standing::kConfirmed : Standing::kSuspected,
          .g2_log_odds = kNan,
          .visible_ratio = kNan});
   }

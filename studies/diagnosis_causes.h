@@ -24,7 +24,10 @@ namespace sixdial::studies {
     const diagnosis::Diagnosis& found, const diagnosis::Readings& readings,
     const session::Session& session);
 
-/// Outliers and stale readings as causes of their own, where there are such.
-void add_data_faults(std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross);
+/// Outliers and stale readings as causes of their own, where there are such. Of so many
+/// readings in all: more than a few gross ones are not certain to be just that.
+void add_data_faults(
+    std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross,
+    std::size_t readings);
 
 }  // namespace sixdial::studies

@@ -17,6 +17,12 @@ VerdictKind verdict_kind(const DiagnosisResult& result) {
   return tied ? VerdictKind::kTied : VerdictKind::kNamed;
 }
 
+double left_out(const DiagnosisResult& result) {
+  const auto all = static_cast<double>(result.residuals.good.size());
+  const auto out = static_cast<double>(std::ranges::count(result.residuals.good, false));
+  return all > 0 ? out / all : 0.0;
+}
+
 bool names_an_effect(const DiagnosisResult& result) {
   return !std::ranges::all_of(result.causes, &FoundCause::is_data_fault);
 }

@@ -12,6 +12,8 @@
 
 #include "diagnosis/diagnosis.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 
@@ -40,6 +42,7 @@ enum class RivalKind {
   kUnknown,    // something smooth that nobody named
   kNothing,    // too weak to be sure that there is anything
   kUnsettled,  // the fit had not converged: another size, or another cause, may fit better
+  kLeftOut,    // it rests on leaving out a large share of the readings, which may say else
 };
 struct Rival {
   RivalKind kind = RivalKind::kEffect;
@@ -153,7 +156,8 @@ struct GrossReading {
 /// What is left of the readings, and whether that is noise.
 struct Unexplained {
   bool significant = false;
-  bool scatter = false;                   // larger than the noise, without structure
+  bool scatter = false;  // larger than the noise, without structure
+  std::optional<diagnosis::ScatterFound> scatter_size{};
   std::vector<std::string> depends_on{};  // covariates of something smooth that nobody named
   double rms_mm = 0.0;                    // of the good readings, after the named causes
   std::vector<diagnosis::NoisyDial> noisy_dials{};
@@ -212,6 +216,10 @@ struct ExtendedFit {
   int last_order = 0;
   double last_time_h = 0.0;
   double last_temperature_degC = 20.0;
+  // As CalibrationResult has them; empty in diagnoses of early versions.
+  std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  std::optional<geometry::Similarity> frame{};
 };
 
 /// One entry a reading.
@@ -267,6 +275,8 @@ struct DiagnosisResult {
   std::vector<LeftAlong> left_along{};
   ToolShifts tool_shifts{};
   Residuals residuals{};
+  /// What speaks against the session; empty in results of early versions.
+  std::optional<std::vector<Warning>> warnings{};
   double seconds = 0.0;
 };
 
@@ -281,6 +291,8 @@ enum class VerdictKind {
 /// True if the diagnosis names something that the robot or the instruments have, not only bad
 /// readings.
 [[nodiscard]] bool names_an_effect(const DiagnosisResult& result);
+/// Share of the readings that the fit with the causes did without.
+[[nodiscard]] double left_out(const DiagnosisResult& result);
 /// The row of a model without a network, null if there is none.
 [[nodiscard]] const GainRow* gain_row(
     const DiagnosisResult& result, diagnosis::GainModel model, bool network = false);

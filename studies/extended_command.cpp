@@ -36,6 +36,13 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
       {}, "Diagnose the session again.");
 }
 
+/// Parameters of the nominal robot, where the diagnosis had it stand.
+Eigen::VectorXd nominal_from(const ExtendedFit& fit, const simulation::ForwardModel& base) {
+  const Eigen::Index robot = base.robot_parameter_count();
+  if (!fit.nominal || std::ssize(*fit.nominal) != robot) return base.nominal().head(robot);
+  return Eigen::Map<const Eigen::VectorXd>(fit.nominal->data(), robot);
+}
+
 int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 }  // namespace
@@ -45,7 +52,10 @@ ExtendedCommand::ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& ri
       model_(model_from(fit.model, base_.parameters().size())),
       order_(fit.last_order + 1),
       last_time_h_(fit.last_time_h),
-      last_temperature_degC_(fit.last_temperature_degC) {
+      last_temperature_degC_(fit.last_temperature_degC),
+      nominal_(nominal_from(fit, base_)),
+      measured_at_(middles_of(fit.measured_joints)),
+      frame_(fit.frame) {
   for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
 }
 
@@ -107,11 +117,14 @@ ExtendedCommand::solve(
   // The extended model's tool moves in the plane of the dials.
   calibration::CompensationModel model{
       .tool = geometry::Tool(base_.rig().robot.model, 2),
-      .nominal = base_.nominal().head(robot),
-      .v = model_.head(robot)};
-  const auto start = model.tool.inverse(model.v, target_mm, mode, near);
+      .nominal = nominal_,
+      .v = model_.head(robot),
+      .measured_at = measured_at_,
+      .frame = frame_};
+  const geometry::Position there_mm = model.in_frame(target_mm);
+  const auto start = model.tool.inverse(model.v, there_mm, mode, model.turn_in(mode, near));
   if (!start) return calibration::compensate(model, target_mm, mode, near);  // says why
-  const auto assembly = model.tool.assembly_at(model.v, *start, target_mm);
+  const auto assembly = model.tool.assembly_at(model.v, *start, there_mm);
   if (!assembly) return calibration::compensate(model, target_mm, mode, near);
   // What the causes add to the plain robot at these angles; nothing where it has no pose.
   model.correction = [this, tool = model.tool, v = model.v, moment,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -59,6 +60,9 @@ class ExtendedCommand {
   int order_ = 0;
   double last_time_h_ = 0.0;
   double last_temperature_degC_ = 20.0;
+  Eigen::VectorXd nominal_;  // of the robot
+  std::map<int, Eigen::VectorXd> measured_at_;
+  std::optional<geometry::Similarity> frame_;
 };
 
 /// The points named by `set` (empty: all) with the joint values to command; the others as they

@@ -14,6 +14,7 @@
 #include "session/trials.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 namespace {
@@ -124,8 +125,9 @@ PlacedCause name_of(const simulation::ActiveEffect& effect) {
 
 SeparationPlan separation_plan(
     const session::Session& session, const SeparationRequest& request) {
-  const simulation::ForwardModel model(session.rig);
-  diagnosis::Readings readings(model, session::trials_of(session, ""));
+  const session::Session used = in_rig_frame(plausible(session), session.rig);
+  const simulation::ForwardModel model(used.rig);
+  diagnosis::Readings readings(model, session::trials_of(used, ""));
   constexpr Eigen::Index kFewest = 40;
   if (readings.count() < kFewest) {
     throw StudyError(
@@ -146,7 +148,7 @@ SeparationPlan separation_plan(
   if (candidates.empty()) {
     throw StudyError(
         StudyErrorCode::kBadData, "no pose can be measured in these working modes",
-        {{"session", session.name}}, "Leave --mode out.");
+        {{"session", session.name}}, "Use sixdial plan separate without --mode.");
   }
   const diagnosis::Separation separation = diagnosis::separating_poses(
       readings, question->fit, question->cause, question->rival, candidates, request.points);

@@ -55,6 +55,26 @@ MatrixXd contact_errors(
   return by_pose;
 }
 
+/// Derivatives of the predicted displacements by (x, y) of the tool; what a free cuboid's own
+/// rotation takes over is left out.
+MatrixXd dials_by_tool(const DialData& data, const DialSample& sample, const VectorXd& x) {
+  const bool free = data.rig.cuboid.mount == geometry::Mount::kFree;
+  const auto rows = std::ssize(sample.dials);
+  const auto pose = geometry::forward(x.head<kParameterCount>(), sample.q_rad, sample.assembly);
+  if (!pose) return MatrixXd::Zero(rows, 2);
+  const double gamma =
+      free ? sample.gamma_guess_rad
+           : geometry::cuboid_angle(data.rig, data.reference_rad, *pose, x[kParameterCount]);
+  VectorXd e(rows);
+  const MatrixXd by_pose = contact_errors(data, sample, {pose->p_WE, gamma}, e);
+  MatrixXd by_tool = by_pose.leftCols<2>();
+  if (free) {
+    const VectorXd g = by_pose.col(2).normalized();
+    by_tool -= (g * (g.transpose() * by_tool)).eval();
+  }
+  return by_tool;
+}
+
 bool evaluate_mounted(
     const DialData& data, const DialSample& sample, const VectorXd& x, Eigen::Ref<VectorXd> e,
     MatrixXd* J) {
@@ -401,6 +421,9 @@ ObservationSpace five_bar_dial_space(
     const DialSample& sample = data->samples[static_cast<std::size_t>(i)];
     return free ? evaluate_free(*data, sample, x, e, J)
                 : evaluate_mounted(*data, sample, x, e, J);
+  };
+  space.by_tool = [data](int i, const VectorXd& x) {
+    return dials_by_tool(*data, data->samples[static_cast<std::size_t>(i)], x);
   };
   return space;
 }

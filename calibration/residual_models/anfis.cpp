@@ -1,6 +1,7 @@
 // ANFIS, a network for each channel: size and ridge by cross-validation (`anfis`), or as the
 // paper has it
-// (`anfis_paper`: six functions, 36 rules, ridge 1e-6, 500 epochs).
+// (`anfis_paper`: six functions, 36 rules, ridge 1e-6, at most 500 epochs, no further than to a
+// mean squared error of 1e-5).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,10 +17,14 @@ namespace {
 
 std::string words(const AnfisReport& report) {
   if (report.model.functions == 0) return "no network";
-  return fmt::format(
+  std::string text = fmt::format(
       "{} functions, {} rules, ridge {:g}, best epoch {}, {:.1f} effective parameters",
       report.model.functions, report.model.rules(), report.model.ridge, report.best_epoch,
       report.model.effective_parameters);
+  if (report.stopped_at_target()) {
+    text += fmt::format(", stopped at its target in epoch {}", report.target_reached);
+  }
+  return text;
 }
 
 /// All numbers of a network, each under `prefix` and its name: "output1.centre".
@@ -88,8 +93,9 @@ TrainedResidual load(const SavedResidual& saved) {
 TrainedResidual train(
     const Eigen::MatrixXd& joints, const Eigen::MatrixXd& residual_mm,
     const ResidualSettings& settings, bool cross_validate, const std::stop_token& stop) {
-  const AnfisLearning learning{
+  AnfisLearning learning{
       settings.anfis, cross_validate, settings.holdout_fraction, settings.seed};
+  learning.anfis.stop_at_target = !cross_validate;
   std::vector<AnfisReport> reports;
   SavedResidual saved;
   save_outputs(residual_mm.cols(), saved);

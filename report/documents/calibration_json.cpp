@@ -2,10 +2,14 @@
 
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/documents/swarm_size_json.h"
+#include "report/documents/warnings_json.h"
+#include "report/headline.h"
 #include "report/words/comparison_words.h"
+#include "report/words/conformity_words.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -151,6 +155,19 @@ void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::Conformity>& judged) {
+  at("tolerance_mm", judged.tolerance_mm);
+  at.named("decision", judged.decision, decision_name, decision_from);
+  at("set", judged.set);
+  at("validated", judged.validated);
+  at("points", judged.points);
+  at("accepted", judged.accepted);
+  at("rejected", judged.rejected);
+  at("largest_mm", judged.largest_mm);
+  at("expanded_mm", judged.expanded_mm);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.constant("schema", kSchema);
   if constexpr (!Fields::kReads) {
@@ -184,6 +201,12 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("assessment", result.assessment);
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
+  at.maybe("conformity", result.conformity);
+  at.maybe("position_noise_mm", result.position_noise_mm);
+  at.maybe("measured_joints", result.measured_joints);
+  at.maybe("frame", result.frame);
+  at.maybe("warnings", result.warnings);
+  if constexpr (!Fields::kReads) at("state", state_name(verdict_of(result).state));
 }
 
 Json to_json(const studies::CalibrationResult& result) { return write(result); }

@@ -3,6 +3,7 @@
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/swarm_size_json.h"
+#include "report/documents/warnings_json.h"
 #include "report/words/comparison_words.h"
 
 namespace sixdial::report {
@@ -108,6 +109,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ComparisonResult>& result) {
   at("assessment", result.assessment);
   at("precision", result.precision);
   at("gross_errors", result.gross_errors);
+  at.maybe("warnings", result.warnings);
   at("seconds", result.seconds);
 }
 

@@ -10,6 +10,8 @@
 #include "report/documents/diagnosis_parts_json.h"
 #include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
+#include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
 
@@ -53,11 +55,35 @@ void describe_keys(Fields& at, Of<Fields, diagnosis::NoisyDial>& noisy) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, diagnosis::ScatterFound>& scatter) {
+  using diagnosis::ScatterIn;
+  constexpr std::array kPlaces{
+      std::pair{ScatterIn::kTool, "tool"}, std::pair{ScatterIn::kJoints, "joints"},
+      std::pair{ScatterIn::kReadings, "readings"}};
+  at.named(
+      "in", scatter.in,
+      [&](ScatterIn in) {
+        return std::ranges::find(kPlaces, in, &std::pair<ScatterIn, const char*>::first)
+            ->second;
+      },
+      [&](std::string_view text) -> std::optional<ScatterIn> {
+        for (const auto& [in, word] : kPlaces) {
+          if (text == word) return in;
+        }
+        return std::nullopt;
+      });
+  at("sd_mm", scatter.sd_mm);
+  at("low_mm", scatter.low_mm);
+  at("high_mm", scatter.high_mm);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::Unexplained>& left) {
   at("significant", left.significant);
   at("depends_on", left.depends_on);
   at("rms_mm", left.rms_mm);
   at("scatter", left.scatter);
+  at.maybe("scatter_size", left.scatter_size);
   at("noisy_dials", left.noisy_dials);
 }
 
@@ -129,6 +155,9 @@ void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at("last_order", fit.last_order);
   at("last_time_h", fit.last_time_h);
   at("last_temperature_c", fit.last_temperature_degC);
+  at.maybe("nominal", fit.nominal);
+  at.maybe("measured_joints", fit.measured_joints);
+  at.maybe("frame", fit.frame);
 }
 
 template <class Fields>
@@ -311,6 +340,7 @@ void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at("by_covariate", result.left_along);
   at("tool_shift", result.tool_shifts);
   at("residuals", result.residuals);
+  at.maybe("warnings", result.warnings);
   at("seconds", result.seconds);
   if constexpr (Fields::kReads) {
     at("not_testable", result.not_testable);

@@ -24,6 +24,7 @@ inline constexpr std::string_view kSchema = "sixdial.diagnosis";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kNothing = "none";
 inline constexpr std::string_view kUnsettled = "unsettled_fit";
+inline constexpr std::string_view kLeftOut = "left_out_readings";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
 
@@ -90,7 +91,8 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
                  : rival.id.cause == diagnosis_document::kNothing ? studies::RivalKind::kNothing
                  : rival.id.cause == diagnosis_document::kUnsettled
                      ? studies::RivalKind::kUnsettled
-                     : studies::RivalKind::kEffect;
+                 : rival.id.cause == diagnosis_document::kLeftOut ? studies::RivalKind::kLeftOut
+                                                                  : studies::RivalKind::kEffect;
     if (rival.kind == studies::RivalKind::kUnknown)
       rival.depends_on = diagnosis_document::split(rival.id.where);
     if (rival.kind != studies::RivalKind::kEffect) rival.id = {};
@@ -111,6 +113,9 @@ void describe_keys(Fields& at, Of<Fields, studies::Rival>& rival) {
       case studies::RivalKind::kUnsettled:
         describe_keys(
             at, studies::HypothesisId{std::string(diagnosis_document::kUnsettled), ""});
+        break;
+      case studies::RivalKind::kLeftOut:
+        describe_keys(at, studies::HypothesisId{std::string(diagnosis_document::kLeftOut), ""});
         break;
     }
   }

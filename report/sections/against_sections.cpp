@@ -6,8 +6,10 @@
 #include <cmath>
 #include <optional>
 
+#include "geometry/coverage.h"
 #include "geometry/tool.h"
 #include "geometry/units.h"
+#include "report/expanded.h"
 #include "report/tables.h"
 #include "report/text.h"
 #include "session/trials.h"
@@ -16,18 +18,9 @@
 namespace sixdial::report {
 namespace {
 
-constexpr double kChanged = 2.0;  // times the standard deviation of a difference: 95 %
+constexpr double kChanged = geometry::kCoverage;  // standard deviations of a difference
 
 using report::number;
-
-report::Column column(
-    std::string key, std::string title, std::string unit = "", std::string group = "") {
-  return {
-      .key = std::move(key),
-      .title = std::move(title),
-      .unit = std::move(unit),
-      .group = std::move(group)};
-}
 
 /// Time of the first sample; empty where none has one.
 std::string measured_at(const session::Session& session) {
@@ -101,9 +94,8 @@ report::Table error_table(const Calibrated& earlier, const Calibrated& later) {
   row(later, later.result.result_method,
       fmt::format("as left: {}, calibrated", later.session.name));
   t.notes.emplace_back(
-      "\"Before\" is by the nominal parameters of each session's rig file: enter the "
-      "identified "
-      "ones there, and as left should begin where as found ended.");
+      "\"Before\" is with the nominal parameters of each session's rig file. If the identified "
+      "ones were entered there, as left begins where as found ended.");
   return t;
 }
 
@@ -115,12 +107,12 @@ report::Table parameter_table(
       column("parameter", "parameter"),
       column("unit", "unit"),
       column("as_found", "value", "", "as found"),
-      column("as_found_sd", "sd", "", "as found"),
+      expanded_column("as_found_sd", "", "as found"),
       column("as_left", "value", "", "as left"),
-      column("as_left_sd", "sd", "", "as left"),
+      expanded_column("as_left_sd", "", "as left"),
       column("change", "change"),
-      column("change_sd", "sd of the change"),
-      column("times", "change / sd"),
+      expanded_column("change_sd"),
+      column("times", "change / U"),
       column("verdict", "")};
   for (const studies::ParameterRow& a : earlier.result.parameters) {
     const auto found =
@@ -141,19 +133,25 @@ report::Table parameter_table(
       ++judged;
       if (*times > kChanged) ++changed;
     }
-    const int decimals = report::decimals_for(shown * sd.value_or(1e-4));
+    const int decimals =
+        report::decimals_for(geometry::kCoverage * shown * sd.value_or(0.5e-4));
     const auto scaled = [&](const std::optional<double>& value) {
       return number(value ? std::optional(shown * *value) : std::nullopt, decimals);
     };
+    const auto uncertain = [&](const std::optional<double>& sd_of_it) {
+      return expanded(sd_of_it ? std::optional(shown * *sd_of_it) : std::nullopt, decimals);
+    };
     t.rows.push_back(
-        {report::symbol(a.name), std::string(unit.name), scaled(a.identified), scaled(sd_a),
-         scaled(b.identified), scaled(sd_b), scaled(change), scaled(sd), number(times, 1),
+        {report::symbol(a.name), std::string(unit.name), scaled(a.identified), uncertain(sd_a),
+         scaled(b.identified), uncertain(sd_b), scaled(change), uncertain(sd),
+         times ? report::Number{*times, 1, 1.0 / geometry::kCoverage} : report::Cell{},
          std::move(verdict)});
   }
   t.notes.emplace_back(
-      "Change is as left minus as found: +0.010 mm is a link that is 0.010 mm longer now. "
-      "Above 2 sd it is called changed (95 %); of ten parameters one in two comparisons "
-      "does so by chance.");
+      "Change is as left minus as found: +0.010 mm is a link that is 0.010 mm longer now. It "
+      "is "
+      "called changed where it is larger than its expanded uncertainty U (about 95 %); of ten "
+      "parameters that did not change one does so by chance in every second comparison.");
   return t;
 }
 
@@ -170,16 +168,17 @@ std::vector<report::Section> against_sections(const Calibrated& here, const Cali
 
   report::Section out{.id = "against", .heading = "As found and as left"};
   out.blocks.emplace_back(fmt::format(
-      "As found: {}. As left: {}. At the joint angles of this session ({}) the tool by the one "
-      "parameters stands {} on average and {} at most from where the other put it. {} of {} "
-      "parameters changed by more than twice the uncertainty of the change.",
+      "As found: {}. As left: {}. At the joint values of this session ({}) the two sets of "
+      "parameters put the tool {} apart on average and {} at most. {} of {} parameters changed "
+      "by "
+      "more than the expanded uncertainty of the change (k = 2).",
       name_and_time(earlier.session), name_and_time(later.session),
       report::counted(shift.poses, "pose", "poses"), report::length(shift.mean_mm),
       report::length(shift.max_mm), changed, judged));
   if (earlier.result.inputs.rig_hash != later.result.inputs.rig_hash) {
     out.blocks.emplace_back(
-        "The two rig files differ: a dial that stands elsewhere shows as a robot that moved "
-        "(x0, y0, alpha).");
+        "The two rig files differ. A dial that was moved on the table looks like a robot that "
+        "moved: see x0, y0 and alpha.");
   }
   out.blocks.emplace_back(error_table(earlier, later));
   out.blocks.emplace_back(std::move(parameters));

@@ -17,7 +17,6 @@ namespace {
 using calibration::AnfisCandidate;
 using calibration::AnfisModel;
 using calibration::AnfisReport;
-using report::Column;
 using report::number;
 using report::whole;
 
@@ -30,30 +29,32 @@ std::array<std::pair<const char*, const AnfisReport*>, 2> axes_of(
   return {std::pair{"x", &networks.x}, std::pair{"y", &networks.y}};
 }
 
-Column column(std::string key, std::string title, std::string unit = "") {
-  return {
-      .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-
 report::Table network_table(const studies::Networks& networks) {
   report::Table table{.id = "anfis", .caption = "The networks and what they used"};
   table.columns = {
-      column("axis", "residual of"), column("functions", "functions per input"),
-      column("rules", "rules"),      column("consequents", "consequents"),
-      column("samples", "samples"),  column("effective_parameters", "effective parameters"),
-      column("ridge", "ridge"),      column("best_epoch", "best epoch")};
+      column("axis", "residual of"),
+      column("functions", "functions per input"),
+      column("rules", "rules"),
+      column("consequents", "consequents"),
+      column("samples", "samples"),
+      column("effective_parameters", "effective parameters"),
+      column("ridge", "ridge"),
+      column("best_epoch", "best epoch"),
+      column("target_reached", "target reached in epoch")};
   for (const auto& [axis, network] : axes_of(networks)) {
     const AnfisModel& model = network->model;
     table.rows.push_back(
         {std::string(axis), whole(model.functions), whole(model.rules()),
          whole(model.consequents.size()), whole(network->samples),
          number(model.effective_parameters, 1), fmt::format("{:g}", model.ridge),
-         whole(network->best_epoch)});
+         whole(network->best_epoch),
+         network->target_reached > 0 ? whole(network->target_reached)
+                                     : report::Cell{std::string("not reached")}});
   }
   table.notes.emplace_back(
-      "Effective parameters: trace of the matrix that maps the samples to the network's "
-      "outputs. Ridge least squares keeps it below the number of samples however many "
-      "consequents there are.");
+      "Effective parameters: how many numbers the network has really learned (trace of the "
+      "matrix "
+      "from samples to outputs). Ridge least squares keeps that below the number of samples.");
   return table;
 }
 
@@ -94,8 +95,9 @@ report::Table size_table(const studies::Networks& networks) {
     row(axis, selection.as_printed, "the paper's setting");
   }
   table.notes.emplace_back(
-      "Each sample is predicted by the network that did not see it, premises as they start. "
-      "A network is chosen only where it beats having none by two standard errors.");
+      "Each sample is predicted by a network that was made without it, before its functions "
+      "are "
+      "trained. A network is used only if it is better than none by two standard errors.");
   return table;
 }
 
@@ -104,8 +106,9 @@ report::Figure membership_plot(const studies::Networks& networks) {
   figure.id = "membership";
   figure.title = "Membership functions after training";
   figure.shows =
-      "How strongly each function of an input answers, over the trained range of the joint "
-      "angle. Beyond that range inputs are clamped to its ends.";
+      "How strongly each function of the network responds to a joint angle, over the range "
+      "that it "
+      "was trained on. Angles beyond it count as its ends.";
   figure.good =
       "Functions that overlap and cover the whole range; a spike between two samples, or a "
       "range that none covers, is a network that fitted noise.";
@@ -157,23 +160,25 @@ report::Figure membership_plot(const studies::Networks& networks) {
     }
   }
   figure.here = fmt::format(
-      "Everywhere in range some function answers with at least {:.2f}.", least_cover);
+      "At every angle in range some function responds with at least {:.2f}.", least_cover);
   return figure;
 }
 
 }  // namespace
 
 std::vector<report::Section> anfis_sections(const studies::Networks& networks) {
-  report::Section section{.id = "anfis", .heading = "What the networks learned"};
+  report::Section section{
+      .id = "anfis", .heading = "What the networks learned", .in_annex = true};
   const bool used = networks.x.model.functions > 0 || networks.y.model.functions > 0;
   if (used) {
     section.blocks.emplace_back(
         "One ANFIS network for x and one for y learned from the joint angles what the "
-        "parameters leave over. Their outputs are bounded outside the trained region.");
+        "parameters "
+        "leave over. Outside the region of the measured points their outputs stay bounded.");
     section.blocks.emplace_back(network_table(networks));
   } else {
     section.blocks.emplace_back(
-        "No network is used: what the parameters leave over cannot be told from noise, and a "
+        "No network is used: what the parameters leave over does not differ from noise, and a "
         "network that learns noise makes the robot worse.");
   }
   if (networks.x.selection) section.blocks.emplace_back(size_table(networks));
@@ -188,11 +193,12 @@ std::vector<report::Section> residual_model_sections(const studies::CalibrationR
   }
   if (!result.residual_model) return {};
   const studies::StoredResidualModel& model = *result.residual_model;
-  report::Section section{.id = "residual_model", .heading = "What the residual model learned"};
+  report::Section section{
+      .id = "residual_model", .heading = "What the residual model learned", .in_annex = true};
   section.blocks.emplace_back(fmt::format(
-      "{}: what the parameters leave over is learned from the joint angles. Outside the "
-      "trained "
-      "region its output is bounded. It chose: {}.",
+      "{}: it learned from the joint angles what the parameters leave over. Outside the region "
+      "of "
+      "the measured points its output stays bounded. It chose: {}.",
       studies::method_name(result.result_method), model.note));
   report::Table table{.id = "residual_model", .caption = "What the residual model used"};
   table.columns = {

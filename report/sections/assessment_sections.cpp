@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "geometry/units.h"
+#include "report/expanded.h"
 #include "report/sections/contour.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/tables.h"
@@ -14,7 +15,6 @@
 namespace sixdial::report {
 namespace {
 
-using report::Column;
 using report::number;
 using report::whole;
 
@@ -23,42 +23,16 @@ constexpr int kContourStyle = 3;
 constexpr int kWorstStyle = 0;
 constexpr std::size_t kGridRowsOnPage = 24;
 
-Column column(std::string key, std::string title, std::string unit = "") {
-  return {
-      .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-
-report::Table parameter_table(const studies::Assessment& assessment) {
-  report::Table table{
-      .id = "uncertainty",
-      .caption = "Parameters of the least-squares fit with their uncertainty"};
-  table.columns = {
-      column("name", "parameter"),
-      column("unit", "unit"),
-      column("nominal", "nominal"),
-      column("identified", "identified"),
-      column("sd", "standard deviation"),
-      column("low_95", "95 % from"),
-      column("high_95", "to"),
-      column("remark", "remark")};
-  for (const studies::ParameterRow& each : assessment.parameters) {
-    const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
-    const auto cell = [&](double value) {
-      return number(unit.per_unit * value, each.unit == "rad" ? 5 : 4);
-    };
-    const auto uncertain = [&](double value) {
-      return each.fixed ? report::Cell{} : cell(value);
-    };
-    table.rows.push_back(
-        {report::symbol(each.name), std::string(unit.name), cell(each.nominal),
-         cell(each.identified), uncertain(each.sd), uncertain(each.low_95),
-         uncertain(each.high_95),
-         each.fixed         ? std::string("fixed at nominal")
-         : each.partly_held ? std::string("leans on nominal")
-                            : std::string()});
+/// Root mean square of the values that are known.
+double rms_of(const std::vector<double>& values) {
+  double squares = 0.0;
+  int count = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    squares += value * value;
+    ++count;
   }
-  table.notes.push_back(assessment.noise.words + ".");
-  return table;
+  return count > 0 ? std::sqrt(squares / count) : std::nan("");
 }
 
 report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) {
@@ -69,16 +43,19 @@ report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) 
   figure.id = "uncertainty_map";
   figure.title = "Uncertainty of the predicted position over the workspace";
   figure.shows =
-      "Lines of equal uncertainty: with 95 % the identified robot stands within this distance "
-      "[mm] of where its parameters say. From the parameters' covariance alone; what the model "
-      "does not know comes on top.";
+      "Lines of equal uncertainty: with 95 % probability the tool of the identified robot "
+      "stands "
+      "within this distance [mm] of where its parameters say. Only the uncertainty of the "
+      "parameters is in it; what the model does not contain comes on top.";
   figure.good = fmt::format(
-      "A few times smaller than the {} noise, and even; rising towards an edge means that "
-      "points are missing there.",
-      has_dials ? "dials'" : "positions'");
+      "About as small as the noise of the {} or smaller, and even. Where it rises towards an "
+      "edge, points are missing there.",
+      has_dials ? "dials" : "positions");
   figure.here = fmt::format(
-      "Root mean square {:.4f} mm; at worst {:.4f} mm (95 %) near ({:.0f}, {:.0f}) mm.",
-      map.mean_sd_mm, map.max_radius_95_mm, map.worst_mm.x(), map.worst_mm.y());
+      "With 95 % probability within {:.4f} mm on average (root mean square over the map), "
+      "within "
+      "{:.4f} mm at the worst place, near ({:.0f}, {:.0f}) mm.",
+      rms_of(radius), map.max_radius_95_mm, map.worst_mm.x(), map.worst_mm.y());
 
   double low = std::numeric_limits<double>::infinity();
   double high = 0.0;
@@ -111,47 +88,51 @@ report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) 
 
   figure.table = {.id = "uncertainty_map", .caption = "Predicted position's uncertainty"};
   figure.table.columns = {
-      column("x_mm", "x", "mm"), column("y_mm", "y", "mm"), column("sd_x_mm", "sd of x", "mm"),
-      column("sd_y_mm", "sd of y", "mm"), column("radius_95_mm", "95 % within", "mm")};
+      column("x_mm", "x", "mm"), column("y_mm", "y", "mm"),
+      expanded_column("sd_x_mm", "mm", "of x"), expanded_column("sd_y_mm", "mm", "of y"),
+      column("radius_95_mm", "95 % within", "mm")};
   figure.table.rows_on_page = kGridRowsOnPage;
   for (std::size_t row = 0; row < y.size(); ++row) {
     for (std::size_t i = 0; i < x.size(); ++i) {
       const std::size_t k = row * x.size() + i;
       figure.table.rows.push_back(
-          {number(x[i], 2), number(y[row], 2), number(map.sd_x_mm[k], 5),
-           number(map.sd_y_mm[k], 5), number(radius[k], 5)});
+          {number(x[i], 2), number(y[row], 2), expanded(map.sd_x_mm[k], 5),
+           expanded(map.sd_y_mm[k], 5), number(radius[k], 5)});
     }
   }
   return figure;
 }
 
 report::Table precision_table(const studies::Precision& precision) {
-  report::Table table{.id = "precision", .caption = "Standard deviation by what is fitted"};
+  report::Table table{
+      .id = "precision",
+      .caption = "Expanded uncertainty by what is fitted: positions, or all readings"};
   table.columns = {
       column("name", "parameter"), column("unit", "unit"),
-      column("positions_sd", "positions of the active three"),
-      column("dials_sd", "raw readings of all dials"), column("ratio", "ratio")};
+      expanded_column("positions_sd", "", "positions, by three dials"),
+      expanded_column("dials_sd", "", "raw readings of all dials"), column("ratio", "ratio")};
   for (const studies::Precision::Row& each : precision.parameters) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
     table.rows.push_back(
         {report::symbol(each.name), std::string(unit.name),
-         number(unit.per_unit * each.positions_sd, 5), number(unit.per_unit * each.dials_sd, 5),
-         number(each.ratio, 2)});
+         expanded(unit.per_unit * each.positions_sd, 5),
+         expanded(unit.per_unit * each.dials_sd, 5), number(each.ratio, 2)});
   }
   table.notes.push_back(fmt::format(
-      "Raw readings are {:.2f} times as precise in the geometric mean.",
+      "From the noise alone. A fit of raw readings would be {:.2f} times as precise (geometric "
+      "mean).",
       precision.geometric_mean_ratio));
   return table;
 }
 
 report::Section uncertainty(const studies::Assessment& assessment, bool has_dials) {
-  report::Section section{.id = "uncertainty", .heading = "What the numbers are worth"};
+  report::Section section{
+      .id = "uncertainty", .heading = "Uncertainty of the fit", .in_annex = true};
   section.blocks.emplace_back(fmt::format(
-      "Least-squares fit of {} {} from {} samples of G1. Standard deviations: {}.",
+      "Least-squares fit of {} {} from {} samples of G1. What its uncertainties rest on: {}.",
       assessment.readings,
       assessment.space == "dials" ? "raw dial readings" : "coordinates of positions",
       assessment.samples, assessment.noise.words));
-  section.blocks.emplace_back(parameter_table(assessment));
   if (assessment.position_uncertainty) {
     section.blocks.emplace_back(uncertainty_map(*assessment.position_uncertainty, has_dials));
   }
@@ -172,25 +153,28 @@ report::Table mode_table(const studies::Assessment& assessment) {
       {std::string("pooled"), whole(assessment.samples),
        number(assessment.identifiability.condition, 0)});
   table.notes.emplace_back(
-      "Each mode by itself, as if the others had not been measured. Smaller is better; none "
-      "is given where a mode leaves a direction open.");
+      "Each mode by itself, as if the others had not been measured. Smaller is better; there "
+      "is "
+      "none where the points of a mode do not determine every parameter.");
   return table;
 }
 
 report::Section cannot_tell(const studies::Assessment& assessment) {
-  report::Section section{.id = "cannot_tell", .heading = "What the data cannot tell"};
+  report::Section section{
+      .id = "cannot_tell", .heading = "What the data cannot tell", .in_annex = true};
   const studies::IdentifiabilityRow& known = assessment.identifiability;
   section.blocks.emplace_back(fmt::format(
-      "{} of {} free parameters (or combinations of them) are determined. Condition number of "
-      "the scaled Jacobian {:.4g}; observability index {:.4f} mm per unit and sample "
-      "(geometric "
-      "mean of the singular values over the root of the number of samples; larger is better).",
+      "{} of {} free parameters (or combinations of them) are determined. Condition number "
+      "{:.4g}; "
+      "observability index {:.4f} mm for a unit change and one sample (geometric mean of the "
+      "singular values over the root of the number of samples; larger is better).",
       known.determined, known.free, known.condition, known.observability));
   if (assessment.working_modes.size() > 1) {
     section.blocks.emplace_back(mode_table(assessment));
   }
   report::Table held{
-      .id = "held_directions", .caption = "Directions held at nominal, as no pose shows them"};
+      .id = "held_directions",
+      .caption = "Combinations of parameters that no pose shows, held at nominal"};
   held.columns = {
       column("direction", "what moves together"), column("singular_value", "singular value"),
       column("effect_mm", "moves the tool at most, for 1 mm of it", "mm")};
@@ -202,39 +186,10 @@ report::Section cannot_tell(const studies::Assessment& assessment) {
     section.blocks.emplace_back("Nothing had to be held at nominal.");
   } else {
     held.notes.emplace_back(
-        "Along these the robot may differ from its drawing unseen. A small effect means that "
-        "it does not matter in this workspace; else measure points that separate them.");
+        "The robot may differ from its drawing in these without anybody seeing it. A small "
+        "effect "
+        "means that it does not matter in this workspace; else measure points that show it.");
     section.blocks.emplace_back(std::move(held));
-  }
-  return section;
-}
-
-report::Section outliers(const studies::GrossErrors& errors) {
-  report::Section section{.id = "gross_errors", .heading = "Readings that stand out"};
-  if (errors.not_possible) {
-    section.blocks.emplace_back("Not checked: " + *errors.not_possible + ".");
-    return section;
-  }
-  section.blocks.emplace_back(fmt::format(
-      "{} readings of G1 were checked against everything else in the session by a robust fit. "
-      "A reading counts as a gross error beyond {:.1f} robust standard deviations (of {:.4f} "
-      "mm). {} found.",
-      errors.readings, errors.limit_times_sigma, errors.sigma_mm,
-      errors.found.empty() ? std::string("None was")
-                           : fmt::format("{} were", errors.found.size())));
-  for (const auto& [set, systematic] :
-       {std::pair{"G1", errors.systematic_g1}, std::pair{"G2", errors.systematic_g2}}) {
-    if (systematic == 0) continue;
-    section.blocks.emplace_back(fmt::format(
-        "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
-        "model is wrong. None was set aside.",
-        systematic, set));
-  }
-  if (!errors.found.empty()) {
-    section.blocks.emplace_back(fmt::format(
-        "They are listed under the quality of the measured data. Raw readings stay as they "
-        "were stored; those of G1 were {}; G2 is judged with all of its readings.",
-        errors.set_aside ? "not fitted" : "fitted all the same"));
   }
   return section;
 }
@@ -243,10 +198,10 @@ report::Section outliers(const studies::GrossErrors& errors) {
 
 std::vector<report::Section> assessment_sections(
     const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
-    const studies::GrossErrors& gross_errors, bool has_dials) {
+    bool has_dials) {
   report::Section worth = uncertainty(assessment, has_dials);
   if (precision) worth.blocks.emplace_back(precision_table(*precision));
-  return {std::move(worth), cannot_tell(assessment), outliers(gross_errors)};
+  return {std::move(worth), cannot_tell(assessment)};
 }
 
 }  // namespace sixdial::report

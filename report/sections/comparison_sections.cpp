@@ -6,15 +6,6 @@
 namespace sixdial::report {
 namespace {
 
-Column column(
-    std::string key, std::string title, std::string unit = "", std::string group = "") {
-  return {
-      .key = std::move(key),
-      .title = std::move(title),
-      .unit = std::move(unit),
-      .group = std::move(group)};
-}
-
 void add_figures(std::vector<Cell>& row, const std::optional<calibration::ErrorStats>& set) {
   if (!set) {
     row.insert(row.end(), 3, Cell{});
@@ -53,10 +44,12 @@ Table table_6(const studies::ComparisonResult& result) {
 }  // namespace
 
 std::vector<Section> comparison_sections(const studies::ComparisonResult& result) {
-  Section section{.id = "comparison", .heading = "All methods on this session"};
+  Section section{
+      .id = "comparison", .heading = "All methods on this session", .in_annex = true};
   section.blocks.emplace_back(fmt::format(
-      "Each method identified the robot from G1 ({}) and was judged on G2, which none of them "
-      "saw. Times are of this machine, identification and residual model together.",
+      "Each method identified the robot from G1 ({}) and was judged by G2, which none of them "
+      "used. "
+      "Times are those of this machine, identification and residual model together.",
       result.choices.space == "dials" ? "raw readings of all dials in contact"
                                       : "measured positions"));
   section.blocks.emplace_back(table_6(result));

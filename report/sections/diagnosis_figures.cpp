@@ -31,11 +31,6 @@ constexpr int kNoiseStyle = 7;
 constexpr std::size_t kRowsOnPage = 24;
 constexpr std::size_t kMostMarks = 1500;
 
-report::Column column(std::string key, std::string title, std::string unit = "") {
-  return {
-      .key = std::move(key), .title = std::move(title), .unit = std::move(unit), .group = ""};
-}
-
 /// An even choice of the marks of each series, at most so many on the whole chart: a page stays
 /// small for any session. Says so in `figure.shows`; the table keeps all.
 void thin(report::Figure& figure, std::size_t most) {
@@ -243,7 +238,7 @@ void say_left(report::Figure& figure, bool causes, bool unknown) {
       "readings along each quantity";
   if (unknown) {
     figure.shows = fmt::format(
-        "{}: with the robot alone{}, and less the smooth part that nobody named.", kShows,
+        "{}: with the robot alone{}, and less the smooth part that has no name.", kShows,
         causes ? ", with the named causes" : "");
     figure.good = "The last line is flat and lies on the noise everywhere.";
   } else if (causes) {
@@ -370,7 +365,7 @@ std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
   constexpr int kLow = 210;
   figure.chart.panel_height = kLow;
   figure.here = fmt::format(
-      "{}t most {}; noise {}.", causes ? "After the causes a" : "A", worst_in_words(result),
+      "{}t most {}; noise {}.", causes ? "With the causes a" : "A", worst_in_words(result),
       millimetres(noise_mm));
   return figure;
 }
@@ -389,9 +384,11 @@ std::optional<report::Figure> shift_figure(const DiagnosisResult& result) {
   if (causes) {
     figure.title = "Where in the workspace the simulation is off, before and after";
     figure.shows =
-        "Each arrow: the shift of the tool that explains the residuals of one sample best; on "
-        "the left with the robot alone, on the right with the named causes, drawn to the same "
-        "scale.";
+        "Each arrow: the one shift of the tool that explains all readings of a sample best; on "
+        "the "
+        "left with the robot's parameters alone, on the right with the causes, on the same "
+        "scale. "
+        "All samples, fitted and not.";
     figure.good = "On the right short arrows without order.";
     figure.chart.panels.push_back(
         shift_panel(shifts, shifts.after_mm, "with the causes", kAfterStyle, largest_mm));
@@ -399,14 +396,17 @@ std::optional<report::Figure> shift_figure(const DiagnosisResult& result) {
   } else {
     figure.title = "Where in the workspace the simulation is off";
     figure.shows =
-        "Each arrow: the shift of the tool that explains the residuals of one sample best.";
+        "Each arrow: the one shift of the tool that explains all readings of a sample best. "
+        "All "
+        "samples, fitted and not.";
     figure.good = "Short arrows without order.";
   }
   figure.chart.panels_in_a_row = 2;
   thin(figure, kMostMarks);
   figure.table = shift_table(shifts);
   figure.here = fmt::format(
-      "Mean length {}; noise of one reading {}.", means, millimetres(result.noise.sigma_mm));
+      "Mean length over all samples {}; noise of one reading {}.", means,
+      millimetres(result.noise.sigma_mm));
   return figure;
 }
 

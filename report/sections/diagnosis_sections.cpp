@@ -11,6 +11,7 @@
 #include "geometry/units.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
+#include "report/expanded.h"
 #include "report/html_report.h"
 #include "report/report_run.h"
 #include "report/sections/diagnosis_figures.h"
@@ -25,7 +26,6 @@ namespace sixdial::report {
 namespace {
 
 using report::Cell;
-using report::Column;
 using report::number;
 using report::Section;
 using report::Table;
@@ -34,19 +34,6 @@ using studies::FoundCause;
 using studies::GainRow;
 using studies::Rival;
 using studies::VerdictKind;
-
-Column column(
-    std::string key, std::string title, std::string unit = "", std::string group = "") {
-  return {
-      .key = std::move(key),
-      .title = std::move(title),
-      .unit = std::move(unit),
-      .group = std::move(group)};
-}
-
-Cell cell(double value, int decimals = 4) { return number(value, decimals); }
-
-Cell words(const std::string& text) { return text.empty() ? Cell{} : Cell{text}; }
 
 std::string standing_of(const FoundCause& cause) {
   if (cause.is_data_fault()) return "seen in the readings themselves";
@@ -61,7 +48,7 @@ std::string certainty_of(const FoundCause& cause) {
   }
   std::vector<std::string> rivals;
   for (const Rival& rival : cause.tied_with) rivals.push_back(named(rival));
-  return fmt::format("tied with {}", fmt::join(rivals, ", "));
+  return fmt::format("not told from {}", fmt::join(rivals, ", "));
 }
 
 Section summary(const DiagnosisResult& result, const DiagnosisVerdict& verdict) {
@@ -78,27 +65,28 @@ Section summary(const DiagnosisResult& result, const DiagnosisVerdict& verdict) 
       column("gain_mm", "gain", "mm")};
   for (const FoundCause& cause : result.causes) {
     table.rows.push_back(
-        {capital(named(cause)), words(size_in_words(cause)), standing_of(cause),
-         certainty_of(cause), cell(cause.visible_ratio, 2), cell(cause.gain_mm)});
+        {capital(named(cause)), text_cell(size_in_words(cause)), standing_of(cause),
+         certainty_of(cause), number(cause.visible_ratio, 2), number(cause.gain_mm)});
   }
   table.notes.emplace_back(
       "Strength: root mean square of what only this cause explains in the readings, over the "
-      "noise. Gain: mean position error on held-out points without it less with it. After "
-      "\u00B1: one standard deviation.");
+      "noise. Gain: how much longer the mean tool shift on points that were not fitted is "
+      "without it. After \u00B1: the expanded uncertainty, k = 2.");
   section.blocks.emplace_back(std::move(table));
   return section;
 }
 
 Table ties_of(const FoundCause& cause) {
-  Table table{.id = "ties", .caption = "What these data cannot tell it from"};
+  Table table{.id = "ties", .caption = "What these data do not tell it from"};
   table.columns = {
       column("rival", "rival"), column("odds", "odds for the first-named", "to 1")};
   for (const Rival& rival : cause.tied_with) {
     table.rows.push_back({capital(named(rival)), number(std::exp(rival.log_odds), 1)});
   }
   table.notes.emplace_back(
-      "Odds below about 12 to 1 are a tie. Poses that move the two differently separate them: "
-      "other working modes, a wider range of joint angles, both approach directions.");
+      "Odds below about 12 to 1 leave it open. Poses at which the two differ tell them apart: "
+      "other "
+      "working modes, a wider range of joint angles, both sides of approach.");
   return table;
 }
 
@@ -110,8 +98,9 @@ Section cause_section(const FoundCause& cause, int index) {
   section.blocks.emplace_back(first);
   if (std::isfinite(cause.delta_bic)) {
     section.blocks.emplace_back(fmt::format(
-        "Evidence for it: BIC difference {:.0f} against a model without it; 6 to 10 is strong, "
-        "more is very strong.",
+        "Evidence for it: the Bayesian information criterion is {:.0f} better than without it; "
+        "6 to "
+        "10 is strong, more is very strong.",
         cause.delta_bic));
   }
   const CauseTexts texts = texts_of(cause);
@@ -135,7 +124,7 @@ Section gross_section(const DiagnosisResult& result) {
   for (const studies::GrossReading& each : result.gross_readings) {
     table.rows.push_back(
         {each.set, report::whole(each.point), report::whole(each.repeat), each.dial,
-         cell(each.size_mm, 3), words(remark_on_gross(each))});
+         number(each.size_mm, 3), text_cell(remark_on_gross(each))});
   }
   section.blocks.emplace_back(std::move(table));
   return section;
@@ -154,7 +143,7 @@ Table classes_table(const DiagnosisResult& result) {
     for (const studies::LeftInClass& each : along.classes) {
       table.rows.push_back(
           {axis_name(along.along), class_name(along.along.axis, each),
-           report::whole(each.readings), cell(each.before_mm, 5), cell(each.after_mm, 5)});
+           report::whole(each.readings), number(each.before_mm, 5), number(each.after_mm, 5)});
     }
   }
   return table;
@@ -163,10 +152,10 @@ Table classes_table(const DiagnosisResult& result) {
 Table dependence_table(const DiagnosisResult& result) {
   Table table{
       .id = "dependence",
-      .caption = "Is there something smooth in what is left? Log odds for it, by covariate"};
+      .caption = "Does what is left depend smoothly on something? Log odds for it"};
   table.columns = {
       column("covariate", "depends on"),
-      column("enters", "enters at"),
+      column("enters", "acts on"),
       column("log_odds_before", "before", "", "log odds"),
       column("log_odds_after", "after", "", "log odds"),
       column("rms_before_mm", "before", "mm", "size of it, rms"),
@@ -178,63 +167,17 @@ Table dependence_table(const DiagnosisResult& result) {
   std::ranges::stable_sort(rows, std::greater{}, strongest);
   for (const diagnosis::Dependence& each : rows) {
     table.rows.push_back(
-        {fmt::format("{}", fmt::join(each.covariates, ", ")), each.enters,
-         cell(each.log_odds_before, 1), cell(each.log_odds_after, 1),
-         cell(each.rms_before_mm, 5), cell(each.rms_after_mm, 5)});
+        {covariates_in_words(each.covariates), each.enters, number(each.log_odds_before, 1),
+         number(each.log_odds_after, 1), number(each.rms_before_mm, 5),
+         number(each.rms_after_mm, 5)});
   }
   constexpr std::size_t kOnPage = 24;
   table.rows_on_page = kOnPage;
   table.notes.push_back(fmt::format(
-      "Natural logarithms. Below 0: noise explains what is left better. Above {:.0f}: an "
-      "unknown is reported.",
+      "Natural logarithms. Below 0: noise explains what is left better. Above {:.0f}: it is "
+      "reported "
+      "as something unnamed.",
       result.settings.search.unknown_log_odds));
-  return table;
-}
-
-Section left_section(const DiagnosisResult& result) {
-  Section section{.id = "left", .heading = "What is left, and whether that is noise"};
-  section.blocks.emplace_back(fmt::format(
-      "Noise of a reading: {}. What the good readings leave{}: {} rms.", noise_in_words(result),
-      result.extended_fit.effects.empty() ? "" : " after the causes",
-      millimetres(result.unexplained.rms_mm)));
-  if (auto figure = left_figure(result)) section.blocks.emplace_back(std::move(*figure));
-  if (auto figure = shift_figure(result)) section.blocks.emplace_back(std::move(*figure));
-  for (Table table : {classes_table(result), dependence_table(result)}) {
-    if (!table.rows.empty()) section.blocks.emplace_back(std::move(table));
-  }
-  return section;
-}
-
-std::string row_name(const GainRow& row) {
-  return row.without ? "without " + named(*row.without) : gain_row_name(row);
-}
-
-Table gain_table(const DiagnosisResult& result) {
-  Table table{.id = "gain", .caption = "Held-out position error by model"};
-  table.columns = {
-      column("model", "model"),
-      column("mean_mm", "mean", "mm", "position error"),
-      column("std_mm", "std", "mm", "position error"),
-      column("max_mm", "max", "mm", "position error"),
-      column("rms_mm", "readings, rms", "mm"),
-      column("difference_mm", "change", "mm", "mean against calibrated"),
-      column("low_mm", "from", "mm", "mean against calibrated"),
-      column("high_mm", "to", "mm", "mean against calibrated"),
-      column("removed_percent", "removed", "%")};
-  const GainRow* extended = gain_row(result, diagnosis::GainModel::kExtended);
-  for (const GainRow& row : result.gain) {
-    if (&row == extended) table.main_row = table.rows.size();
-    constexpr double kPercent = 100.0;
-    table.rows.push_back(
-        {row_name(row), cell(row.mean_mm), cell(row.std_mm), cell(row.max_mm),
-         cell(row.rms_mm, 5), cell(row.difference_mm), cell(row.low_mm), cell(row.high_mm),
-         number(kPercent * row.removed_share, 0)});
-  }
-  table.notes.emplace_back(
-      "Position error: the shift of the tool that explains a sample's residuals best. From, "
-      "to: 95 % interval of the change, by drawing poses anew (bootstrap). A row \"without\" a "
-      "cause shows what that one alone is worth. Removed: share of the calibrated robot's "
-      "error above the noise; a dash where there is next to none.");
   return table;
 }
 
@@ -248,10 +191,62 @@ Table gain_by_dial_table(const DiagnosisResult& result) {
     table.columns.push_back(column(fmt::format("rms_{}_mm", dial), dial, "mm"));
   }
   for (const GainRow& row : result.gain) {
-    std::vector<Cell> by_dial{row_name(row)};
-    for (const auto& [dial, rms_mm] : row.rms_by_dial_mm) by_dial.push_back(cell(rms_mm, 5));
+    std::vector<Cell> by_dial{gain_row_in_words(row)};
+    for (const auto& [dial, rms_mm] : row.rms_by_dial_mm) by_dial.push_back(number(rms_mm, 5));
     table.rows.push_back(std::move(by_dial));
   }
+  return table;
+}
+
+Section left_section(const DiagnosisResult& result) {
+  Section section{
+      .id = "left", .heading = "What is left, and whether that is noise", .in_annex = true};
+  section.blocks.emplace_back(fmt::format(
+      "Noise of a reading: {}. What the good readings leave{}: {} rms.", noise_in_words(result),
+      result.extended_fit.effects.empty() ? "" : " after the causes",
+      millimetres(result.unexplained.rms_mm)));
+  if (auto figure = left_figure(result)) section.blocks.emplace_back(std::move(*figure));
+  if (auto figure = shift_figure(result)) section.blocks.emplace_back(std::move(*figure));
+  for (Table table : {classes_table(result), dependence_table(result)}) {
+    if (!table.rows.empty()) section.blocks.emplace_back(std::move(table));
+  }
+  if (!result.gain.empty()) section.blocks.emplace_back(gain_by_dial_table(result));
+  return section;
+}
+
+Table gain_table(const DiagnosisResult& result) {
+  Table table{
+      .id = "gain", .caption = "Mean tool shift on points that were not fitted, by model"};
+  table.columns = {
+      column("model", "model"),
+      column("mean_mm", "mean", "mm", "tool shift"),
+      column("std_mm", "std", "mm", "tool shift"),
+      column("max_mm", "max", "mm", "tool shift"),
+      column("rms_mm", "readings, rms", "mm"),
+      column("difference_mm", "change", "mm", "mean against robot alone"),
+      column("low_mm", "from", "mm", "mean against robot alone"),
+      column("high_mm", "to", "mm", "mean against robot alone"),
+      column("mean_falls_percent", "mean falls by", "%")};
+  const GainRow* calibrated = gain_row(result, diagnosis::GainModel::kCalibrated);
+  const GainRow* extended = gain_row(result, diagnosis::GainModel::kExtended);
+  for (const GainRow& row : result.gain) {
+    if (&row == extended) table.main_row = table.rows.size();
+    constexpr double kPercent = 100.0;
+    const bool is_drawing = row.model == diagnosis::GainModel::kNominal;
+    const double falls = calibrated == nullptr || is_drawing
+                             ? std::nan("")
+                             : kPercent * (1.0 - row.mean_mm / calibrated->mean_mm);
+    table.rows.push_back(
+        {gain_row_in_words(row), number(row.mean_mm), number(row.std_mm), number(row.max_mm),
+         number(row.rms_mm, 5), number(row.difference_mm), number(row.low_mm),
+         number(row.high_mm), number(falls, 0)});
+  }
+  table.notes.emplace_back(
+      "Tool shift: the one shift of the tool that explains all readings of a sample best. It "
+      "is "
+      "not the position error of the tables above, which rests on the dials that give a "
+      "position. From, to: 95 % interval of the change, by drawing poses anew (bootstrap). A "
+      "row \"without\" a cause shows what that one alone is worth.");
   return table;
 }
 
@@ -259,18 +254,18 @@ Section gain_section(const DiagnosisResult& result) {
   Section section{.id = "gain", .heading = "What naming the causes gains"};
   if (result.gain.empty()) {
     section.blocks.emplace_back(
-        "Not measured: it was not asked for, or there are too few points to fit and to judge "
-        "on.");
+        "Not measured: it was not asked for, or there are too few points to fit some and to "
+        "judge by "
+        "the others.");
     return section;
   }
   const studies::JudgedOn& on = result.judged_on;
   section.blocks.emplace_back(fmt::format(
-      "Every model was fitted to {} samples and judged on {} others{}. ANFIS is a network that "
-      "learns what is left from the joint angles.",
+      "Every model was fitted to {} samples and judged by {} others{}. ANFIS is a network that "
+      "learns from the joint angles what is left.",
       on.fitted_samples, on.samples,
       on.held_out_by_program ? ", every third, as the session has no G2" : " (G2)"));
   section.blocks.emplace_back(gain_table(result));
-  section.blocks.emplace_back(gain_by_dial_table(result));
   for (const FoundCause& cause : result.causes) {
     const std::string_view why = texts_of(cause).why_not_learned;
     if (!why.empty()) {
@@ -282,21 +277,24 @@ Section gain_section(const DiagnosisResult& result) {
 
 Section parameter_section(const DiagnosisResult& result) {
   Section section{
-      .id = "moved_parameters", .heading = "How the fitted robot moves when causes are named"};
+      .id = "moved_parameters",
+      .heading = "How the fitted robot moves when causes are named",
+      .in_annex = true};
   section.blocks.emplace_back(
       "A fit without the causes bends the robot's parameters to make up for them. The last "
-      "column says by how many of its own standard deviations each had been pulled away.");
+      "column "
+      "says how far each had been pulled away, in its own standard deviations.");
   Table table{.id = "moved_parameters", .caption = "Parameters without and with the causes"};
   table.columns = {
       column("name", "parameter"),
       column("unit", "unit"),
       column("nominal", "nominal"),
       column("baseline", "value", "", "robot alone"),
-      column("baseline_sd", "sd", "", "robot alone"),
+      expanded_column("baseline_sd", "", "robot alone"),
       column("extended", "value", "", "with the causes"),
-      column("extended_sd", "sd", "", "with the causes"),
+      expanded_column("extended_sd", "", "with the causes"),
       column("moved", "moved"),
-      column("moved_sigma", "times its sd")};
+      column("moved_sigma", "moved, in standard deviations")};
   for (const diagnosis::ParameterChange& each : result.parameters) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
     constexpr int kOfLength = 4;
@@ -305,44 +303,50 @@ Section parameter_section(const DiagnosisResult& result) {
     const auto shown = [&](double value) { return number(unit.per_unit * value, decimals); };
     table.rows.push_back(
         {report::symbol(each.name), std::string(unit.name), shown(each.nominal),
-         shown(each.baseline), shown(each.baseline_sd), shown(each.extended),
-         shown(each.extended_sd), shown(studies::moved(each)),
-         cell(studies::moved_sigma(each), 1)});
+         shown(each.baseline), expanded(unit.per_unit * each.baseline_sd, decimals),
+         shown(each.extended), expanded(unit.per_unit * each.extended_sd, decimals),
+         shown(studies::moved(each)), number(studies::moved_sigma(each), 1)});
   }
   section.blocks.emplace_back(std::move(table));
   return section;
 }
 
 Section not_testable_section(const DiagnosisResult& result) {
-  Section section{.id = "not_testable", .heading = "What could not be tested, and why"};
+  Section section{
+      .id = "not_testable", .heading = "What could not be tested, and why", .in_annex = true};
   if (result.not_testable.empty()) {
     section.blocks.emplace_back("Every cause of the catalogue could be tested at every place.");
     return section;
   }
   section.blocks.emplace_back(
-      "These may be there or not: this session cannot say. The last column says what would be "
-      "needed.");
+      "This session cannot say whether these are there. The last column says what it would "
+      "take.");
   Table table{.id = "not_testable", .caption = "Not testable here"};
   table.columns = {
       column("cause", "cause"), column("reason", "why not"), column("needs", "needs")};
   for (const studies::NotTestable& each : result.not_testable) {
     const auto [reason, needs] = not_testable_in_words(result, each);
-    table.rows.push_back({capital(named(each.id)), words(reason), words(needs)});
+    table.rows.push_back({capital(named(each.id)), text_cell(reason), text_cell(needs)});
   }
   section.blocks.emplace_back(std::move(table));
   return section;
 }
 
 Section limits_section(const DiagnosisResult& result) {
-  Section section{.id = "detection_limits", .heading = "What this session would have seen"};
+  Section section{
+      .id = "detection_limits",
+      .heading = "What this session would have seen",
+      .in_annex = true};
   if (result.limits.empty()) {
     section.blocks.emplace_back("The limits were not computed.");
     return section;
   }
   section.blocks.emplace_back(
-      "Smallest size of each cause that would have been detected here, and smallest at which "
-      "it would have been named rightly, each in four of five cases. Between the two a cause "
-      "shows, but as one of a set. Not found means: smaller than the first figure.");
+      "The smallest size at which each cause would have been seen here, and the smallest at "
+      "which "
+      "it would have got its right name, each in four of five cases. Between the two it is "
+      "seen, "
+      "but not told from others. A cause that was not found is smaller than the first figure.");
   Table table{.id = "detection_limits", .caption = "Limits of each cause on this session"};
   table.columns = {
       column("cause", "cause"),
@@ -350,8 +354,8 @@ Section limits_section(const DiagnosisResult& result) {
       column("name", "named rightly from"),
       column("plausible", "size to expect on such a rig"),
       column("rival", "most alike"),
-      column("surviving_percent", "not absorbed by the fit", "%"),
-      column("absorbed_by", "absorbed by")};
+      column("surviving_percent", "left by the fit", "%"),
+      column("absorbed_by", "imitated by")};
   for (const studies::Limit& each : result.limits) {
     const auto size = [&](double value) -> Cell {
       if (!std::isfinite(value)) return std::string("at no size");
@@ -360,9 +364,9 @@ Section limits_section(const DiagnosisResult& result) {
     constexpr double kPercent = 100.0;
     table.rows.push_back(
         {capital(named(each.id)), size(each.detect), size(each.name), size(each.plausible),
-         words(each.rival ? named(*each.rival) : std::string()),
+         text_cell(each.rival ? named(*each.rival) : std::string()),
          number(kPercent * each.surviving, 1),
-         words(fmt::format("{}", fmt::join(each.absorbed_by, ", ")))});
+         text_cell(fmt::format("{}", fmt::join(each.absorbed_by, ", ")))});
   }
   section.blocks.emplace_back(std::move(table));
   return section;
@@ -386,7 +390,7 @@ report::Opening opening_of(const DiagnosisResult& result, const DiagnosisVerdict
     box.before_mm = mean_of(diagnosis::GainModel::kCalibrated);
     box.after_mm = mean_of(diagnosis::GainModel::kExtended);
     box.basis = fmt::format(
-        "mean position error on {} held-out samples, robot alone and with what was named",
+        "mean tool shift on {} samples that were not fitted, robot alone and with the causes",
         result.judged_on.samples);
   }
   if (kind != VerdictKind::kNothing) {
@@ -403,16 +407,17 @@ report::Opening opening_of(const DiagnosisResult& result, const DiagnosisVerdict
 
 }  // namespace
 
-std::vector<Section> diagnosis_sections(const DiagnosisResult& result) {
+std::vector<Section> diagnosis_sections(const DiagnosisResult& result, Beside beside) {
   std::vector<Section> sections{summary(result, verdict_in_words(result))};
   int index = 0;
   for (const FoundCause& cause : result.causes) {
     sections.push_back(cause_section(cause, ++index));
   }
-  if (!result.gross_readings.empty()) sections.push_back(gross_section(result));
+  const bool alone = beside == Beside::kNothing;
+  if (alone && !result.gross_readings.empty()) sections.push_back(gross_section(result));
   sections.push_back(left_section(result));
   sections.push_back(gain_section(result));
-  sections.push_back(parameter_section(result));
+  if (alone) sections.push_back(parameter_section(result));
   sections.push_back(not_testable_section(result));
   sections.push_back(limits_section(result));
   return sections;
@@ -426,6 +431,7 @@ std::string diagnosis_page(
       report_head(result.inputs, settings_rows(settings_json(result)), session, operator_name);
   data.head.title = "Diagnosis report";
   data.opening = opening_of(result, verdict_in_words(result));
+  if (result.warnings) data.warnings = *result.warnings;
   data.sections = diagnosis_sections(result);
   data.samples = static_cast<int>(session.samples.size());
   return report::html_report(data);

@@ -14,10 +14,10 @@
 namespace sixdial::report {
 
 /// The report's sections: uncertainty with its map and both spaces side by side (`precision`
-/// may be empty), what the data cannot tell, gross errors.
+/// may be empty), what the data cannot tell.
 [[nodiscard]] std::vector<Section> assessment_sections(
     const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
-    const studies::GrossErrors& gross_errors, bool has_dials = true);
+    bool has_dials = true);
 
 /// The report's section with Table 6 of all methods and what each identified.
 [[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);
@@ -29,9 +29,15 @@ namespace sixdial::report {
 [[nodiscard]] std::vector<Section> residual_model_sections(
     const studies::CalibrationResult& result);
 
+/// What else the page is about.
+enum class Beside {
+  kNothing,
+  kCalibration,  // whose sections list the readings that stand out and the parameters
+};
 /// The report's sections: causes with their signatures, what is left, gain, parameters, what
 /// could not be tested, limits.
-[[nodiscard]] std::vector<Section> diagnosis_sections(const studies::DiagnosisResult& result);
+[[nodiscard]] std::vector<Section> diagnosis_sections(
+    const studies::DiagnosisResult& result, Beside beside = Beside::kNothing);
 
 /// A page of the diagnosis alone, as HTML.
 [[nodiscard]] std::string diagnosis_page(

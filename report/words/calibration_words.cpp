@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "calibration/identifiability.h"
+#include "geometry/coverage.h"
 #include "geometry/units.h"
+#include "report/expanded.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -34,16 +36,19 @@ std::string condition_words(const studies::IdentifiabilityRow& known) {
   return text;
 }
 
+/// "0.4", "0.0031": two digits.
+std::string length_words(double mm) { return fmt::format("{:.2g}", mm); }
+
 std::string parameter_line(const studies::ParameterRow& row) {
   const auto unit = geometry::shown_unit(row.unit);
   const double shown = unit.per_unit;
   std::string line =
       fmt::format("{:<8} {:>10.4f} {}", row.name, shown * row.identified, unit.name);
   if (row.fixed) return line + "  fixed at nominal";
+  const double coverage = coverage_of(row.sd, row.low_95, row.high_95);
   return line + fmt::format(
-                    "  sd {:.4f}, 95 % {:.4f} to {:.4f}{}", shown * row.sd, shown * row.low_95,
-                    shown * row.high_95,
-                    row.partly_held ? ", leans on nominal (partly held)" : "");
+                    "  {} {:.4f}{}", expanded_title(coverage), coverage * shown * row.sd,
+                    row.partly_held ? ", partly held at nominal" : "");
 }
 
 }  // namespace
@@ -95,13 +100,43 @@ std::string effort_line(const studies::CalibrationResult& result) {
       result.above_minimum_mm, result.inputs.seed, result.seconds);
 }
 
+std::optional<std::string> far_from_noise_line(const calibration::NoiseEstimate& noise) {
+  if (!noise.over_rig_file || !noise.residual) return std::nullopt;
+  return fmt::format(
+      "the model leaves {} mm where the rig file says that {} mm is the noise ({:.1f} times as "
+      "much): something is not in the model or wrong in the rig file; all uncertainties are "
+      "made "
+      "of what is left (sixdial diagnose looks for the cause)",
+      length_words(noise.residual->sigma_mm), length_words(noise.rig_file_mm),
+      *noise.over_rig_file);
+}
+
+std::optional<std::string> training_line(const studies::CalibrationResult& result) {
+  if (!result.networks) return std::nullopt;
+  const auto epoch = [](const calibration::AnfisReport& network) {
+    if (network.target_reached == 0) return std::string("not");
+    return fmt::format(
+        "in epoch {}{}", network.target_reached,
+        network.stopped_at_target() ? ", where training stops" : "");
+  };
+  if (result.networks->x.train_rmse_mm.empty() && result.networks->y.train_rmse_mm.empty()) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "ANFIS: target error {:g} mm\u00B2 (mean square of the training points) reached {} (x), "
+      "{} "
+      "(y); at most {} epochs",
+      result.settings.anfis.target_mse, epoch(result.networks->x), epoch(result.networks->y),
+      result.settings.anfis.epochs);
+}
+
 std::vector<std::string> assessment_lines(const studies::Assessment& assessment) {
   std::vector<std::string> lines;
   const studies::IdentifiabilityRow& known = assessment.identifiability;
   lines.push_back(fmt::format(
-      "{} of {} free parameters are determined by {} samples; condition number {}, "
-      "observability {:.4f}",
-      known.determined, known.free, assessment.samples, condition_words(known),
+      "{} samples determine {} of {} free parameters; condition number {}, observability index "
+      "{:.4f}",
+      assessment.samples, known.determined, known.free, condition_words(known),
       known.observability));
   if (std::string line = working_modes_line(assessment.working_modes, known.condition);
       !line.empty()) {
@@ -112,7 +147,8 @@ std::vector<std::string> assessment_lines(const studies::Assessment& assessment)
         held.effect_mm
             ? fmt::format(" (1 mm of it moves the tool {:.3f} mm at most)", *held.effect_mm)
             : std::string();
-    lines.push_back("held at nominal, the poses cannot tell: " + held.words + effect);
+    lines.push_back(
+        "held at nominal, because these poses do not show it: " + held.words + effect);
   }
   for (const studies::CorrelationRow& each : known.correlations) {
     lines.push_back(fmt::format(
@@ -124,9 +160,10 @@ std::vector<std::string> assessment_lines(const studies::Assessment& assessment)
   }
   if (const auto& map = assessment.position_uncertainty) {
     lines.push_back(fmt::format(
-        "predicted position over the workspace: sd {:.4f} mm on average, {:.4f} mm at worst; "
-        "95 % within {:.4f} mm",
-        map->mean_sd_mm, map->max_sd_mm, map->max_radius_95_mm));
+        "positions over the workspace are known to {:.4f} mm on average and {:.4f} mm at worst "
+        "(expanded uncertainty of one coordinate, k = {:.0f})",
+        geometry::kCoverage * map->mean_sd_mm, geometry::kCoverage * map->max_sd_mm,
+        geometry::kCoverage));
   }
   return lines;
 }
@@ -134,14 +171,14 @@ std::vector<std::string> assessment_lines(const studies::Assessment& assessment)
 std::vector<std::string> gross_error_lines(const GrossErrors& errors) {
   std::vector<std::string> lines;
   if (errors.not_possible) {
-    lines.push_back("not checked for gross errors: " + *errors.not_possible);
+    lines.push_back("readings were not checked for gross errors: " + *errors.not_possible);
   }
   for (const auto& [set, systematic] :
        {std::pair{"G1", errors.systematic_g1}, std::pair{"G2", errors.systematic_g2}}) {
     if (systematic == 0) continue;
     lines.push_back(fmt::format(
-        "{} readings of {} stand out, more than accidents can: a dial, the rig file or the "
-        "model is wrong; none was set aside (sixdial diagnose looks for the cause)",
+        "{} readings of {} do not agree with the rest, too many for accidents: a dial, the rig "
+        "file or the model is wrong; none was left out (sixdial diagnose looks for the cause)",
         systematic, set));
   }
   for (const GrossErrors::Found& each : errors.found) {
@@ -159,10 +196,12 @@ std::vector<std::string> gross_error_lines(const GrossErrors& errors) {
 
 std::string precision_line(const studies::Precision& precision) {
   return fmt::format(
-      "raw readings of all dials determine the parameters {:.1f} times as precisely as "
-      "positions of the active three do (geometric mean){}",
+      "a fit of the raw readings of all dials would be {:.1f} times as precise as this one of "
+      "positions (geometric mean){}",
       precision.geometric_mean_ratio,
-      precision.geometric_mean_ratio > 1.5 ? ": fit with --space dials" : "");
+      precision.geometric_mean_ratio > 1.5
+          ? ": \"sixdial compare SESSION --space dials\" fits them"
+          : "");
 }
 
 std::string working_modes_line(

@@ -1,6 +1,7 @@
 // What people read of a calibration on the screen.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,16 @@ namespace sixdial::report {
 
 /// "DQPSO is 1.2e-09 mm above the least-squares minimum; seed 1, 2.1 s".
 [[nodiscard]] std::string effort_line(const studies::CalibrationResult& result);
+
+/// "the model leaves 0.4 mm where the rig file says that 0.003 mm is the noise (133 times as
+/// much): ..."; empty where nothing contradicts the rig file.
+[[nodiscard]] std::optional<std::string> far_from_noise_line(
+    const calibration::NoiseEstimate& noise);
+
+/// When the paper's networks reached their target error, and whether they stopped there. Empty
+/// without trained networks.
+[[nodiscard]] std::optional<std::string> training_line(
+    const studies::CalibrationResult& result);
 
 /// What the data can tell, a sentence a line.
 [[nodiscard]] std::vector<std::string> assessment_lines(const studies::Assessment& assessment);

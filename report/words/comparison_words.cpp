@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "report/words/warning_words.h"
+
 namespace sixdial::report {
 namespace {
 
@@ -13,7 +15,9 @@ std::string three_figures(const std::optional<calibration::ErrorStats>& set) {
 }  // namespace
 
 std::string comparison_text(const studies::ComparisonResult& result) {
-  std::string text = fmt::format(
+  std::string text = result.warnings ? warnings_text(*result.warnings) : std::string();
+  if (!text.empty()) text += '\n';
+  text += fmt::format(
       "{:<24}{:^27}  {:^27}\n{:<24}{:>9}{:>9}{:>9}  {:>9}{:>9}{:>9}{:>10}\n",
       "position error, mm", "G1 calibration", "G2 validation", "method", "mean", "std", "max",
       "mean", "std", "max", "time, s");

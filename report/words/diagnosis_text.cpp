@@ -8,38 +8,14 @@
 
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
+#include "report/words/warning_words.h"
+#include "report/words/wrapped.h"
 
 namespace sixdial::report {
 namespace {
 
 using studies::DiagnosisResult;
 using studies::Limit;
-
-constexpr std::size_t kWidth = 96;
-
-/// Words in lines of at most kWidth characters (UTF-8 continuation bytes take no room).
-std::string wrapped(const std::string& text, const std::string& indent = "") {
-  std::string out = indent;
-  std::size_t used = indent.size();
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    const auto width = static_cast<std::size_t>(std::ranges::count_if(
-        word, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-    if (used > indent.size() && used + 1 + width > kWidth) {
-      out += "\n" + indent;
-      used = indent.size();
-    } else if (used > indent.size()) {
-      out += ' ';
-      ++used;
-    }
-    out += word;
-    used += width;
-    begin = end + 1;
-  }
-  return out + "\n";
-}
 
 std::string cell(double value, int decimals = 4) {
   return std::isfinite(value) ? fmt::format("{:10.{}f}", value, decimals)
@@ -56,11 +32,11 @@ std::string lines(const std::string& heading, const std::vector<std::string>& it
 std::string gain_table(const DiagnosisResult& result) {
   if (result.gain.empty()) return "";
   std::string text = fmt::format(
-      "\n{:<44}{:>10}{:>10}{:>10}{:>10}   {}\n", "held out, position error, mm", "mean", "std",
-      "max", "rms*", "change of the mean, 95 %");
+      "\n{:<44}{:>10}{:>10}{:>10}{:>10}   {}\n", "tool shift on points not fitted, mm", "mean",
+      "std", "max", "rms*", "change of the mean, 95 %");
   for (const studies::GainRow& row : result.gain) {
     text += fmt::format(
-        "{:<44}{}{}{}{}   ", gain_row_name(row), cell(row.mean_mm), cell(row.std_mm),
+        "{:<44}{}{}{}{}   ", gain_row_in_words(row), cell(row.mean_mm), cell(row.std_mm),
         cell(row.max_mm), cell(row.rms_mm));
     if (std::isfinite(row.low_mm) && std::isfinite(row.high_mm)) {
       text += fmt::format("{:+.4f} to {:+.4f}", row.low_mm, row.high_mm);
@@ -171,8 +147,10 @@ std::string gross_table(const DiagnosisResult& result) {
 
 std::string diagnosis_text(const DiagnosisResult& result) {
   const DiagnosisVerdict verdict = verdict_in_words(result);
-  return wrapped(verdict.title + ".") + wrapped(verdict.headline) +
-         lines("What to do", texts_of(verdict.to_do)) + lines("How sure", verdict.trust) +
+  const std::string against = result.warnings ? warnings_text(*result.warnings) : std::string();
+  return against + (against.empty() ? "" : "\n") + wrapped(verdict.title + ".") +
+         wrapped(verdict.headline) + lines("What to do", texts_of(verdict.to_do)) +
+         lines("How sure", verdict.trust) +
          lines("What could not be judged", verdict.not_judged) + gain_table(result) +
          moved_table(result) + limits_table(result) + gross_table(result);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
 
 namespace sixdial::report {
@@ -26,19 +27,11 @@ std::string odds_text(double log_odds) {
   return odds < 10.0 ? fmt::format("{:.1f}", odds) : fmt::format("{:.0f}", odds);
 }
 
-std::string covariates_in_words(const DiagnosisResult& result, std::string_view last = "and") {
-  std::vector<std::string> names;
-  for (const std::string& each : result.unexplained.depends_on) {
-    names.push_back(covariate_in_words(each));
-  }
-  return list_of(names, last);
-}
-
 std::string found_line(const FoundCause& cause) {
   const std::string size = size_in_words(cause);
   if (cause.is_doubtful()) {
     return fmt::format(
-        "Perhaps {}: {}; too weak to be sure that there is anything (odds {} to 1).",
+        "Perhaps {}: {}. Too weak to be sure (odds of {} to 1 that there is anything).",
         named(cause), size, odds_text(cause.tied_with.front().log_odds));
   }
   std::string line = capital(named(cause));
@@ -48,11 +41,11 @@ std::string found_line(const FoundCause& cause) {
     for (const Rival& rival : cause.tied_with) {
       rivals.push_back(
           rival.kind == RivalKind::kNothing ? std::string("nothing at all")
-          : rival.kind == RivalKind::kUnsettled
+          : rival.kind == RivalKind::kUnsettled || rival.kind == RivalKind::kLeftOut
               ? named(rival)
               : fmt::format("{} (odds {} to 1)", named(rival), odds_text(rival.log_odds)));
     }
-    line += fmt::format("; these data cannot tell it from {}", list_of(rivals, "or"));
+    line += fmt::format("; these data do not tell it from {}", list_of(rivals, "or"));
   }
   if (cause.is_data_fault()) return line + ".";
   return line + (cause.standing == Standing::kConfirmed ? "; confirmed." : "; suspected.");
@@ -70,16 +63,18 @@ std::string gain_sentence(const DiagnosisResult& result) {
   const std::string by_network = network == nullptr
                                      ? std::string()
                                      : fmt::format(
-                                           "; a network on joint angles instead (ANFIS): {}",
+                                           "; a network that learns from the joint angles "
+                                           "instead (ANFIS) leaves {}",
                                            millimetres(network->mean_mm));
   if (extended == nullptr || !studies::names_an_effect(result)) {
     return fmt::format(
-        "The mean position error {} is {} after calibration{}.", where,
+        "With the robot's parameters alone the mean tool shift {} is {}{}.", where,
         millimetres(calibrated->mean_mm), by_network);
   }
   return fmt::format(
-      "The mean position error {} falls from {} (calibrated) to {} (95 % interval of the "
-      "change: {:+.4f} to {:+.4f} mm){}.",
+      "The mean tool shift {} falls from {} with the robot's parameters alone to {} with the "
+      "causes "
+      "(95 % interval of the change: {:+.4f} to {:+.4f} mm){}.",
       where, millimetres(calibrated->mean_mm), millimetres(extended->mean_mm), extended->low_mm,
       extended->high_mm, by_network);
 }
@@ -119,7 +114,9 @@ std::string title_of(const DiagnosisResult& result, VerdictKind kind) {
     names.emplace_back("scatter above the noise");
   }
   if (kind == VerdictKind::kUnknown) {
-    names.push_back("something unknown that depends on " + covariates_in_words(result));
+    names.push_back(
+        "something unnamed that depends on " +
+        covariates_in_words(result.unexplained.depends_on));
   }
   // What readings went wrong comes last: it says nothing of the robot.
   std::string title = list_of(names);
@@ -141,6 +138,39 @@ std::string noisy_dials_sentence(const DiagnosisResult& result) {
   return said;
 }
 
+/// "by 5.1 µm (one standard deviation; 95 % interval 4.6 to 5.7 µm)"
+std::string by_micrometres(const diagnosis::ScatterFound& scatter) {
+  constexpr double kUmPerMm = 1000.0;
+  return fmt::format(
+      "by {:.2g} µm (one standard deviation; 95 % interval {:.2g} to {:.2g} µm)",
+      kUmPerMm * scatter.sd_mm, kUmPerMm * scatter.low_mm, kUmPerMm * scatter.high_mm);
+}
+
+/// " Each arrival of the robot is off by ...": what scatters, and how much.
+std::string scatter_sentence(const DiagnosisResult& result) {
+  const auto& scatter = result.unexplained.scatter_size;
+  if (!scatter) return "";
+  switch (scatter->in) {
+    case diagnosis::ScatterIn::kTool:
+      return fmt::format(
+          " The robot does not come to the same place twice: each arrival is off {} in x and "
+          "in "
+          "y, and all dials of a sample see the same shift.",
+          by_micrometres(*scatter));
+    case diagnosis::ScatterIn::kJoints:
+      return fmt::format(
+          " The joint values that were recorded are not quite where the joints stood: by "
+          "chance "
+          "from sample to sample, which moves the tool {} in x and in y.",
+          by_micrometres(*scatter));
+    case diagnosis::ScatterIn::kReadings:
+      return fmt::format(
+          " Besides the noise each {} scatters by itself {}.",
+          result.has_dials ? "reading" : "coordinate", by_micrometres(*scatter));
+  }
+  return "";
+}
+
 std::string remainder_sentence(const DiagnosisResult& result) {
   const studies::Unexplained& left = result.unexplained;
   const std::string rms = millimetres(left.rms_mm);
@@ -154,17 +184,21 @@ std::string remainder_sentence(const DiagnosisResult& result) {
         result.has_dials ? "dials'" : "positions'", noise);
   }
   if (left.depends_on.empty() && !left.noisy_dials.empty()) {
-    return fmt::format("What is left: {} rms.{}", rms, noisy_dials_sentence(result));
+    return fmt::format(
+        "What is left: {} rms.{}{}", rms, noisy_dials_sentence(result),
+        scatter_sentence(result));
   }
   if (left.depends_on.empty()) {
     return fmt::format(
-        "What is left ({} rms) scatters more than the noise allows ({}), without structure.",
-        rms, noise);
+        "What is left ({} rms) scatters more than noise ({}), but does not depend on anything "
+        "that was recorded.{}",
+        rms, noise, scatter_sentence(result));
   }
   return fmt::format(
       "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
-      "explains it, so none is named for it.{}",
-      rms, noise, covariates_in_words(result), noisy_dials_sentence(result));
+      "explains it.{}{}",
+      rms, noise, covariates_in_words(result.unexplained.depends_on),
+      noisy_dials_sentence(result), scatter_sentence(result));
 }
 
 /// What could not be tested, by reason: "a, b and c: the session has no time_utc column."
@@ -186,29 +220,47 @@ std::vector<std::string> not_judged(const DiagnosisResult& result) {
   return lines;
 }
 
+std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatter) {
+  if (scatter && scatter->in == diagnosis::ScatterIn::kTool) {
+    return "No model can foretell what differs from arrival to arrival: no command will be "
+           "better than that. If the robot's maker states a better repeatability, look for "
+           "play, loose screws, vibration and a controller that has not settled when the dials are read.";
+  }
+  if (scatter && scatter->in == diagnosis::ScatterIn::kJoints) {
+    return "Record joint values that are better than that: the mean of several readings of the "
+           "encoders while the robot stands, not one of them.";
+  }
+  return "Repeat some poses, driving away and back each time: that shows whether the dials "
+         "scatter or the robot.";
+}
+
 std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
   std::vector<Line> lines;
+  if (result.warnings && !studies::is_clean(*result.warnings)) {
+    lines.push_back(
+        {"First settle what is said of the data at the top: all that follows rests on it."});
+  }
   for (std::size_t i = 0; i < result.causes.size(); ++i) {
     const FoundCause& cause = result.causes[i];
     const std::string_view advice = texts_of(cause).advice;
     if (advice.empty()) continue;
     const std::string name = capital(named(cause));
     lines.push_back(
-        {cause.is_doubtful()
-             ? fmt::format(
-                   "{}: nothing yet; measure again, with more points, and see whether it comes "
-                   "back.",
-                   name)
-             : fmt::format("{}: {}", name, advice),
+        {cause.is_doubtful() ? fmt::format(
+                                   "{}: do nothing yet. Measure again, with more points, and "
+                                   "see whether it comes "
+                                   "back.",
+                                   name)
+                             : fmt::format("{}: {}", name, advice),
          i});
   }
   const auto& noisy_dials = result.unexplained.noisy_dials;
   if (kind == VerdictKind::kUnknown) {
     lines.push_back({fmt::format(
-        "Look for something that changes with {}; the charts of what is left show its course. "
-        "Until it is found, a residual model (ANFIS) can be tried where it depends on the "
-        "pose.",
-        covariates_in_words(result, "or"))});
+        "Look for something that changes with {}; the charts of what is left show how. Until "
+        "it is "
+        "found, a residual model (ANFIS) can make up for what depends on the pose.",
+        covariates_in_words(result.unexplained.depends_on, "or"))});
   }
   for (const diagnosis::NoisyDial& each : noisy_dials) {
     lines.push_back({fmt::format(
@@ -217,21 +269,20 @@ std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
         each.dial)});
   }
   if (kind == VerdictKind::kScatter && noisy_dials.empty()) {
-    lines.push_back(
-        {"Repeat some poses with full re-approach: whether the dials or the robot scatter "
-         "shows "
-         "there."});
+    lines.push_back({what_to_do_about(result.unexplained.scatter_size)});
   }
   const bool rivals = std::ranges::any_of(result.causes, [](const FoundCause& cause) {
     return cause.certainty() == Certainty::kTied && !cause.is_doubtful();
   });
   if (rivals) {
     lines.push_back(
-        {"Before repairing what is tied, measure poses that separate the candidates: other "
-         "working modes, a wider range of joint angles, both approach directions."});
+        {"Before repairing anything that these data do not tell apart, measure poses that do: "
+         "other "
+         "working modes, a wider range of joint angles, both sides of approach."});
   }
   if (lines.empty()) {
-    lines.push_back({"Nothing to repair. The limits below say what could have been seen."});
+    lines.push_back(
+        {"Nothing to repair. The limits say how small a cause would have been seen."});
   }
   return lines;
 }
@@ -248,11 +299,14 @@ std::string chance_sentence(const DiagnosisResult& result) {
         draws);
   }
   if (chance < kMillionth) {
-    return "Of sessions of pure noise fewer than one in a million looks as much like a cause "
-           "(by formula, none were simulated).";
+    return "Fewer than one in a million sessions with nothing but noise would look as much "
+           "like a "
+           "cause (by formula, none were simulated).";
   }
   return fmt::format(
-      "Of sessions of pure noise a share of {:.2g} looks as much like some cause.", chance);
+      "A share of {:.2g} of all sessions with nothing but noise would look as much like a "
+      "cause.",
+      chance);
 }
 
 std::vector<std::string> trust(const DiagnosisResult& result) {
@@ -269,17 +323,23 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
   };
   if (const auto names = of_standing(Standing::kConfirmed); !names.empty()) {
     lines.push_back(capital(fmt::format(
-        "{}: confirmed, as the points that were fitted and the points that were not both show "
-        "it.",
+        "{}: confirmed, as the points that were fitted and those that were not both show it.",
         list_of(names))));
   }
   if (const auto names = of_standing(Standing::kSuspected); !names.empty()) {
     lines.push_back(capital(fmt::format(
         "{}: suspected only, {}", list_of(names),
         result.gain.empty()
-            ? "as the held-out points were not asked (no gain was computed)."
-            : "as the fitted points or the held-out ones alone do not show it clearly; measure "
+            ? "as no points were kept back to check it (no gain was computed)."
+            : "as either the fitted points or the others alone do not show it clearly; measure "
               "more before spending money on it.")));
+  }
+  if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {
+    lines.push_back(fmt::format(
+        "All of this rests on leaving out {:.0f} % of the readings, so nothing of it is "
+        "certain: "
+        "these readings may say something else.",
+        100.0 * share));
   }
   if (!result.unexplained.significant) lines.push_back(remainder_sentence(result));
   return lines;

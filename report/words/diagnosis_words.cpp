@@ -76,12 +76,13 @@ std::string named(const FoundCause& cause) {
 std::string named(const studies::Rival& rival) {
   switch (rival.kind) {
     case studies::RivalKind::kUnknown:
-      return fmt::format(
-          "something unnamed that depends on {}", fmt::join(rival.depends_on, ", "));
+      return "something unnamed that depends on " + covariates_in_words(rival.depends_on);
     case studies::RivalKind::kNothing:
       return "nothing";
+    case studies::RivalKind::kLeftOut:
+      return "what the readings say that had to be left out";
     case studies::RivalKind::kUnsettled:
-      return "what a fit would say that converged; this one did not";
+      return "another answer, as the fit had not settled yet";
     case studies::RivalKind::kEffect:
       break;
   }
@@ -128,13 +129,31 @@ std::string noise_in_words(const studies::DiagnosisResult& result) {
   }
   if (noise.source == diagnosis::NoiseSource::kRepeats) {
     return fmt::format(
-        "{:.4f} mm, measured: {} degrees of freedom from repeats", noise.sigma_mm,
+        "{:.4f} mm (k = 1), measured by repeats with {} degrees of freedom", noise.sigma_mm,
         noise.degrees_of_freedom);
   }
   return fmt::format(
-      "{:.4f} mm, by the {}: this session has too few repeats to measure it", noise.sigma_mm,
+      "{:.4f} mm (k = 1), by the {}, as this session has too few repeats to measure it",
+      noise.sigma_mm,
       result.has_dials ? "rig file's repeatability and resolution"
                        : "uncertainty of the positions");
+}
+
+std::string gain_row_in_words(const studies::GainRow& row) {
+  const auto model = [&]() -> std::string {
+    switch (row.model) {
+      case diagnosis::GainModel::kNominal:
+        return "nominal parameters";
+      case diagnosis::GainModel::kCalibrated:
+        return "robot alone";
+      case diagnosis::GainModel::kExtended:
+        return "with the causes";
+      case diagnosis::GainModel::kWithout:
+        break;
+    }
+    return row.without ? "without " + named(*row.without) : std::string("without one");
+  };
+  return row.network ? model() + " + ANFIS" : model();
 }
 
 std::string gain_row_name(const studies::GainRow& row) {
@@ -166,6 +185,13 @@ std::string covariate_in_words(const std::string& covariate) {
   return covariate;
 }
 
+std::string covariates_in_words(
+    const std::vector<std::string>& covariates, std::string_view last) {
+  std::vector<std::string> names;
+  for (const std::string& each : covariates) names.push_back(covariate_in_words(each));
+  return list_of(names, last);
+}
+
 std::string why_not_testable(WhyNotTestable why) {
   switch (why) {
     case WhyNotTestable::kNoDials:
@@ -183,7 +209,7 @@ std::string why_not_testable(WhyNotTestable why) {
     case WhyNotTestable::kAbsorbed:
       break;
   }
-  return "the fitted robot takes them over on these poses";
+  return "on these poses the fitted parameters of the robot imitate it";
 }
 
 NotTestableWords not_testable_in_words(
@@ -211,7 +237,7 @@ NotTestableWords not_testable_in_words(
     const double left =
         std::max(kLeastShown, std::round(10.0 * kPercent * limit->surviving) / 10.0);
     reason = fmt::format(
-        "on these poses the fitted parameters ({}) take over all but {} % of it",
+        "on these poses the fitted parameters ({}) imitate all but {} % of it",
         fmt::join(limit->absorbed_by, ", "), fmt::format("{:f}", left).substr(0, 4));
   }
   return {std::move(reason), "other poses: more working modes, a wider range of joint angles"};
@@ -220,11 +246,11 @@ NotTestableWords not_testable_in_words(
 std::string reason_without_limit(const studies::Limit& limit) {
   if (!std::isfinite(limit.detect)) {
     return fmt::format(
-        "at no size: {} take it over on these poses", fmt::join(limit.absorbed_by, ", "));
+        "at no size: {} imitate it on these poses", fmt::join(limit.absorbed_by, ", "));
   }
   if (std::isfinite(limit.name)) return "";
   return fmt::format(
-      "seen, but at no size told from {} on these poses",
+      "seen, but on these poses not told from {} at any size",
       limit.rival ? limit.rival->name() : std::string());
 }
 

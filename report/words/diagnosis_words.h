@@ -24,11 +24,11 @@ struct CauseTexts {
 };
 [[nodiscard]] CauseTexts texts_of(const studies::FoundCause& cause);
 
-/// "0.0340° ± 0.0010°": two digits of the standard deviation; angles in degrees, shares in %.
-/// Not finite sd: three digits of the value.
+/// "0.0340° ± 0.0020°": expanded uncertainty, k = 2, with two digits; angles in degrees, shares
+/// in %. Not finite sd: three digits of the value.
 [[nodiscard]] std::string quantity_in_words(double value, double sd, std::string_view unit);
-/// Size of a cause from its estimate: "0.0340° ± 0.0010°", "amplitude 0.041° ± 0.001°",
-/// "0.0121 mm ± 0.0004 mm from sample 71 on".
+/// Size of a cause from its estimate: "0.0340° ± 0.0020° (k = 2)",
+/// "0.0121 mm ± 0.0008 mm from sample 71 on (k = 2)".
 [[nodiscard]] std::string size_in_words(const studies::FoundCause& cause);
 /// What can be said of a gross reading: handed over twice, at the edge; empty: nothing.
 [[nodiscard]] std::string remark_on_gross(const studies::GrossReading& reading);
@@ -37,11 +37,16 @@ struct CauseTexts {
 /// "0.0020 mm, measured: 50 degrees of freedom from repeats".
 [[nodiscard]] std::string noise_in_words(const studies::DiagnosisResult& result);
 
-/// "calibrated", "extended + ANFIS", "without joint_backlash@joint2".
+/// "robot alone", "with the causes + ANFIS", "without backlash of joint 2".
+[[nodiscard]] std::string gain_row_in_words(const studies::GainRow& row);
+/// "calibrated", "extended + ANFIS", "without joint_backlash@joint2": its name in documents.
 [[nodiscard]] std::string gain_row_name(const studies::GainRow& row);
 
 /// "theta2", "the reading of dial E", "the side that joint 2 arrives from".
 [[nodiscard]] std::string covariate_in_words(const std::string& covariate);
+/// "x, y and time".
+[[nodiscard]] std::string covariates_in_words(
+    const std::vector<std::string>& covariates, std::string_view last = "and");
 
 struct NotTestableWords {
   std::string reason{};

@@ -10,8 +10,11 @@
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/outside_json.h"
+#include "report/documents/warnings_document.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
@@ -31,7 +34,9 @@ studies::CompensateBy by_of(const Json& params) {
 db::ResultRecord extending_record(const Call& call) {
   Json params = Json::object();
   if (call.params.contains("diagnosis")) params["result"] = call.params["diagnosis"];
-  if (call.params.contains("session")) params["session"] = call.params["session"];
+  for (const char* key : {"session", "from_other_session"}) {
+    if (call.params.contains(key)) params[key] = call.params[key];
+  }
   const db::ResultRecord record =
       diagnosis_record({call.service, params, call.caller, call.sink});
   if (record.kind == "diagnosis") return record;
@@ -45,7 +50,11 @@ Json target(const Call& call) {
   const studies::CompensateBy by = by_of(call.params);
   const bool extended = by == studies::CompensateBy::kExtended;
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
+  const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
   const Eigen::Vector2d target_mm(
@@ -59,15 +68,19 @@ Json target(const Call& call) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(
-        report::diagnosis_from_json(Json::parse(record.json)).extended_fit, rig);
+        report::diagnosis_from_json(document).extended_fit, rig);
     answer = report::to_json(studies::commanded_target(
         command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
-    const auto calibrated = report::calibration_from_json(Json::parse(record.json));
+    const auto calibrated = report::calibration_from_json(document);
     answer = report::to_json(studies::compensated_target(
         studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
   }
   answer["result"] = record.id.value;
+  answer["warnings"] = report::warnings_json(warnings);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  answer["outside_measured"] =
+      report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
   return answer;
 }
 
@@ -75,8 +88,11 @@ Json plan(const Call& call) {
   const studies::CompensateBy by = by_of(call.params);
   const bool extended = by == studies::CompensateBy::kExtended;
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
-  const geometry::Rig rig = call.service.reader().load_rig(record.session);
   const Json document = Json::parse(record.json);
+  const auto warnings = report::warnings_in(document);
+  report::check_may_command(warnings);
+  geometry::Rig rig = call.service.reader().load_rig(record.session);
+  rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const session::Plan asked =
       session::parse_plan(call.params.at("plan_csv").get<std::string>(), "plan", rig);
   std::optional<double> temperature_c;
@@ -94,13 +110,24 @@ Json plan(const Call& call) {
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
-  Json answer{{"result", record.id.value}, {"points", compensated.points.size()}};
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  Json answer{
+      {"result", record.id.value},
+      {"points", compensated.points.size()},
+      {"warnings", report::warnings_json(warnings)},
+      {"outside_measured",
+       report::outside_json(
+           studies::outside_measured(area, asked, rig), asked.points.size())}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = params::absolute_path(call);
-  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
+  run_patiently(
+      call.service, path,
+      [path, text = session::plan_csv(compensated, session::layout_of(rig))] {
+        session::write_file(path.string(), text);
+      });
   answer["path"] = path.string();
   return answer;
 }
@@ -196,6 +223,7 @@ Json start_validation(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   const studies::CalibrationResult calibration =
       report::calibration_from_json(Json::parse(record.json));
+  report::check_may_command(calibration.warnings.value_or(std::vector<studies::Warning>()));
   const studies::ValidationRequest request = validation_request(call.params);
   const bool extended =
       std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();
@@ -203,6 +231,9 @@ Json start_validation(const Call& call) {
   if (extended) extending = extending_record(call);
   std::optional<studies::DiagnosisResult> diagnosis;
   if (extending) diagnosis = report::diagnosis_from_json(Json::parse(extending->json));
+  if (extending && !params::from_other_session(call.params)) {
+    check_session(*extending, record.session, calibration.inputs.session);
+  }
   const session::Session calibrated = service.reader().load_session(record.session);
   const auto rig_text = param_or<std::string>(call.params, "rig_toml", calibrated.rig_text);
   session::Plan plan = studies::validation_plan(
@@ -306,6 +337,7 @@ constexpr std::array kTargetParams{
         .doc = "working mode; default: the rig's",
         .one_of = params::kModeWords},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature,
     side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
     side("approach2", "the same of joint 2")};
@@ -316,6 +348,7 @@ constexpr std::array kPlanParams{
     kBy,
     Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature};
 constexpr std::array kValidateParams{
     kSession,
@@ -327,6 +360,7 @@ constexpr std::array kValidateParams{
         .doc = "any of before, kinematics, full, extended; default the first three; each "
                "target in all ways in turn"},
     kDiagnosis,
+    params::kFromOtherSession,
     Param{.name = "name", .doc = "of the new session; default: <session>.validation"},
     Param{
         .name = "rig_toml",
@@ -338,16 +372,19 @@ constexpr std::array kMethods{
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
         .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result",
+                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
+                  "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
     RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
-        .result = "result, points, and plan_csv or path",
+        .result = "result, points, warnings, outside_measured (as compensate.target), and "
+                  "plan_csv or path",
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
+        .runs_on = RunsOn::kFiles,
         .run = plan},
     RpcMethod{
         .name = "validate.start",

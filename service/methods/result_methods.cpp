@@ -9,10 +9,13 @@
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/report_run.h"
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/store_json.h"
@@ -24,6 +27,7 @@
 namespace sixdial::service {
 namespace {
 
+constexpr auto kReportPatience = std::chrono::minutes(5);  // its pages are made, too
 constexpr std::size_t kMostPageBytes =
     std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
@@ -51,7 +55,9 @@ Json get(const Call& call) {
   Json answer = to_json(record, call.service.reader().session_info(record.session).name);
   if (call.params.contains("path")) {
     const std::filesystem::path path = params::absolute_path(call);
-    session::write_file(path.string(), record.json);
+    run_patiently(call.service, path, [path, json = record.json] {
+      session::write_file(path.string(), json);
+    });
     answer["path"] = path.string();
     return answer;
   }
@@ -120,17 +126,33 @@ Json write(const Call& call) {
     const session::Session other_session = reader.load_session(other.session);
     more = report::against_sections({result, session}, {other_result, other_session});
   }
-  const auto files = report::write_report(
-      result, session, reader.session_info(record.session).who.name, path,
-      {.comparison = compared ? &*compared : nullptr,
-       .diagnosis = diagnosed ? &*diagnosed : nullptr},
-      std::move(more));
+  std::optional<double> tolerance_mm;
+  if (call.params.contains("tolerance_mm")) {
+    tolerance_mm = call.params["tolerance_mm"].get<double>();
+  }
+  const std::string who = reader.session_info(record.session).who.name;
+  const auto files = with_patience(
+      call.service, path,
+      [path, result, session, who, compared, diagnosed, more, tolerance_mm,
+       made = call.service.clock().now_utc()] {
+        return report::write_report(
+            result, session, who, path,
+            {.comparison = compared ? &*compared : nullptr,
+             .diagnosis = diagnosed ? &*diagnosed : nullptr,
+             .tolerance_mm = tolerance_mm,
+             .made = made},
+            more);
+      },
+      kReportPatience);
   return {
       {"path", path.string()},
       {"files", files},
       {"result", record.id.value},
       {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
-      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)}};
+      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)},
+      {"state", report::state_name(report::verdict_of(result).state)},
+      {"warnings",
+       report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}};
 }
 
 constexpr Param kResult{
@@ -161,6 +183,7 @@ constexpr std::array kCalibrateParams{
     params::kAnfisEpochs,
     params::kFix,
     params::kFree,
+    params::kTolerance,
     params::kKeepGrossErrors};
 constexpr std::array kGetParams{
     kResult, kSessionOr,
@@ -182,7 +205,8 @@ constexpr std::array kWriteParams{
     Param{.name = "path", .required = true, .doc = "absolute path of the report's folder"},
     Param{
         .name = "against",
-        .doc = "another session, whose newest calibration is compared: as found, as left"}};
+        .doc = "another session, whose newest calibration is compared: as found, as left"},
+    params::kTolerance};
 
 constexpr std::array kMethods{
     RpcMethod{
@@ -206,6 +230,7 @@ constexpr std::array kMethods{
             "result, kind, session, job, created_utc, seed, version, rig_hash, data_hash, "
             "bytes; and summary, or text and next_offset (null: the last page), or path",
         .example = R"({"session": "demo", "offset": 0})",
+        .runs_on = RunsOn::kFiles,
         .run = get},
     RpcMethod{
         .name = "result.list",
@@ -225,6 +250,7 @@ constexpr std::array kMethods{
             "path, files, result, comparison and diagnosis (numbers of those it shows, or "
             "null)",
         .example = R"({"session": "demo", "path": "/srv/rig/report"})",
+        .runs_on = RunsOn::kFiles,
         .run = write},
 };
 

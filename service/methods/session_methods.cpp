@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/sample_json.h"
 #include "service/service.h"
 #include "service/session_choices.h"
@@ -103,8 +104,10 @@ Json import_bundle(const Call& call) {
   const std::filesystem::path path = params::absolute_path(call);
   const auto name = param_or<std::string>(call.params, "name", "");
   if (!name.empty()) check_session_name(name);
-  const session::Session read = session::read_bundle(
-      path, {.skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name});
+  const session::ReadOptions options{
+      .skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name};
+  const session::Session read = with_patience(
+      call.service, path, [path, options] { return session::read_bundle(path, options); });
   check_session_name(read.name);
   const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
   Json answer = info_json(call.service, id);
@@ -120,12 +123,13 @@ Json import_bundle(const Call& call) {
 
 Json export_bundle(const Call& call) {
   const std::filesystem::path path = params::absolute_path(call);
-  const session::Session session = loaded(call);
-  session::write_bundle(session, path);
+  session::Session session = loaded(call);
+  const std::size_t samples = session.samples.size();
+  run_patiently(call.service, path, [path, session = std::move(session)] {
+    session::write_bundle(session, path);
+  });
   return {
-      {"path", path.string()},
-      {"files", {"session.csv", "rig.toml"}},
-      {"samples", session.samples.size()}};
+      {"path", path.string()}, {"files", {"session.csv", "rig.toml"}}, {"samples", samples}};
 }
 
 Json planned(const Call& call) {
@@ -382,6 +386,7 @@ constexpr std::array kMethods{
         .params = kImportParams,
         .result = "as session.show, and rejected [{line, reason}]",
         .example = R"({"path": "/srv/rig/bundle", "name": "imported"})",
+        .runs_on = RunsOn::kFiles,
         .run = import_bundle},
     RpcMethod{
         .name = "session.export",
@@ -389,6 +394,7 @@ constexpr std::array kMethods{
         .params = kExportParams,
         .result = "path, files, samples",
         .example = R"({"session": "demo", "path": "/srv/rig/exported"})",
+        .runs_on = RunsOn::kFiles,
         .run = export_bundle},
     RpcMethod{
         .name = "session.undo",

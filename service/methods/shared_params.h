@@ -24,6 +24,21 @@ inline constexpr Param kKeepGrossErrors{
     .type = ParamType::kBoolean,
     .doc = "list readings that stand out, but fit them too"};
 
+inline constexpr Param kFromOtherSession{
+    .name = "from_other_session",
+    .type = ParamType::kBoolean,
+    .doc = "take a result or diagnosis that belongs to another session than `session`; else it "
+           "is refused"};
+
+inline constexpr Param kTolerance{
+    .name = "tolerance_mm",
+    .type = ParamType::kNumber,
+    .doc =
+        "largest position error that is accepted; default: what the rig file states, if it "
+        "does",
+    .min = 1e-6,
+    .max = 1e6};
+
 inline constexpr std::array<std::string_view, 2> kProfileWords{"default", "paper"};
 inline constexpr std::array<std::string_view, 4> kModeWords{"++", "+-", "-+", "--"};
 
@@ -36,6 +51,10 @@ inline constexpr Param kParticles = count("particles", "instead of 50", 4);
 inline constexpr Param kQpso1 = count("qpso1_iterations", "instead of 100", 1);
 inline constexpr Param kQpso2 = count("qpso2_iterations", "instead of 400", 1);
 inline constexpr Param kAnfisEpochs = count("anfis_epochs", "instead of 500", 1);
+
+[[nodiscard]] inline bool from_other_session(const Json& params) {
+  return param_or(params, "from_other_session", false);
+}
 
 /// params["path"] of a call. Paths go to another process: a relative one would mean that
 /// process's directory, not the client's. Throws Error invalid_params for one.

@@ -23,6 +23,7 @@ constinit const Effect joint_backlash{
     .places = at_each_joint,
     .parameters = kParameters,
     .needs = kApproach,
+    .never_negative = true,
     .before_kinematics = bend_kinematics,
     .size = "{b}",
     .plot = {Shows::kJointAngle, Against::kJointAngle, Groups::kJointApproach},

@@ -278,6 +278,26 @@ void judge(
   judge_unknown(verdict, right, outcome);
 }
 
+/// Dials that stand elsewhere than the rig file says.
+void hide_shifts(
+    const Challenge& options, std::uint64_t seed, mock_devices::World& world,
+    Outcome& outcome) {
+  if (options.shifted == 0) return;
+  std::mt19937_64 engine(seed * 6271 + 3);
+  std::vector<std::string> ids;
+  for (const geometry::Dial& dial : world.rig.dials) ids.push_back(dial.id);
+  std::shuffle(ids.begin(), ids.end(), engine);
+  for (int k = 0; k < std::min(options.shifted, static_cast<int>(ids.size())); ++k) {
+    const double share = std::uniform_real_distribution<double>(0, 1)(engine);
+    const double size =
+        options.shift_low_mm * std::pow(options.shift_high_mm / options.shift_low_mm, share);
+    const double sign = std::uniform_int_distribution<int>(0, 1)(engine) == 0 ? -1.0 : 1.0;
+    world.effects.push_back(mock_devices::make_effect(
+        world.rig, "dial_mount", ids[static_cast<std::size_t>(k)], sign * size, seed));
+    outcome.truth.push_back(name_of(world.effects.back()));
+  }
+}
+
 int count_of(const std::string& kind) {
   return kind == "none" ? 0 : kind == "two" ? 2 : kind == "three" ? 3 : 1;
 }
@@ -354,6 +374,8 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
     }
   }
   if (static_cast<int>(outcome.truth.size()) != hiding.count) return std::nullopt;
+  world.scatter = options.scatter;
+  hide_shifts(options, seed, world, outcome);
   if (options.gross > 0) {
     HiddenEffect gross = mock_devices::make_effect(rig, "outliers", "samples", 0.3, seed);
     gross.parameters.at("share") = options.gross;
@@ -366,6 +388,11 @@ std::optional<Outcome> try_blind(const Challenge& options, std::uint64_t seed) {
   const auto verdict = diagnosis::name_causes(readings);
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.scatter =
+      diagnosis::scatter_of(readings, verdict.extended, noise_of(readings, verdict.extended))
+          .found;
+  outcome.gross_share =
+      static_cast<double>(verdict.gross.size()) / static_cast<double>(readings.count());
   judge(
       verdict,
       options.kind == "outside" ? std::optional(covariate_of(world.effects.front()))

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/diagnosis.h"
 #include "mock_devices/session_generator.h"
 #include "session/bundle.h"
 #include "session/sample_layout.h"
+#include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
-#include "studies/diagnose.h"
+#include "tests/blind/gain_truth.h"
 
 namespace sixdial::blind {
 namespace {
@@ -144,29 +146,113 @@ void judge_calibration(
   count_positions(result.assessment, model, covered);
 }
 
-void judge_diagnosis(
-    const session::Session& session, const mock_devices::WorldModel& model, Covered& covered) {
-  studies::DiagnosisRequest request;
-  request.with_gain = false;
-  request.seed = model.world().seed;
-  const studies::DiagnosisResult result = studies::diagnose(session, request);
-  for (const studies::FoundCause& cause : result.causes) {
-    const mock_devices::HiddenEffect* hidden = nullptr;
-    for (const auto& each : model.world().effects) {
-      if (each.cause == cause.id.cause && each.where == cause.id.where) hidden = &each;
-    }
-    if (hidden == nullptr) {
-      covered.false_cause =
-          covered.false_cause || cause.certainty() == studies::Certainty::kCertain;
-      continue;
-    }
-    for (const diagnosis::Estimate& estimate : cause.estimate) {
-      const auto truth = hidden->parameters.find(estimate.name);
-      if (truth == hidden->parameters.end() || !std::isfinite(estimate.sd)) continue;
-      covered.amplitudes.count(
-          std::abs(estimate.value - truth->second) <= kNormal_95 * estimate.sd);
+/// What is to be diagnosed, and the same with other held-out poses.
+struct Drawn {
+  const CoverageCase& of;
+  const mock_devices::World& world;
+  std::vector<mock_devices::PlannedPose> plan;
+};
+
+session::Session session_of(
+    const Drawn& drawn, const mock_devices::World& world,
+    const std::vector<mock_devices::PlannedPose>& plan) {
+  return session_of(world, mock_devices::generate_session(world, plan), drawn.of.dials);
+}
+
+std::vector<bool> held_out_of(const session::Session& session) {
+  std::vector<bool> held_out;
+  for (const session::Sample& sample : session.samples) {
+    held_out.push_back(sample.set == "G2");
+  }
+  return held_out;
+}
+
+/// The poses of G2 drawn anew, at the same times.
+std::vector<mock_devices::PlannedPose> with_other_g2(const Drawn& drawn, std::uint64_t seed) {
+  const auto others =
+      mock_devices::random_plan(drawn.world.rig, seed, drawn.of.points, drawn.of.points / 2);
+  std::vector<mock_devices::PlannedPose> plan = drawn.plan;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    if (plan[i].set != "G2") continue;
+    const double time_s = plan[i].time_s;
+    plan[i] = others[i];
+    plan[i].time_s = time_s;
+  }
+  return plan;
+}
+
+/// The stated gain against that of many other held-out poses.
+void count_gain(
+    const Drawn& drawn, const diagnosis::Diagnosis& found, const std::vector<bool>& held_out,
+    Covered& covered) {
+  if (drawn.of.repeats != Repeats::kNone) return;  // samples of G2 are not poses then
+  const auto stated = stated_gain(found, held_out);
+  if (!stated) return;
+  std::vector<double> differences;
+  for (std::uint64_t k = 1; k <= kOtherSessions; ++k) {
+    mock_devices::World world = drawn.world;
+    world.seed = drawn.world.seed + k * 1'000'003;
+    try {
+      const session::Session other = session_of(drawn, world, with_other_g2(drawn, world.seed));
+      const auto here = differences_on(
+          *stated, session::trials_of(other, ""), held_out_of(other), found.readings->model());
+      differences.insert(differences.end(), here.begin(), here.end());
+    } catch (const std::invalid_argument&) {
+      continue;  // a pose that this robot cannot take
     }
   }
+  if (differences.empty()) return;
+  double mean = 0.0;
+  for (const double each : differences) mean += each / static_cast<double>(differences.size());
+  covered.gain.count(stated->low_mm <= mean && mean <= stated->high_mm);
+}
+
+void count_amplitudes(
+    const diagnosis::Cause& cause, const mock_devices::HiddenEffect& hidden, Covered& covered) {
+  for (const diagnosis::Estimate& estimate : cause.estimate) {
+    const auto truth = hidden.parameters.find(estimate.name);
+    if (truth == hidden.parameters.end() || !std::isfinite(estimate.sd)) continue;
+    covered.amplitudes.count(
+        std::abs(estimate.value - truth->second) <= kNormal_95 * estimate.sd);
+  }
+}
+
+void judge_diagnosis(const Drawn& drawn, Covered& covered) {
+  const session::Session session = session_of(drawn, drawn.world, drawn.plan);
+  const simulation::ForwardModel model(session.rig);
+  const std::vector<bool> held_out = held_out_of(session);
+  diagnosis::DiagnosisSettings settings;
+  settings.with_gain = settings.with_limits = false;
+  settings.null_draws = 1;
+  settings.seed = drawn.world.seed;
+  const diagnosis::Diagnosis found =
+      diagnosis::diagnose(model, session::trials_of(session, ""), held_out, settings);
+  const auto& effects = drawn.world.effects;
+  for (const diagnosis::Cause& cause : found.causes) {
+    const diagnosis::Hypothesis& named = cause.finding.hypothesis;
+    const auto hidden = std::ranges::find_if(effects, [&](const auto& each) {
+      return each.cause == named.effect->twin && each.where == named.place.name;
+    });
+    if (hidden == effects.end()) {
+      covered.false_cause = covered.false_cause || cause.finding.certain();
+    } else {
+      count_amplitudes(cause, *hidden, covered);
+    }
+  }
+  covered.false_alarm =
+      effects.empty() && (!found.causes.empty() || !found.named.unknown.empty());
+  if (!effects.empty()) count_gain(drawn, found, held_out, covered);
+}
+
+/// All causes in turn that have a size.
+std::string cause_of(const CoverageCase& of, std::uint64_t seed) {
+  if (of.cause != kAnyCause) return of.cause;
+  std::vector<std::string_view> all;
+  for (const mock_devices::CauseRow* row : mock_devices::causes()) {
+    const bool has_size = !row->is_data_fault && !row->swaps_cables;
+    if (has_size && row->in_catalogue) all.push_back(row->id);
+  }
+  return std::string(all[seed % all.size()]);
 }
 
 }  // namespace
@@ -201,18 +287,19 @@ std::optional<Covered> try_coverage(const CoverageCase& of, std::uint64_t seed) 
   world.warp.amplitude_mm = of.warp_mm;
   try {
     if (!of.cause.empty()) {
-      world.effects = {mock_devices::draw_effect_of(world.rig, of.cause, seed)};
+      const int samples = of.points + of.points / 2;
+      world.effects = {
+          mock_devices::draw_effect_of(world.rig, cause_of(of, seed), seed, samples)};
     }
     const auto once = mock_devices::random_plan(world.rig, seed, of.points, of.points / 2);
-    const mock_devices::WorldModel model(world);
-    const auto generated = mock_devices::generate_session(world, repeated(once, of.repeats));
-    const session::Session session = session_of(world, generated, of.dials);
+    const Drawn drawn{of, world, repeated(once, of.repeats)};
     Covered covered;
     covered.seed = seed;
     if (of.diagnosis) {
-      judge_diagnosis(session, model, covered);
+      judge_diagnosis(drawn, covered);
     } else {
-      judge_calibration(of, session, model, covered);
+      const mock_devices::WorldModel model(world);
+      judge_calibration(of, session_of(drawn, world, drawn.plan), model, covered);
     }
     return covered;
   } catch (const std::invalid_argument&) {

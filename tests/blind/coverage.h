@@ -19,6 +19,9 @@ enum class Repeats {
 };
 [[nodiscard]] std::string_view to_string(Repeats repeats);
 
+/// A case's cause: a different one for each session, all in turn.
+inline constexpr std::string_view kAnyCause = "any cause";
+
 struct CoverageCase {
   bool dials = false;  // raw readings are fitted; else measured positions
   int points = 100;    // poses of G1; G2 has half as many
@@ -26,7 +29,7 @@ struct CoverageCase {
   double noise_times = 1.0;  // true noise over that of the rig file
   double warp_mm = 0.0;      // rms of something smooth that nobody names
   bool diagnosis = false;    // instead of a calibration
-  std::string cause{};       // of a diagnosis: hidden with a strength R of 1 to 5; empty: none
+  std::string cause{};       // of a diagnosis: hidden in a size that rigs show; empty: none
   /// "positions, 100 points, noise x1".
   [[nodiscard]] std::string name() const;
 };
@@ -41,11 +44,15 @@ struct Share {
 
 struct Covered {
   std::uint64_t seed = 0;
-  Share parameters;          // 95 % intervals of the robot's parameters
-  Share positions;           // of each coordinate of predicted positions
-  Share amplitudes;          // of the hidden cause's sizes, where it is named
-  double width_mm = 0.0;     // median half width of the predicted coordinates
+  Share parameters;       // 95 % intervals of the robot's parameters
+  Share positions;        // of each coordinate of predicted positions
+  Share amplitudes;       // of the hidden cause's sizes, where it is named
+  Share gain;             // of what naming gains on held-out points, where something is named
+  double width_mm = 0.0;  // median half width of the predicted coordinates
   bool false_cause = false;  // a cause named with certainty that is not there
+  /// Nothing is hidden and something was said to be: a cause, alone or tied, something unknown
+  /// or exchanged dials.
+  bool false_alarm = false;
 };
 
 /// Empty where this seed's draw makes no session of that case.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sixdial::blind {
@@ -19,7 +20,7 @@ struct AtLimit {
 };
 
 /// One place of each cause that this session's limits say can be seen, at both limits. Rig,
-/// points, noise and temperature as in the blind challenge.
-[[nodiscard]] std::vector<AtLimit> try_limits(std::uint64_t seed);
+/// points, noise and temperature as in the blind challenge. `only`: this cause; empty: all.
+[[nodiscard]] std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only = {});
 
 }  // namespace sixdial::blind

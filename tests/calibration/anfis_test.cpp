@@ -219,6 +219,26 @@ TEST(Anfis, KeepsTheEpochWithTheLeastCheckingError) {
   EXPECT_LT(training.model.effective_parameters, 80.0);
 }
 
+TEST(Anfis, StopsAtItsTargetWhereThatIsAsked) {
+  const MatrixXd x = random_inputs(300, 2, 8);
+  RandomSequence random(8);
+  VectorXd y = smooth(x);
+  for (double& each : y) each += 0.004 * random.normal();
+  AnfisSettings settings;
+  settings.functions = 2;
+  settings.epochs = 60;
+  const auto all = train_anfis(x, y, MatrixXd(0, 2), VectorXd(0), settings);
+  ASSERT_EQ(all.train_rmse.size(), 60U);
+  // A target that some epoch in the middle is the first to reach.
+  settings.target_mse = std::pow(all.train_rmse[20], 2);
+  settings.stop_at_target = true;
+  const auto stopped = train_anfis(x, y, MatrixXd(0, 2), VectorXd(0), settings);
+  ASSERT_GT(stopped.target_reached, 1);
+  EXPECT_LE(stopped.target_reached, 21);
+  EXPECT_EQ(std::ssize(stopped.train_rmse), stopped.target_reached);
+  EXPECT_EQ(stopped.best_epoch, stopped.target_reached);
+}
+
 TEST(Anfis, IsBoundedOutsideWhatItLearned) {
   const MatrixXd x = random_inputs(80, 2, 9);
   const VectorXd y = smooth(x);

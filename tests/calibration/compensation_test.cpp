@@ -107,6 +107,43 @@ TEST(Compensation, KeepsTheTurnThatTheControllerIsOn) {
   EXPECT_LT((turned->q - plain->q - turn).norm(), 1e-9);
 }
 
+TEST(Compensation, AnswersOnTheTurnThatWasMeasuredWhoeverAsks) {
+  const Vector2d target(22, 36);
+  const WorkingMode mode;
+  // A correction that only holds where it was learned.
+  const Vector2d turn(0, 2 * std::numbers::pi);
+  const Vector2d middle = geometry::inverse(kNominal, Vector2d(28, 48), mode).value() + turn;
+  const auto learned = [&](const Vector2d& q) -> Vector2d {
+    const bool known = (q - middle).cwiseAbs().maxCoeff() < 1.0;
+    return known ? smooth_correction(q) : Vector2d(5.0, -5.0);
+  };
+  const CompensationModel model{
+      kTool, kNominal, geometry::table_2_robot(), learned, {{mode.number, middle}}};
+  const auto alone = compensate(model, target, mode);
+  ASSERT_TRUE(alone) << alone.error().message;
+  EXPECT_LT((alone->q - middle).cwiseAbs().maxCoeff(), 1.0);
+  for (const double turns : {-2.0, -1.0, 0.0, 1.0}) {
+    const auto planned = compensate(model, target, mode, middle + turns * turn);
+    ASSERT_TRUE(planned);
+    EXPECT_LT((planned->q - alone->q).norm(), kSameAngle_rad);
+  }
+}
+
+TEST(Compensation, TargetsAreBroughtIntoTheFrameOfTheParameters) {
+  geometry::Similarity X = geometry::Similarity::identity(2);
+  X.t = Vector2d(4.0, -3.0);
+  const CompensationModel here{kTool, kNominal, geometry::table_2_robot()};
+  CompensationModel there = here;
+  there.frame = X;
+  const auto asked = compensate(there, Vector2d(24, 43), {});
+  const auto same = compensate(here, Vector2d(28, 40), {});
+  ASSERT_TRUE(asked && same);
+  EXPECT_LT((asked->q - same->q).norm(), kSameAngle_rad);
+  const auto far = compensate(there, Vector2d(300, 0), {});
+  ASSERT_FALSE(far);
+  EXPECT_NE(far.error().message.find("300.000"), std::string::npos);  // as it was asked
+}
+
 TEST(Compensation, ALearnedNetworkIsClosedEvenAtItsBounds) {
   RandomSequence random(73, 5);
   Eigen::MatrixX2d q(60, 2);

@@ -14,6 +14,36 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
+TEST(CollectKeys, WhatStopsLeavesOutOrTakesBackIsAskedFirst) {
+  for (const auto& [key, method] :
+       {std::pair{'q', "collect.stop"}, {'s', "collect.skip"}, {'r', "collect.retake"}}) {
+    CollectKeys keys;
+    const auto first = keys.press(key);
+    EXPECT_EQ(first.method, nullptr) << key;
+    EXPECT_THAT(first.question, HasSubstr("y: yes"));
+    EXPECT_EQ(keys.press(0).method, nullptr);  // nobody has answered yet
+    EXPECT_STREQ(keys.press('y').method, method);
+    EXPECT_EQ(keys.press('y').method, nullptr);  // answered once
+    EXPECT_FALSE(keys.press(key).question.empty());
+    const auto no = keys.press(key);  // the same letter twice is no yes
+    EXPECT_TRUE(no.refused);
+    EXPECT_EQ(no.method, nullptr);
+  }
+}
+
+TEST(CollectKeys, WhatCanBeTakenBackIsDoneAtOnce) {
+  for (const auto& [key, method] :
+       {std::pair{'p', "collect.pause"},
+        {'c', "collect.resume"},
+        {'a', "collect.accept"},
+        {'m', "collect.moved"}}) {
+    CollectKeys keys;
+    EXPECT_STREQ(keys.press(key).method, method);
+  }
+  CollectKeys keys;
+  EXPECT_EQ(keys.press('?').method, nullptr);
+}
+
 Json dial(const Json& value_mm, const char* state, const char* reason = "") {
   return {{"value_mm", value_mm}, {"quality", "good"}, {"reason", reason}, {"state", state}};
 }
@@ -60,8 +90,9 @@ TEST(CollectScreen, ASampleThatLooksUnusualSaysSoAndWhatToDo) {
       {"remarks", Json::array()},
       {"doubt", ""}};
   EXPECT_EQ(sample_line(sample), "G1 18.0  x 20.491  y 29.754 mm  A 5.225");
-  sample["doubt"] = "6 times the usual residual";
-  EXPECT_THAT(sample_line(sample), HasSubstr("; 6 times the usual residual: r to retake"));
+  sample["doubt"] = "6 times as far off as usual";
+  EXPECT_THAT(
+      sample_line(sample), HasSubstr("; 6 times as far off as usual: r measures it again"));
 }
 
 TEST(CollectScreen, DrawsLargeDigitsWhereTheyFit) {
@@ -142,15 +173,15 @@ TEST(CollectScreen, OffATerminalALineTellsOfEachTenthAndOfASampleInDoubt) {
   Screen screen(plain);
   constexpr int kSamples = 150;
   for (int i = 0; i < kSamples; ++i) {
-    screen.show_sample(sample_event(i, i == 42 ? "6 times the usual residual" : ""));
+    screen.show_sample(sample_event(i, i == 42 ? "6 times as far off as usual" : ""));
     screen.show_state(estimate_event(i + 1, kSamples));
   }
   screen.end();
   const std::string text = err.str();
   EXPECT_EQ(std::ranges::count(text, '\n'), 12) << text;
   EXPECT_THAT(
-      text, HasSubstr("collecting 75/150  estimate after 75 samples: position sd 0.0100 mm"));
-  EXPECT_THAT(text, HasSubstr("collecting 150/150  estimate after 150 samples"));
+      text, HasSubstr("collecting 75/150  after 75 samples positions are known to 0.0200 mm"));
+  EXPECT_THAT(text, HasSubstr("collecting 150/150  after 150 samples"));
   EXPECT_THAT(text, HasSubstr("G1 42.0  x 20.491"));
   EXPECT_TRUE(out.str().empty());
 }

@@ -112,7 +112,7 @@ TEST_F(PositionsOnly, AreCalibratedAndComparedFromABundle) {
       {"calibrate", folder_, "-q", "--qpso1-iterations", "10", "--qpso2-iterations", "60",
        "--anfis-epochs", "10"});
   EXPECT_EQ(calibrated.code, 0) << calibrated.err;
-  EXPECT_THAT(calibrated.out, HasSubstr("10 of 10 free parameters are determined"));
+  EXPECT_THAT(calibrated.out, HasSubstr("determine 10 of 10 free parameters"));
   EXPECT_THAT(calibrated.out, Not(HasSubstr("dial")));
   const Outcome compared =
       sixdial({"compare", folder_, "-q", "--json", "--methods", "before,lm,lm+gp"});

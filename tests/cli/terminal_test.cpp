@@ -316,9 +316,12 @@ TEST(Terminal, ACollectionIsSeenWholeInNarrowAndLowTerminalsAndWhileTheyChange) 
       "monday",          "--rig",    rig};
   {
     InTerminal wide(words, 120, 40);
-    const std::array parts{"keys: p pause",   "o done . open ! suspect x skipped",
-                           "tool x ",         "l11 ",
-                           "times the usual", "] collecting "};
+    const std::array parts{"keys: p pause",
+                           "o done . open ! suspect x skipped",
+                           "tool x ",
+                           "l11 ",
+                           "as far off as usual",
+                           "] collecting "};
     EXPECT_TRUE(wide.until([&](const std::string& screen) {
       return samples_told(screen) >= 3 && screen.find('@') != std::string::npos &&
              std::ranges::all_of(
@@ -341,6 +344,10 @@ TEST(Terminal, ACollectionIsSeenWholeInNarrowAndLowTerminalsAndWhileTheyChange) 
       EXPECT_LE(line.size(), 60U) << line;
     }
     wide.type("q");
+    EXPECT_TRUE(wide.until_text("Stop collecting?")) << wide.screen().text();
+    wide.type("n");
+    EXPECT_TRUE(wide.until_text("no: it goes on")) << wide.screen().text();
+    wide.type("qy");
     EXPECT_EQ(wide.wait(), 6);
   }
   for (const auto& [columns, rows] : {std::pair{60, 24}, {60, 14}, {40, 30}}) {

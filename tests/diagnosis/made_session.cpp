@@ -39,6 +39,10 @@ Session session_of(const Recipe& recipe) {
       trial.time_s = 8.0 * trial.sample;
       trial.temperature_c = 20.0 + 4.0 * (1 - std::exp(-trial.time_s.value() / 600.0)) +
                             0.5 * std::sin(trial.time_s.value() / 150.0);
+      if (recipe.temperature_degC) {
+        trial.temperature_c = recipe.temperature_degC(
+            static_cast<double>(trial.sample) / (recipe.points * recipe.repeats));
+      }
       for (int j = 0; j < 2; ++j) {  // standing still, it lies on the side of its last move
         const bool first = session.trials.empty() || repeat == 0;
         trial.approach.push_back(
@@ -50,6 +54,7 @@ Session session_of(const Recipe& recipe) {
       session.trials.push_back(std::move(trial));
     }
   }
+  calibration::RandomSequence off(recipe.seed, 10);
   // Twice: forces and plunger directions come from the readings.
   for (int pass = 0; pass < 2; ++pass) {
     const simulation::ExtendedModel extended(
@@ -60,7 +65,15 @@ Session session_of(const Recipe& recipe) {
       auto& trial = session.trials[t];
       if (recipe.mount == geometry::Mount::kFree)
         trial.gamma_rad = 0.1 * std::sin(0.3 * static_cast<double>(t));
-      EXPECT_TRUE(extended.run(truth, trial, samples[t], scene).has_value());
+      simulation::ModelVector here = truth;
+      simulation::Trial arrived = trial;
+      if (pass == 1) {
+        for (const char* axis : {"x0", "y0"}) {
+          here[session.model.find(axis).value()] += recipe.scatter_mm * off.normal();
+        }
+        for (double& angle : arrived.q) angle += recipe.scatter_rad * off.normal();
+      }
+      EXPECT_TRUE(extended.run(here, arrived, samples[t], scene).has_value());
       for (std::size_t d = 0; d < trial.reading.size(); ++d) {
         trial.reading[d] = scene.reading_mm[d];
         if (pass == 1) *trial.reading[d] += recipe.noise_mm * random.normal();

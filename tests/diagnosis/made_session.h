@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "simulation/extended_model.h"
@@ -26,6 +27,12 @@ struct Recipe {
   std::uint64_t seed = 1;
   geometry::Mount mount = geometry::Mount::kDistal2;
   double dial_E_x_mm = 16.0;
+  // What differs from one arrival to the next: of the tool in x and in y; of the joints against
+  // what was recorded.
+  double scatter_mm = 0.0;
+  double scatter_rad = 0.0;
+  /// By the share of the session that is over; empty: a warm-up with waves.
+  std::function<double(double)> temperature_degC{};
 };
 
 [[nodiscard]] Session session_of(const Recipe& recipe);

@@ -282,15 +282,26 @@ TEST(LivePageBrowser, AWholeSessionIsDrivenFromThePage) {
   browser.keys("c");
   browser.until("document.getElementById('state').textContent.includes('collecting')");
 
-  // Pause, retake and skip by keys: a new row for the same point, and one left out.
+  // Pause, retake and skip by keys: a new row for the same point, and one left out. What leaves
+  // out or takes back is asked first; any key but y is a no.
+  const auto key_that_asks = [&](const std::string& key) {
+    browser.keys(key);
+    browser.until("!document.getElementById('ask').hidden");
+    browser.keys(key);
+    browser.until("document.getElementById('ask').hidden");
+    browser.keys(key);
+    browser.until("!document.getElementById('ask').hidden");
+    browser.keys("y");
+    browser.until("document.getElementById('ask').hidden");
+  };
   browser.keys("p");
   browser.until("document.getElementById('state').textContent.includes('PAUSED')");
-  browser.keys("r");
+  key_that_asks("r");
   browser.until("document.getElementById('events').textContent.includes('retaken')");
   go_on();
   browser.keys("p");
   browser.until("document.getElementById('state').textContent.includes('PAUSED')");
-  browser.keys("s");
+  key_that_asks("s");
   browser.until("document.querySelectorAll('#map [data-mark=left]').length === 1");
   go_on();
 
@@ -324,7 +335,7 @@ TEST(LivePageBrowser, AWholeSessionIsDrivenFromThePage) {
 
   // Undo opens the last point again; start measures it.
   browser.until(can("undo"));
-  browser.keys("u");
+  key_that_asks("u");
   browser.until("document.querySelectorAll('#map [data-mark=open]').length === 1");
   browser.until(kCanStart);
   browser.keys("g");

@@ -184,6 +184,8 @@ TEST(LivePageClients, TwoPagesShowTheSame) {
   second.open(shown.page().url());
   second.until("document.querySelectorAll('#map [data-mark=done]').length === 20");
   second.keys("u");
+  second.until("!document.getElementById('ask').hidden");
+  second.keys("y");
   shown.browser().until("document.querySelectorAll('#map [data-mark=done]').length === 19");
   second.until("document.querySelectorAll('#map [data-mark=done]').length === 19");
   wait_for_words(second, "progress", "19 of 32 points measured");

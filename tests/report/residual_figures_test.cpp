@@ -49,9 +49,9 @@ TEST(ResidualBy, NoiseAloneHasNoOrder) {
       residual_by(session_with([](const PointRow&) { return Eigen::Vector2d(0, 0); }));
   ASSERT_TRUE(figure);
   EXPECT_EQ(figure->chart.panels.size(), 6U);
-  EXPECT_THAT(figure->here, HasSubstr("no clear order"));
+  EXPECT_THAT(figure->here, HasSubstr("no clear dependence"));
   // The delivered parameters, without the network and not a rival's.
-  EXPECT_THAT(figure->shows, HasSubstr("after EKF-DQPSO,"));
+  EXPECT_THAT(figure->shows, HasSubstr("with the parameters of EKF-DQPSO alone"));
 }
 
 TEST(ResidualBy, FindsWhatTheErrorDependsOn) {
@@ -67,12 +67,12 @@ TEST(ResidualBy, FindsWhatTheErrorDependsOn) {
        [](const PointRow& p) { return Eigen::Vector2d(0, kSize_mm * (p.q->y() - 2.0)); }},
       {"time",
        [](const PointRow& p) { return Eigen::Vector2d(kSize_mm * *p.time_s / 960.0, 0); }},
-      {"joint 2 arrives",
+      {"side from which joint 2 arrives",
        [](const PointRow& p) { return Eigen::Vector2d(0.5 * kSize_mm * p.approach[1], 0); }}};
   for (const Case& each : cases) {
     const auto figure = residual_by(session_with(each.error));
     ASSERT_TRUE(figure);
-    EXPECT_THAT(figure->here, HasSubstr(std::string("Most order by ") + each.words));
+    EXPECT_THAT(figure->here, HasSubstr(std::string("Clearest by ") + each.words));
     EXPECT_THAT(figure->here, HasSubstr("an error that the parameters do not contain"));
   }
 }
@@ -84,7 +84,7 @@ TEST(ResidualBy, ItsTableHasTheMeansOfTheClasses) {
   int found = 0;
   constexpr double kNoise_mm = 0.001;  // of a mean of 60, four standard deviations
   for (const auto& row : figure->table.rows) {
-    if (std::get<std::string>(row[0]) != "joint 1 arrives turning") continue;
+    if (std::get<std::string>(row[0]) != "side from which joint 1 arrives") continue;
     const double side = std::get<Number>(row[2]).value;
     EXPECT_EQ(std::get<Number>(row[4]).value, 60);
     EXPECT_NEAR(std::get<Number>(row[5]).value, 0.1 * side, kNoise_mm);

@@ -84,9 +84,10 @@ TEST(Verdict, ANetworkThatBringsNothingIsNoProofThatNothingIsLeft) {
   ReportData data = paper_table_6();
   data.methods[2].g2 = errors(0.038, 50);  // as without it
   data.position_noise_mm = 0.003;
-  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("nothing that joint angles alone")));
+  EXPECT_THAT(
+      verdict(data).cautions, Contains(HasSubstr("does not depend on the joint angles alone")));
   data.position_noise_mm = 0.03;
-  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("explain what can be explained")));
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("already explain all but the noise")));
 }
 
 TEST(Verdict, WhatADiagnosisSaysJoinsItsLists) {
@@ -116,7 +117,7 @@ TEST(Verdict, AResidualModelThatHarmsIsAdvisedAgainst) {
 TEST(Verdict, AResidualModelWithoutEffectIsSaidToBringNothing) {
   ReportData data = paper_table_6();
   data.methods[2].g2 = errors(0.0375, 50);
-  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("brings nothing")));
+  EXPECT_THAT(verdict(data).cautions, Contains(HasSubstr("makes no difference")));
 }
 
 TEST(Verdict, WhatIsLeftIsComparedWithTheNoise) {
@@ -152,6 +153,73 @@ TEST(Verdict, ASessionWithoutResultSaysSo) {
   ReportData unknown_method = paper_table_6();
   unknown_method.result_method = "no such method";
   EXPECT_EQ(verdict(unknown_method).state, CalibrationState::kUnknown);
+}
+
+/// 50 validation points; the worst lies `largest_mm` off, known to `expanded_mm`.
+studies::Conformity judged(studies::Decision decision, int accepted, int rejected) {
+  return {
+      .tolerance_mm = 0.05,
+      .set = "G2",
+      .points = 50,
+      .accepted = accepted,
+      .rejected = rejected,
+      .largest_mm = 0.044,
+      .expanded_mm = 0.008,
+      .decision = decision};
+}
+
+TEST(Verdict, WithoutAToleranceNoColourSaysThatItIsGoodEnough) {
+  ReportData data = paper_table_6();
+  data.position_noise_mm = 0.02;
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.mood, Mood::kPlain);
+  EXPECT_THAT(v.title, HasSubstr("no tolerance stated"));
+  EXPECT_THAT(v.decision, HasSubstr("tolerance_mm"));
+}
+
+TEST(Verdict, GreenNeedsAToleranceThatIsKeptAndNothingLeftOpen) {
+  ReportData data = paper_table_6();
+  data.position_noise_mm = 0.02;
+  data.conformity = judged(studies::Decision::kAccepted, 50, 0);
+  EXPECT_EQ(verdict(data).mood, Mood::kGood);
+  EXPECT_THAT(verdict(data).title, HasSubstr("within tolerance"));
+  EXPECT_THAT(verdict(data).decision, HasSubstr("0.0440 mm with U = 0.0080 mm (k = 2)"));
+  data.cause_remains = true;  // a diagnosis named one
+  EXPECT_EQ(verdict(data).mood, Mood::kOpen);
+  data.cause_remains = false;
+  data.position_noise_mm = 0.003;  // what remains is far above the noise: structure
+  EXPECT_EQ(verdict(data).mood, Mood::kOpen);
+}
+
+TEST(Verdict, BetweenTheGuardBandsItCannotBeDecided) {
+  ReportData data = paper_table_6();
+  data.position_noise_mm = 0.02;
+  data.conformity = judged(studies::Decision::kUndecided, 48, 0);
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.mood, Mood::kOpen);
+  EXPECT_THAT(v.decision, HasSubstr("cannot be decided"));
+  EXPECT_THAT(v.decision, HasSubstr("2 of 50 points"));
+}
+
+TEST(Verdict, RedIsOutsideTolerance) {
+  ReportData data = paper_table_6();
+  data.position_noise_mm = 0.02;
+  data.conformity = judged(studies::Decision::kRejected, 30, 5);
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.mood, Mood::kBad);
+  EXPECT_THAT(v.title, HasSubstr("outside tolerance"));
+  EXPECT_THAT(v.decision, HasSubstr("5 of 50 points"));
+}
+
+TEST(Verdict, WithoutValidationPointsNothingIsGreen) {
+  ReportData data = paper_table_6();
+  for (ShownMethod& m : data.methods) m.g2.reset();
+  data.position_noise_mm = 0.02;
+  data.conformity = judged(studies::Decision::kUndecided, 50, 0);
+  data.conformity->validated = false;
+  const Verdict v = verdict(data);
+  EXPECT_EQ(v.mood, Mood::kOpen);
+  EXPECT_THAT(v.decision, HasSubstr("Measure validation points"));
 }
 
 TEST(Verdict, LostSamplesAndRowsAreCounted) {

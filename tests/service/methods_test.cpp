@@ -106,6 +106,10 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   for (const char* verb : {"pause", "resume", "skip", "retake", "accept", "moved", "stop"}) {
     EXPECT_EQ(error_code_of(run(std::string("collect.") + verb)), "wrong_state") << verb;
   }
+  EXPECT_EQ(error_code_of(run("robot.stop")), "wrong_state");
+  EXPECT_EQ(error_code_of(run("dials.watch")), "bad_data");
+  EXPECT_EQ(error_code_of(run("dials.check")), "wrong_state");
+  EXPECT_EQ(run_well("dials.stop")["watching"], false);
   EXPECT_EQ(run_well("shutdown")["stopping"], true);
 
   for (const RpcMethod* method : all_methods()) {

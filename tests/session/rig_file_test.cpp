@@ -1,5 +1,6 @@
 #include "session/rig_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -98,6 +99,22 @@ TEST(RigFile, WithoutDialsServesAnInstrument) {
   geometry::Rig rig = geometry::default_rig();
   rig.dials.clear();
   EXPECT_TRUE(parse_rig(write_rig(rig), "written").dials.empty());
+}
+
+TEST(RigFile, KeepsATolerance) {
+  const std::string text = "tolerance_mm = 0.05\n" + shared_rig();
+  geometry::Rig rig = parse_rig(text, "rig.toml");
+  ASSERT_TRUE(rig.tolerance_mm);
+  EXPECT_EQ(*rig.tolerance_mm, 0.05);
+  EXPECT_EQ(parse_rig(write_rig(rig), "rig.toml").tolerance_mm, rig.tolerance_mm);
+  rig.tolerance_mm.reset();
+  EXPECT_FALSE(parse_rig(write_rig(rig), "rig.toml").tolerance_mm);
+  EXPECT_FALSE(parse_rig(shared_rig(), "rig.toml").tolerance_mm);
+  for (const char* wrong : {"0.0", "-1", "\"fine\""}) {
+    EXPECT_ANY_THROW(static_cast<void>(
+        parse_rig(fmt::format("tolerance_mm = {}\n{}", wrong, shared_rig()), "rig.toml")))
+        << wrong;
+  }
 }
 
 TEST(RigFile, ADialOverridesTheCommonFigures) {

@@ -18,12 +18,12 @@ struct Walked {
   ForwardModel model{geometry::default_rig()};
   std::vector<Trial> trials;
 
-  explicit Walked(double jitter_rad = 0.0, int repeats = 3) {
+  explicit Walked(double jitter_rad = 0.0, int repeats = 3, int points = 12) {
     std::mt19937_64 engine(7);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> x(18, 38), y(32, 62);
     const geometry::Rig& rig = model.rig();
-    for (int point = 0; point < 12; ++point) {
+    for (int point = 0; point < points; ++point) {
       const auto q = geometry::inverse(
           rig.robot.nominal, {x(engine), y(engine)}, {}, Eigen::Vector2d(1.4, 3.1));
       for (int repeat = 0; repeat < repeats; ++repeat) {
@@ -75,6 +75,53 @@ TEST(Circumstances, StandingStillIsNoMotion) { expect_directions_of_real_moves(W
 
 TEST(Circumstances, TheJitterOfEncodersIsNoMotion) {
   expect_directions_of_real_moves(Walked(1e-5), 3);
+}
+
+TEST(Circumstances, SidesThatNobodyRecordedAreThoseOfTheMoves) {
+  Walked walked;
+  const auto recorded = walked.circumstances();
+  for (Trial& trial : walked.trials) trial.approach.clear();
+  for (const SidesFrom from : sides_from(walked.model.robot(), walked.trials)) {
+    EXPECT_EQ(from, SidesFrom::kRows);
+  }
+  const auto samples = walked.circumstances();
+  EXPECT_TRUE(samples[0].approach.isZero()) << "nobody knows where the robot came from";
+  for (std::size_t t = 3; t < samples.size(); ++t) {
+    EXPECT_EQ(samples[t].approach, recorded[t].approach) << t;
+  }
+}
+
+TEST(Circumstances, SidesOfOneJointWithTheOtherSignAreTurnedRound) {
+  Walked walked(0.0, 1, 60);
+  const auto recorded = walked.circumstances();
+  for (Trial& trial : walked.trials) {
+    if (trial.approach.size() == 2) trial.approach[1] *= -1;
+  }
+  const auto from = sides_from(walked.model.robot(), walked.trials);
+  EXPECT_EQ(from, (std::vector{SidesFrom::kColumns, SidesFrom::kReversed}));
+  const auto samples = walked.circumstances();
+  for (std::size_t t = 1; t < samples.size(); ++t) {
+    EXPECT_EQ(samples[t].approach, recorded[t].approach) << t;
+    EXPECT_EQ(samples[t].plunger_direction, recorded[t].plunger_direction) << t;
+  }
+}
+
+// Who sends the robot behind each pose first, to the side that a plan asks for, goes against
+// half of the moves; always from the same side, against any share of them.
+TEST(Circumstances, SidesThatAPlanAskedForStayAsTheyAre) {
+  Walked walked(0.0, 1, 60);
+  for (std::size_t t = 1; t < walked.trials.size(); ++t) {
+    walked.trials[t].approach = {t % 2 == 0 ? 1 : -1, -1};
+  }
+  for (const SidesFrom from : sides_from(walked.model.robot(), walked.trials)) {
+    EXPECT_EQ(from, SidesFrom::kColumns);
+  }
+  Walked falling(0.0, 1, 60);  // a joint that only ever turns down, always come to from below
+  for (std::size_t t = 0; t < falling.trials.size(); ++t) {
+    falling.trials[t].q[0] = 1.5 - 0.005 * static_cast<double>(t);
+    if (t > 0) falling.trials[t].approach[0] = 1;
+  }
+  EXPECT_EQ(sides_from(falling.model.robot(), falling.trials)[0], SidesFrom::kColumns);
 }
 
 TEST(Circumstances, AnEmptySideAtAPoseThatWasNotLeftIsThatOfTheLastMove) {

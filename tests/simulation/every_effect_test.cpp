@@ -243,18 +243,19 @@ TEST(EffectWords, SayTheSize) {
     return size_in_words(*find_effect(cause), found);
   };
   EXPECT_EQ(
-      words("joint_backlash", {{"b", 6e-4, 2e-5, "rad"}}), "0.0344\u00B0 \u00B1 0.0011\u00B0");
+      words("joint_backlash", {{"b", 6e-4, 2e-5, "rad"}}),
+      "0.0344\u00B0 \u00B1 0.0023\u00B0 (k = 2)");
   EXPECT_EQ(
       words("joint_eccentricity", {{"a", 3e-3, 1e-4, "rad"}, {"b", 4e-3, 1e-4, "rad"}}),
-      "amplitude 0.2865\u00B0 \u00B1 0.0057\u00B0");
+      "amplitude 0.286\u00B0 \u00B1 0.011\u00B0 (k = 2)");
   EXPECT_EQ(
       words("step", {{"shift", -0.02, 1e-3, "mm"}, {"sample", 1071, nan, "1"}}),
-      "-0.0200 mm \u00B1 0.0010 mm from sample 1071 on");
+      "-0.0200 mm \u00B1 0.0020 mm from sample 1071 on (k = 2)");
   EXPECT_EQ(
       words(
           "dial_cyclic",
           {{"a", 3e-3, 1e-4, "mm"}, {"b", 4e-3, 1e-4, "mm"}, {"period", 5.0, 0.01, "mm"}}),
-      "amplitude 0.00500 mm \u00B1 0.00010 mm, period 5 mm");
+      "amplitude 0.00500 mm \u00B1 0.00020 mm, period 5 mm (k = 2)");
   EXPECT_EQ(
       words("dial_swap", {{"difference_rms", 3.256, nan, "mm"}}), "they differ by 3.26 mm rms");
   Effect without_words = right();

@@ -67,10 +67,8 @@ TEST(WorkingModes, AreInWhatPeopleReadAndInTheReport) {
   const auto lines = report::assessment_lines(both);
   EXPECT_THAT(lines, ::testing::Contains(HasSubstr("condition number by working mode: ++ ")));
   EXPECT_THAT(lines, ::testing::Contains(HasSubstr("(20 samples); pooled ")));
-  GrossErrors nothing_gross;
-  nothing_gross.not_possible = "no";
   int tables = 0;
-  for (const auto& section : report::assessment_sections(both, std::nullopt, nothing_gross)) {
+  for (const auto& section : report::assessment_sections(both, std::nullopt)) {
     for (const auto& block : section.blocks) {
       const auto* table = std::get_if<report::Table>(&block);
       if (table == nullptr || table->id != "working_modes") continue;

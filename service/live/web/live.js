@@ -4,6 +4,7 @@
 (() => {
   const $ = (id) => document.getElementById(id);
   const kDeg = 180 / Math.PI;
+  const kCoverage = 2; // of an expanded uncertainty: so many standard deviations
   const kActive = ['starting', 'running', 'paused', 'stopping'];
   const kSymbols = { ok: '✓', settling: '≈', free: '○', stale: '◷', lost: '✕', unread: '–' };
   const kWords = { ok: 'ok', settling: 'settling', free: 'no contact', stale: 'STALE', lost: 'LOST', unread: 'not read' };
@@ -118,7 +119,7 @@
     if (data.type === 'estimate') {
       estimate = data.estimate;
       if (estimate && estimate.last_unusual && data.point && kActive.includes(data.state)) {
-        note(`${nameOf(data.point)} looks ${estimate.last_times_usual.toFixed(0)} times the usual residual: r to retake`, time);
+        note(`${nameOf(data.point)} is ${estimate.last_times_usual.toFixed(0)} times as far off as usual: r measures it again`, time);
       }
       showEstimate();
     }
@@ -352,7 +353,7 @@
     $('estimate').hidden = !estimate;
     if (!estimate) { $('estimate-words').textContent = 'Comes with the first sample of set G1.'; return; }
     const sd = estimate.position_sd_mm, open = estimate.undetermined;
-    $('estimate-words').textContent = `After ${estimate.samples} samples${estimate.last_times_usual === null ? '' : `, the last ${fixed(estimate.last_times_usual, 1)} times the usual residual,`} the tool is known to ${fixed(sd.mean, 3)} mm on average, ${fixed(sd.max, 3)} mm at the worst place (1 sd).` + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
+    $('estimate-words').textContent = `After ${estimate.samples} samples the position of the tool is known to ${fixed(kCoverage * sd.mean, 3)} mm on average and ${fixed(kCoverage * sd.max, 3)} mm at the worst place (expanded uncertainty, k = ${kCoverage}).` + (estimate.last_times_usual === null ? '' : ` The last sample is ${fixed(estimate.last_times_usual, 1)} times as far off as usual.`) + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
     const body = $('estimate').tBodies[0];
     body.replaceChildren();
     for (const p of estimate.parameters) {
@@ -361,7 +362,7 @@
       const name = element(row, 'td', '', p.name);
       element(name, 'small', '', ` ${p.meaning || ''}`);
       element(row, 'td', 'n', fixed(p.value * times, 4));
-      element(row, 'td', 'n', fixed(p.sd * times, 4));
+      element(row, 'td', 'n', fixed(kCoverage * p.sd * times, 4));
       element(row, 'td', '', angle ? 'deg' : 'mm');
       element(row, 'td', '', unsure ? '… needs more points' : '✓');
     }
@@ -391,11 +392,15 @@
       const method = (id) => (found.summary.methods || []).find((each) => each.id === id);
       const first = method('before'), last = method('ekf_dqpso+anfis');
       const set = last && last.g2 ? 'g2' : 'g1';
+      // What speaks against the data comes before any figure of them.
+      const told = (found.summary.warnings || []).map((each) => each.message);
+      if (found.summary.state === 'not_calibrated') told.unshift('Not calibrated.');
       if (first && last && first[set] && last[set]) {
-        $('result').textContent = `Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`;
+        told.push(`Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`);
       } else {
-        $('result').textContent = `Result ${found.result} is stored.`;
+        told.push(`Result ${found.result} is stored.`);
       }
+      $('result').textContent = told.join(' ');
     } catch (error) {
       $('result').textContent = 'Not calibrated yet.';
     }
@@ -438,6 +443,31 @@
     say('');
     try { await commands[name][2](); } catch (error) { complain(error); }
   }
+  // A letter may be struck by chance: what stops, leaves out or takes back is asked first.
+  const kAsk = { stop: 'Stop collecting?', skip: 'Leave this point out?', retake: 'Withdraw this sample and measure it again?', undo: 'Withdraw the last sample?', cancel: 'End the calculation?' };
+  let asked = null;
+  function ask(name) {
+    asked = name;
+    $('ask').hidden = !name;
+    $('ask-words').textContent = name ? `${kAsk[name]} You pressed ${commands[name][1]}.` : '';
+  }
+  function answer(yes) {
+    const name = asked;
+    ask(null);
+    if (yes && name) run(name);
+  }
+  $('ask-yes').onclick = () => answer(true);
+  $('ask-no').onclick = () => answer(false);
+  function pressed(key) {
+    if (asked) {  // any other key is a no
+      answer(key === 'y');
+      return true;
+    }
+    const name = Object.keys(commands).find((each) => commands[each][1] === key);
+    if (!name) return false;
+    if (name in kAsk && !reason(name)) ask(name); else run(name);
+    return true;
+  }
   for (const name in commands) {
     const group = ['calibrate', 'diagnose', 'cancel', 'report'].includes(name) ? 'jobs' : 'buttons';
     const button = element($(group), 'button', name === 'start' || name === 'resume' ? 'main' : '', commands[name][0]);
@@ -455,8 +485,9 @@
   }
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
-    const name = Object.keys(commands).find((each) => commands[each][1] === event.key);
-    if (name) { event.preventDefault(); run(name); }
+    // Tab and Enter are for the buttons, also for those of the question.
+    if (event.key.length > 1 && event.key !== 'Escape') return;
+    if (pressed(event.key)) event.preventDefault();
   });
   $('session').onchange = () => choose($('session').value).then(tellState).catch(complain);
   $('new').onclick = () => { $('create').hidden = !$('create').hidden; };

@@ -56,6 +56,24 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
   EXPECT_EQ(verdict.found[0].cause, 0U);
 }
 
+TEST(DiagnosisDocument, ACauseOfAFitThatDidNotSettleIsTiedWithThatInJsonAndInWords) {
+  Json document = document_of("09");
+  document["causes"][0]["tied_with"] =
+      Json::array({{{"cause", "unsettled_fit"}, {"where", ""}, {"log_odds", 0.0}}});
+  document["causes"][0]["certainty"] = "tied";
+  const studies::DiagnosisResult result = diagnosis_from_json(document);
+  ASSERT_EQ(result.causes[0].tied_with.size(), 1U);
+  EXPECT_EQ(result.causes[0].tied_with[0].kind, studies::RivalKind::kUnsettled);
+  EXPECT_EQ(result.causes[0].certainty(), studies::Certainty::kTied);
+  const Json again = to_json(result);
+  EXPECT_EQ(again["causes"][0]["tied_with"][0]["cause"], "unsettled_fit");
+  EXPECT_EQ(again["causes"][0]["certainty"], "tied");
+  const DiagnosisVerdict verdict = verdict_in_words(result);
+  ASSERT_FALSE(verdict.found.empty());
+  EXPECT_THAT(verdict.found[0].text, HasSubstr("a fit would say that converged"));
+  EXPECT_THAT(verdict.found[0].text, ::testing::Not(HasSubstr("odds")));
+}
+
 struct Spoilt {
   const char* pointer;
   Json value;

@@ -1,0 +1,109 @@
+#include "diagnosis/shareable.h"
+
+#include <cmath>
+
+#include "diagnosis/stages.h"
+#include "diagnosis/thresholds.h"
+#include "geometry/same_pose.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+/// Whether the robot stood still between sample t - 1 and t.
+bool stood_still(const Readings& readings, std::size_t t) {
+  const auto& joints = readings.model().robot().joints;
+  const simulation::Trial& now = readings.trials()[t];
+  const simulation::Trial& before = readings.trials()[t - 1];
+  if (now.assembly != before.assembly) return false;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const auto joint = static_cast<Eigen::Index>(j);
+    if (std::abs(now.q[joint] - before.q[joint]) > geometry::same_pose(joints[j].unit())) {
+      return false;
+    }
+    if (now.approach_of(j) * before.approach_of(j) < 0) return false;
+  }
+  return true;
+}
+
+/// Joints of another unit than the first scatter as much as encoders of their kind do.
+double alike(const std::vector<geometry::JointInfo>& joints, Eigen::Index j) {
+  return geometry::same_pose(joints[static_cast<std::size_t>(j)].unit()) /
+         geometry::same_pose(joints.front().unit());
+}
+
+std::vector<Eigen::Index> blocks_of(const Readings& readings, bool of_stops) {
+  std::vector<Eigen::Index> first_row;
+  for (std::size_t t = 0; t < readings.trials().size(); ++t) {
+    if (readings.first_row(t) == readings.first_row(t + 1)) continue;
+    const bool goes_on = of_stops && t > 0 && !first_row.empty() && stood_still(readings, t);
+    if (!goes_on) first_row.push_back(readings.first_row(t));
+  }
+  first_row.push_back(readings.count());
+  return first_row;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
+    const Readings& readings, const simulation::ModelVector& at) {
+  std::vector<std::shared_ptr<const ScatterColumns>> result;
+  if (!readings.has_dials()) return result;
+  const simulation::ExtendedModel plain(readings.model(), {});
+  const Eigen::VectorXd simulated = readings.simulate(at, plain);
+  const Eigen::MatrixXd tool = stage_columns(readings, at, plain, simulated, Stage::kTool);
+  Eigen::MatrixXd joints(
+      readings.count(), static_cast<Eigen::Index>(readings.model().robot().joints.size()));
+  for (Eigen::Index j = 0; j < joints.cols(); ++j) {
+    joints.col(j) =
+        alike(readings.model().robot().joints, j) *
+        stage_columns(readings, at, plain, simulated, Stage::kJointAngle, static_cast<int>(j));
+  }
+  const bool free = readings.nuisance().cols() > 0;
+  const std::vector<Eigen::Index> samples = blocks_of(readings, false);
+  const std::vector<Eigen::Index> stops = blocks_of(readings, true);
+  const auto add = [&](ScatterOf of, bool of_stops, const Eigen::MatrixXd& columns) {
+    const auto taken = static_cast<double>(columns.cols() + (free ? 1 : 0)) *
+                       static_cast<double>(samples.size() - 1);
+    if (static_cast<double>(readings.count()) - taken < kFewestOfScatter) return;
+    result.push_back(std::make_shared<const ScatterColumns>(
+        ScatterColumns{of, of_stops, columns, of_stops ? stops : samples}));
+  };
+  add(ScatterOf::kTool, false, tool);
+  add(ScatterOf::kJoints, false, joints);
+  if (stops.size() == samples.size()) return result;
+  add(ScatterOf::kTool, true, tool);
+  add(ScatterOf::kJoints, true, joints);
+  return result;
+}
+
+double tool_motion_mm(
+    const Readings& readings, const simulation::ModelVector& at, ScatterOf of) {
+  if (of == ScatterOf::kTool) return 1.0;
+  const simulation::ForwardModel& model = readings.model();
+  const bool free = model.rig().cuboid.mount == geometry::Mount::kFree;
+  double squares = 0.0;
+  int counted = 0;
+  for (const simulation::Trial& trial : readings.trials()) {
+    const auto gamma = free ? trial.gamma_rad : std::nullopt;
+    const auto here = model.predict(at, trial.q, trial.assembly, gamma, false);
+    if (!here) continue;
+    bool whole = true;
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < trial.q.size() && whole; ++j) {
+      constexpr double kStep = 1e-6;
+      Eigen::VectorXd q = trial.q;
+      q[j] += kStep;
+      const auto moved = model.predict(at, q, trial.assembly, gamma, false);
+      whole = moved.has_value();
+      if (!whole) break;
+      const Eigen::Vector2d way = moved->p_WE() - here->p_WE();
+      sum += (alike(model.robot().joints, j) / kStep * way).squaredNorm();
+    }
+    if (!whole) continue;
+    squares += sum / 2;  // of x and of y
+    ++counted;
+  }
+  return counted > 0 ? std::sqrt(squares / counted) : 0.0;
+}
+
+}  // namespace sixdial::diagnosis

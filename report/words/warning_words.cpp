@@ -1,0 +1,297 @@
+#include "report/words/warning_words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "report/text.h"
+#include "report/words/wrapped.h"
+
+namespace sixdial::report {
+namespace {
+
+using studies::Warning;
+
+/// `text`: {name} is a part of the warning, {rows} how many rows it names, {rows:row|rows} that
+/// number with its noun, {rows|is|are} the word alone; {name:.3f} a figure so. What stands in [
+/// ] is left out where one of its parts is not there.
+struct Words {
+  std::string_view code;
+  std::string_view text;
+};
+
+constexpr Words kWords[] = {
+    {"set_not_used",
+     "{rows:row|rows} of {samples} {rows|belongs|belong} to the set \"{set}\" and "
+     "{rows|is|are} "
+     "not used: only G1 is fitted and only G2 validates.[ Was \"{meant}\" meant?]"},
+    {"wrong_date",
+     "{rows:row is|rows are} dated {date}, while the others begin at {others}: the time "
+     "between "
+     "the neighbours is taken instead."},
+    {"clock_set_back",
+     "The clock went back by {step} while this was measured. The rows are taken in the order "
+     "in "
+     "which they stand, and the time is taken to run on: do not sort them by time."},
+    {"not_in_order_of_time",
+     "The rows do not stand in the order of their times ({rows:step|steps} back): the times "
+     "are "
+     "believed, the order is not taken for that of measuring."},
+    {"temperature_unit",
+     "Temperatures are near {value:.2f}: that is {unit}, not degC. They are read as such "
+     "({read_as:.2f} degC)."},
+    {"wrong_temperature",
+     "{rows:row has|rows have} a temperature of {value:g} degC, while the others are near "
+     "{usual:.2f}: that of the neighbours is taken instead."},
+    {"reading_for_none",
+     "Dial {dial} reads {value:g} in {rows:row|rows} of {readings}, outside its travel of "
+     "{travel:g} mm: an instrument's way to write that there is no reading. They are not "
+     "used."},
+    {"sign_of_dial",
+     "Dial {dial} reads below zero in {rows:row|rows} of {readings}, which no dial of the rig "
+     "file does: its sign is the other way round. They are not used. Turn the sign in the "
+     "data, "
+     "or set the dial to count up when it is pushed in."},
+    {"outside_travel",
+     "Dial {dial} reads outside its travel of {travel:g} mm in {rows:row|rows} of {readings} "
+     "({value:g}): look at its unit, its zero and travel_mm. They are not used."},
+    {"copied_rows",
+     "{rows:row repeats|rows repeat} another to the last digit, joint values and all readings: "
+     "copied, or handed over twice. Each is counted once."},
+    {"copied_repeats",
+     "{rows:repeated reading equals|repeated readings equal} an earlier one of the same point "
+     "to "
+     "the last digit: copied, or the dials are too coarse to show any noise. Each is counted "
+     "once, and the noise is not taken to be smaller than the resolution."},
+    {"g2_repeats_g1",
+     "{rows:row of G2 repeats a row|rows of G2 repeat rows} of G1 to the last digit and "
+     "{rows|validates|validate} nothing: {left} of {validating} validation rows are left."},
+    {"row_in_degrees",
+     "{rows:row gives|rows give} the joint angles in degrees ({value:g}) where radians are "
+     "expected: not used."},
+    {"joint_wrapped",
+     "{joint} jumps by whole turns in {rows:row|rows}: taken as one continuous angle."},
+    {"joints_in_degrees",
+     "The joint angles look like degrees: as such they put the nominal robot within {miss:.2g} "
+     "mm of where it was measured. Give them in radians."},
+    {"joints_exchanged",
+     "{joints} look exchanged: the other way round they put the nominal robot within "
+     "{miss:.2g} "
+     "mm of where it was measured[, as they are within {now:.2g} mm]. Exchange the columns."},
+    {"joint_reversed",
+     "{joints} seems to turn the other way: with its sign changed the nominal robot is within "
+     "{miss:.2g} mm of where it was measured[, as it is within {now:.2g} mm]. Change the sign "
+     "of "
+     "the column."},
+    {"dials_exchanged",
+     "Dials {dials} look exchanged ({how}): so they fit a robot like the rig file's within "
+     "{miss:.2g} mm, as they are within {now:.2g} mm. A fit takes them put right. Exchange the "
+     "columns, the plugs or the connections in the rig file."},
+    {"dial_unit",
+     "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
+     "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
+     "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
+    {"position_unit",
+     "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
+     "nominal "
+     "robot. They are taken times {factor:g} below; give them in millimetres."},
+    {"position_scale",
+     "The measured positions ({columns}) are {scale:.3g} times the size that the joint angles "
+     "give the nominal robot: another unit, or other links than the rig file's."},
+    {"columns_exchanged",
+     "{columns} of the measured positions look exchanged: the other way round they fit the "
+     "nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. They are exchanged "
+     "below. Exchange the columns, or, if the instrument's frame is left-handed, turn one of "
+     "its axes round."},
+    {"axis_reversed",
+     "{axis} of the measured positions points the other way: with its sign changed they fit "
+     "the "
+     "nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. It is changed "
+     "below. "
+     "The instrument's frame is left-handed: turn the axis round."},
+    {"frame_mirrored",
+     "The measured positions are in a left-handed frame: mirrored they fit the nominal robot "
+     "within {miss:.2g} mm, as they are within {now:.2g} mm. They are mirrored below. Exchange "
+     "two of its axes or turn one round."},
+    {"frame_registered",
+     "The positions were measured in a frame of the instrument's own, turned by {turn:.2f} deg "
+     "and shifted by {shift:.1f} mm (at the middle of the work) against the rig file's. It was "
+     "registered first[: {base} and all results are in that frame]; targets are meant in the "
+     "rig file's frame and brought over."},
+    {"base_registered",
+     "The robot's base stands elsewhere than in the rig file: where it was measured the "
+     "nominal "
+     "robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The fit starts "
+     "from there."},
+    {"sides_reversed",
+     "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
+     "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
+     "turning up."},
+    {"sides_from_rows",
+     "Nobody recorded from which side {joints} came: each move is taken to be the way from the "
+     "row before."},
+    {"targets_elsewhere",
+     "{rows:target|targets} of {targets} {rows|lies|lie} {miss:.1f} mm from where the joint "
+     "angles put the nominal robot: not used, and errors before the calibration are those of "
+     "the nominal robot."},
+    {"wrong_mode",
+     "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
+     "{mode} is used here. Correct the rig file, or the robot is commanded the other way "
+     "round."},
+    {"positions_and_dials_differ",
+     "Positions and dials of the same samples are {apart:.3f} mm apart: they are not in the "
+     "same frame, or one of them is wrong. All commands use {used}, which are nearer to the "
+     "nominal robot, and not {not_used}."},
+    {"reference_pose",
+     "The readings have the cuboid turned by {turn:.1f} deg against the rig file at all poses: "
+     "the reference pose ({x:g}, {y:g}) mm is not the one of this rig. Turned so, the readings "
+     "are {after:.3f} mm from the nominal robot instead of {before:.3f} mm."},
+    {"mount",
+     "The cuboid does not turn as the rig file says: on another mount the readings are "
+     "{after:.3f} mm from the nominal robot instead of {before:.3f} mm."},
+    {"too_few_poses",
+     "{samples:sample|samples} of G1 stand at {poses:pose|different poses}, which cannot "
+     "determine {parameters} parameters: {needed} are needed at least. What a fit leaves over "
+     "says nothing then, and no reading is judged."},
+    {"implausible_length",
+     "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
+     "mm: no such robot is made. Look at the units, the dials' order and the rig file."},
+};
+
+const Words* words_of(std::string_view code) {
+  const auto found = std::ranges::find(kWords, code, &Words::code);
+  return found == std::end(kWords) ? nullptr : &*found;
+}
+
+std::string plain(double value) {
+  return value == std::floor(value) && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value)
+                                                             : fmt::format("{:.4g}", value);
+}
+
+/// A brace's text for "name", "name:form", "name:one|many" or "name|one|many"; false: there is
+/// no such part.
+bool fill(std::string_view brace, const Warning& warning, std::string& out) {
+  const std::size_t end = brace.find_first_of(":|");
+  const std::string name(brace.substr(0, end));
+  const bool with_number = end == std::string_view::npos || brace[end] == ':';
+  const std::string_view form =
+      end == std::string_view::npos ? std::string_view() : brace.substr(end + 1);
+  std::variant<double, std::string> part = static_cast<double>(warning.where.rows);
+  if (name != "rows") {
+    const auto found = warning.parts.find(name);
+    if (found == warning.parts.end()) return false;
+    part = found->second;
+  }
+  const auto* number = std::get_if<double>(&part);
+  if (number == nullptr) {
+    out += valid_utf8(std::get<std::string>(part));
+  } else if (const std::size_t bar = form.find('|'); bar != std::string_view::npos) {
+    if (with_number) out += plain(*number) + " ";
+    out += *number == 1.0 ? form.substr(0, bar) : form.substr(bar + 1);
+  } else if (!form.empty()) {
+    out += fmt::format(fmt::runtime(fmt::format("{{:{}}}", form)), *number);
+  } else {
+    out += plain(*number);
+  }
+  return true;
+}
+
+std::string filled(std::string_view text, const Warning& warning) {
+  std::string out;
+  std::size_t option = std::string::npos;  // where an option in [ ] began
+  bool all_there = true;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '[') {
+      option = out.size();
+      all_there = true;
+    } else if (text[i] == ']') {
+      if (!all_there) out.resize(option);
+      option = std::string::npos;
+    } else if (text[i] == '{') {
+      const std::size_t end = text.find('}', i);
+      if (!fill(text.substr(i + 1, end - i - 1), warning, out)) all_there = false;
+      i = end;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+/// "3, 5 and 9"; "3, 5, 9 ... (25 in all)".
+std::string listed(const std::vector<std::string>& items, int total) {
+  const auto shown = static_cast<int>(items.size());
+  if (shown == 0) return "";
+  if (total > shown) return fmt::format("{} ... ({} in all)", fmt::join(items, ", "), total);
+  if (shown == 1) return items.front();
+  return fmt::format(
+      "{} and {}", fmt::join(std::span(items).first(items.size() - 1), ", "), items.back());
+}
+
+}  // namespace
+
+std::string warning_text(const Warning& warning) {
+  const Words* words = words_of(warning.code);
+  return words == nullptr ? warning.code : filled(words->text, warning);
+}
+
+std::string where_text(const studies::WarningPlace& place) {
+  std::string text = place.file;
+  std::vector<std::string> items;
+  bool lines = !place.named.empty();
+  for (const studies::RowName& row : place.named) lines = lines && row.line > 0;
+  for (const studies::RowName& row : place.named) {
+    items.push_back(
+        lines            ? fmt::format("{}", row.line)
+        : row.repeat > 0 ? fmt::format("{} point {} repeat {}", row.set, row.point, row.repeat)
+                         : fmt::format("{} point {}", row.set, row.point));
+  }
+  // A sample that was measured here stands in no file.
+  if (!lines && !items.empty()) text.clear();
+  if (!items.empty()) {
+    if (!text.empty()) text += ", ";
+    if (lines) text += items.size() == 1 && place.rows <= 1 ? "line " : "lines ";
+    text += listed(items, place.rows);
+  }
+  if (!place.field.empty()) {
+    const bool rig = place.file == "rig.toml";
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", rig ? "key" : "column", place.field);
+  }
+  return text;
+}
+
+std::string warning_line(const Warning& warning) {
+  const std::string where = where_text(warning.where);
+  return warning_text(warning) + (where.empty() ? "" : " (" + where + ")");
+}
+
+std::vector<std::string> warning_lines(const std::vector<Warning>& warnings) {
+  std::vector<std::string> lines;
+  for (const Warning& each : warnings) lines.push_back(warning_line(each));
+  return lines;
+}
+
+std::string warnings_text(const std::vector<Warning>& warnings) {
+  std::string text;
+  for (const std::string& line : warning_lines(warnings)) text += wrapped("! " + line, "  ");
+  return text;
+}
+
+std::string_view severity_name(studies::Severity severity) {
+  switch (severity) {
+    case studies::Severity::kNote:
+      return "note";
+    case studies::Severity::kDoubt:
+      return "doubt";
+    case studies::Severity::kWrong:
+      return "wrong";
+  }
+  return "wrong";
+}
+
+bool has_words(std::string_view code) { return words_of(code) != nullptr; }
+
+}  // namespace sixdial::report

@@ -1,0 +1,34 @@
+// Whether a robot keeps a tolerance of its user, by the decision rule of JCGM 106:2012, 8.3,
+// with a guard band as wide as the expanded uncertainty U (k = 2; ISO 14253-1 has the same
+// rule):
+//
+//   error + U <= tolerance   accepted          error
+//   error - U >  tolerance   rejected     0 ----|--U--|------- tolerance
+//   between                  cannot be decided
+//
+// Example:
+//   decide(0.012, 0.006, 0.020);  // -> Decision::kAccepted
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "session/session.h"
+#include "studies/calibration_result.h"
+
+namespace sixdial::studies {
+
+/// All in the same unit; `expanded` not finite: nobody knows it, so nothing can be decided.
+[[nodiscard]] Decision decide(double error, double expanded, double tolerance);
+
+/// Standard uncertainty of the measured position of a sample, in its worst direction [mm]: what
+/// the dials scatter, and their makers' limits of error as a rectangle (GUM 4.3.7). Empty where
+/// nobody knows it.
+[[nodiscard]] std::optional<double> position_uncertainty_mm(
+    const geometry::Rig& rig, const session::Sample& sample);
+
+/// Errors of the delivered method. Empty where no point of either set has one.
+[[nodiscard]] std::optional<Conformity> conformity_of(
+    const CalibrationResult& result, const session::Session& session, double tolerance_mm);
+
+}  // namespace sixdial::studies

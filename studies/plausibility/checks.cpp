@@ -1,0 +1,85 @@
+#include <algorithm>
+
+#include "studies/plausibility/check.h"
+
+namespace sixdial::studies {
+namespace plausibility {
+
+WarningPlace Look::rows(std::span<const std::size_t> rows, std::string field) const {
+  WarningPlace place{
+      .file = "session.csv", .field = std::move(field), .rows = static_cast<int>(rows.size())};
+  for (const std::size_t row : rows.first(std::min(rows.size(), WarningPlace::kNamedRows))) {
+    const session::Sample& sample = measured.samples[row];
+    place.named.push_back({sample.line, sample.set, sample.point, sample.repeat});
+  }
+  return place;
+}
+
+WarningPlace Look::rig_key(std::string key) {
+  return {.file = "rig.toml", .field = std::move(key)};
+}
+
+bool Look::told(std::string_view code) const {
+  return std::ranges::any_of(found, [&](const Warning& each) { return each.code == code; });
+}
+
+const std::vector<Check>& checks() {
+  static const std::vector<Check> kChecks{
+      // What the file says.
+      {"sets", {"set_not_used"}, look_at_sets},
+      {"clock", {"wrong_date", "clock_set_back", "not_in_order_of_time"}, look_at_clock},
+      {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
+      {"angles", {"row_in_degrees"}, look_at_angles},
+      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
+      // What the columns hold: the nominal robot knows it better than their names do.
+      {"turns", {"joint_wrapped"}, look_at_turns},
+      {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
+      {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
+      // What no dial and no such rig can show.
+      {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
+      {"modes", {kWrongMode}, look_at_modes},
+      {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
+      {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
+      // Where it was measured, once it is known by what.
+      {"frame",
+       {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
+        "frame_mirrored", "frame_registered", "base_registered"},
+       look_at_frame},
+      {"targets", {"targets_elsewhere"}, look_at_targets},
+  };
+  return kChecks;
+}
+
+}  // namespace plausibility
+
+bool is_clean(const std::vector<Warning>& warnings) {
+  return std::ranges::all_of(
+      warnings, [](const Warning& each) { return each.severity == Severity::kNote; });
+}
+
+bool forbids_commands(const std::vector<Warning>& warnings) {
+  return std::ranges::any_of(
+      warnings, [](const Warning& each) { return each.severity == Severity::kWrong; });
+}
+
+geometry::WorkingMode working_mode_in_use(
+    const std::vector<Warning>& warnings, const geometry::Rig& rig) {
+  const auto found = std::ranges::find(warnings, plausibility::kWrongMode, &Warning::code);
+  if (found == warnings.end()) return rig.robot.working_mode;
+  const auto mode = found->parts.find("mode");
+  if (mode == found->parts.end()) return rig.robot.working_mode;
+  const auto* name = std::get_if<std::string>(&mode->second);
+  return name == nullptr ? rig.robot.working_mode
+                         : geometry::working_mode_from(*name).value_or(rig.robot.working_mode);
+}
+
+PlausibleSession plausible(const session::Session& session) {
+  PlausibleSession judged{session};
+  plausibility::Look look{
+      session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
+  for (const plausibility::Check& check : plausibility::checks()) check.look(look);
+  return judged;
+}
+
+}  // namespace sixdial::studies

@@ -1,0 +1,85 @@
+// Readings that no dial can show: outside of its travel. Values that instruments and programs
+// write for "none" (-999, 9999), a sign that is the other way round, another unit. Such
+// readings are never fitted; that they are there is always told.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "session/trials.h"
+#include "studies/plausibility/check.h"
+
+namespace sixdial::studies::plausibility {
+namespace {
+
+constexpr double kMostOfAll = 0.5;  // of a dial's readings: its sign or unit, not an accident
+constexpr double kForNone[] = {999.0, 9999.0, 99999.0, 999.9, 999.99, 999.999, 99.999};
+
+bool is_for_none(double value) {
+  constexpr double kSame = 1e-9;
+  return std::ranges::any_of(
+      kForNone, [&](double each) { return std::abs(std::abs(value) - each) < kSame; });
+}
+
+struct Outside {
+  std::vector<std::size_t> rows;
+  std::map<double, int> values;  // how often each occurs
+  int inside_as_negative = 0;    // would be within the travel with the other sign
+  int readings = 0;              // of the dial, all
+};
+
+Outside outside_of(const session::Session& session, std::size_t dial) {
+  const geometry::Dial& type = session.rig.dials[dial];
+  const double travel_mm = type.geometry.travel_mm;
+  // As session::in_contact: within this of an end the plunger rests at its stop.
+  const double band_mm = 3 * type.accuracy_mm + 3 * type.repeatability_mm;
+  Outside outside;
+  for (std::size_t i = 0; i < session.samples.size(); ++i) {
+    const session::Sample& sample = session.samples[i];
+    if (sample.left_out || dial >= sample.channels.size()) continue;
+    const session::ChannelValue& reading = sample.channels[dial];
+    if (!reading.value || reading.quality == session::Quality::kBad) continue;
+    ++outside.readings;
+    const double value = *reading.value;
+    if (value >= -band_mm && value <= travel_mm + band_mm) continue;
+    outside.rows.push_back(i);
+    ++outside.values[value];
+    if (-value > 0.0 && -value < travel_mm) ++outside.inside_as_negative;
+  }
+  return outside;
+}
+
+}  // namespace
+
+void look_at_travel(Look& look) {
+  for (std::size_t dial = 0; dial < look.used.rig.dials.size(); ++dial) {
+    const Outside outside = outside_of(look.used, dial);
+    if (outside.rows.empty()) continue;
+    const auto count = static_cast<double>(outside.rows.size());
+    const auto most = std::ranges::max_element(
+        outside.values, {}, [](const auto& each) { return each.second; });
+    const auto none = std::ranges::find_if(
+        outside.values, [](const auto& each) { return is_for_none(each.first); });
+    const std::string& id = look.used.rig.dials[dial].id;
+    WarningParts parts{
+        {"dial", id},
+        {"value", none != outside.values.end() ? none->first : most->first},
+        {"travel", look.used.rig.dials[dial].geometry.travel_mm},
+        {"readings", static_cast<double>(outside.readings)}};
+    const WarningPlace where = look.rows(outside.rows, "dial_" + id + "_mm");
+    const bool many = count > kMostOfAll * outside.readings;
+    if (none != outside.values.end() || (most->second > 1 && most->second == count)) {
+      look.tell("reading_for_none", many ? Severity::kDoubt : Severity::kNote, where, parts);
+    } else if (outside.inside_as_negative == count && many) {
+      look.tell("sign_of_dial", Severity::kDoubt, where, parts);
+    } else {
+      look.tell("outside_travel", many ? Severity::kDoubt : Severity::kNote, where, parts);
+    }
+    for (const std::size_t row : outside.rows) {
+      session::ChannelValue& reading = look.used.samples[row].channels[dial];
+      reading.quality = session::Quality::kBad;
+      reading.reason = "outside the travel";
+    }
+  }
+}
+
+}  // namespace sixdial::studies::plausibility

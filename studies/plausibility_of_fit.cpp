@@ -1,0 +1,101 @@
+// Whether a session has enough poses for so many parameters. Many readings of one pose are one
+// pose; then a fit leaves nothing over whatever the robot is like, and nothing can be accused.
+#include "studies/plausibility_of_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace sixdial::studies {
+namespace {
+
+/// No controller comes back closer to a pose than this and calls it another.
+constexpr double kSamePose = 2e-3;  // rad; of a prismatic joint mm
+constexpr std::string_view kTooFewPoses = "too_few_poses";
+
+int distinct_poses(std::span<const simulation::Trial> trials) {
+  std::vector<Eigen::VectorXd> poses;
+  for (const simulation::Trial& trial : trials) {
+    bool known = false;
+    for (const Eigen::VectorXd& each : poses) {
+      known = known || (each - trial.q).cwiseAbs().maxCoeff() < kSamePose;
+    }
+    if (!known) poses.push_back(trial.q);
+  }
+  return static_cast<int>(poses.size());
+}
+
+}  // namespace
+
+std::optional<Warning> too_few_poses(
+    std::span<const simulation::Trial> fitted, int axes, int free_parameters) {
+  // As many equations as unknowns leave nothing that could contradict.
+  constexpr int kMore = 2;
+  const int needed = (free_parameters + kMore + axes - 1) / axes;
+  const int poses = distinct_poses(fitted);
+  if (poses >= needed) return std::nullopt;
+  return Warning{
+      std::string(kTooFewPoses),
+      Severity::kDoubt,
+      {},
+      {{"poses", static_cast<double>(poses)},
+       {"samples", static_cast<double>(fitted.size())},
+       {"parameters", static_cast<double>(free_parameters)},
+       {"needed", static_cast<double>(needed)}}};
+}
+
+void add(std::vector<Warning> more, std::vector<Warning>& warnings) {
+  warnings.insert(
+      warnings.end(), std::make_move_iterator(more.begin()),
+      std::make_move_iterator(more.end()));
+}
+
+void add_too_few_poses(
+    std::vector<Warning>& warnings, std::span<const simulation::Trial> fitted,
+    const geometry::Rig& rig, const std::vector<std::string>& fix,
+    const std::vector<std::string>& free) {
+  const auto found = too_few_poses(
+      fitted, rig.instrument.dimensions, free_parameters(*rig.robot.model, fix, free));
+  if (found) warnings.push_back(*found);
+}
+
+int free_parameters(
+    const geometry::RobotModel& robot, const std::vector<std::string>& fix,
+    const std::vector<std::string>& free) {
+  return free.empty() ? robot.parameter_count() - static_cast<int>(fix.size())
+                      : static_cast<int>(free.size());
+}
+
+std::optional<std::string> why_no_reading_is_judged(const std::vector<Warning>& warnings) {
+  if (std::ranges::find(warnings, kTooFewPoses, &Warning::code) != warnings.end()) {
+    return "there are too few different poses";
+  }
+  if (forbids_commands(warnings)) return "the session contradicts itself, see above";
+  return std::nullopt;
+}
+
+std::vector<Warning> implausible_lengths(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot) {
+  constexpr double kTimesPlausible = 10.0;  // of the change that is plausible for the kind
+  constexpr double kShare = 0.15;           // of a link
+  std::vector<Warning> found;
+  for (const ParameterRow& row : parameters) {
+    const auto index = robot.find_parameter(row.name);
+    if (!index || row.unit != "mm") continue;
+    const geometry::ParameterInfo& info = robot.parameters[static_cast<std::size_t>(*index)];
+    if (info.range == geometry::FileRange::kAny) continue;  // no length: where the robot stands
+    const double most = std::max(kTimesPlausible * info.change, kShare * std::abs(row.nominal));
+    if (std::abs(row.identified - row.nominal) <= most) continue;
+    found.push_back(
+        {"implausible_length",
+         Severity::kWrong,
+         {.file = "rig.toml", .field = "[robot] " + info.rig_key},
+         {{"name", row.name},
+          {"meaning", info.meaning},
+          {"value", row.identified},
+          {"nominal", row.nominal}}});
+  }
+  return found;
+}
+
+}  // namespace sixdial::studies

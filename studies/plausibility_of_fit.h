@@ -1,0 +1,40 @@
+// What speaks against a fit: asked once it is known what is fitted, and to what. The rest of
+// plausibility (plausibility.h) is asked before.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/rig.h"
+#include "simulation/trial.h"
+#include "studies/assessment.h"
+#include "studies/plausibility.h"
+
+namespace sixdial::studies {
+
+/// Too few different poses for so many free parameters, `axes` coordinates each.
+[[nodiscard]] std::optional<Warning> too_few_poses(
+    std::span<const simulation::Trial> fitted, int axes, int free_parameters);
+/// The same of a request, added to what was found before.
+void add_too_few_poses(
+    std::vector<Warning>& warnings, std::span<const simulation::Trial> fitted,
+    const geometry::Rig& rig, const std::vector<std::string>& fix,
+    const std::vector<std::string>& free);
+void add(std::vector<Warning> more, std::vector<Warning>& warnings);
+
+/// How many of a robot's parameters a request leaves free.
+[[nodiscard]] int free_parameters(
+    const geometry::RobotModel& robot, const std::vector<std::string>& fix,
+    const std::vector<std::string>& free);
+
+/// Why no reading can be accused of being wrong: the session contradicts itself, or leaves
+/// nothing over. Empty: they can be judged.
+[[nodiscard]] std::optional<std::string> why_no_reading_is_judged(
+    const std::vector<Warning>& warnings);
+
+/// Lengths that no robot of this kind has, if it is the one that the rig file describes.
+[[nodiscard]] std::vector<Warning> implausible_lengths(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot);
+
+}  // namespace sixdial::studies

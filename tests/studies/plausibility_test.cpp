@@ -1,0 +1,495 @@
+// What speaks against a session is found before any number is believed: one session that is
+// right, and each kind of fault put into it.
+#include "studies/plausibility.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <set>
+
+#include "geometry/units.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
+#include "report/report_run.h"
+#include "report/words/warning_words.h"
+#include "session/bundle.h"
+#include "session/sample_layout.h"
+#include "session/trials.h"
+#include "studies/calibrate.h"
+#include "studies/compare.h"
+#include "studies/plausibility/check.h"
+#include "tests/support/paths.h"
+
+namespace sixdial::studies {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+session::Session right_session() {
+  return session::read_bundle(std::filesystem::path(test_paths::test_data()) / "session_00");
+}
+
+session::Session session_with(const std::function<void(session::Session&)>& fault) {
+  session::Session session = right_session();
+  fault(session);
+  return session;
+}
+
+std::vector<std::string> codes_of(const std::vector<Warning>& warnings) {
+  std::vector<std::string> codes;
+  for (const Warning& each : warnings) codes.push_back(each.code);
+  return codes;
+}
+
+/// The only warning of a session with one fault.
+Warning only_warning(const PlausibleSession& judged) {
+  EXPECT_EQ(judged.warnings.size(), 1U) << ::testing::PrintToString(codes_of(judged.warnings));
+  return judged.warnings.empty() ? Warning() : judged.warnings.front();
+}
+
+double number(const Warning& warning, const std::string& part) {
+  return std::get<double>(warning.parts.at(part));
+}
+
+std::size_t counted(const PlausibleSession& judged, const char* set) {
+  return session::trials_of(judged.session, set).size();
+}
+
+CalibrationRequest quick() {
+  CalibrationRequest request;
+  request.method = "lm";
+  request.threads = 1;
+  return request;
+}
+
+TEST(Plausibility, ARightSessionIsLeftAsItIs) {
+  const session::Session session = right_session();
+  const PlausibleSession judged = plausible(session);
+  EXPECT_THAT(judged.warnings, IsEmpty()) << report::warnings_text(judged.warnings);
+  EXPECT_EQ(
+      session::trials_of(judged.session, "").size(), session::trials_of(session, "").size());
+}
+
+TEST(Plausibility, EveryCodeHasWordsAndStandsOnce) {
+  std::set<std::string_view> seen;
+  for (const plausibility::Check& check : plausibility::checks()) {
+    for (const std::string_view code : check.codes) {
+      EXPECT_TRUE(report::has_words(code)) << code;
+      EXPECT_TRUE(seen.insert(code).second) << code;
+    }
+  }
+  EXPECT_GT(seen.size(), 10U);
+}
+
+TEST(Plausibility, ASetThatIsNotUsedIsListedWithItsCount) {
+  for (const char* name : {"g1", "Gl", "G 1", "G3", "warm-up"}) {
+    const session::Session session = session_with([&](session::Session& each) {
+      for (std::size_t i = 0; i < each.samples.size(); i += 3) each.samples[i].set = name;
+    });
+    const Warning told = only_warning(plausible(session));
+    EXPECT_EQ(told.code, "set_not_used");
+    EXPECT_EQ(told.where.rows, static_cast<int>((session.samples.size() + 2) / 3));
+    EXPECT_THAT(report::warning_text(told), HasSubstr("\"" + std::string(name) + "\""));
+    const bool slip = std::string(name) != "G3" && std::string(name) != "warm-up";
+    EXPECT_EQ(told.parts.contains("meant"), slip) << name;
+    EXPECT_EQ(told.severity, slip ? Severity::kDoubt : Severity::kNote);
+  }
+}
+
+TEST(Plausibility, CopiedRowsCountOnce) {
+  const session::Session right = right_session();
+  const session::Session session = session_with([&](session::Session& each) {
+    for (std::size_t i = 0; i < 20; ++i) {
+      session::Sample copy = right.samples[i];
+      copy.point += 1000;
+      each.samples.push_back(copy);
+    }
+  });
+  const PlausibleSession judged = plausible(session);
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "copied_rows");
+  EXPECT_EQ(told.where.rows, 20);
+  EXPECT_EQ(counted(judged, ""), right.samples.size());
+}
+
+TEST(Plausibility, CopiedRepeatsCountOnceAndAreNotCalledRows) {
+  const session::Session right = right_session();
+  const session::Session session = session_with([&](session::Session& each) {
+    for (std::size_t i = 0; i < 30; ++i) {
+      session::Sample copy = right.samples[i];
+      copy.repeat = 1;
+      each.samples.push_back(copy);
+    }
+  });
+  const Warning told = only_warning(plausible(session));
+  EXPECT_EQ(told.code, "copied_repeats");
+  EXPECT_EQ(told.where.rows, 30);
+}
+
+TEST(Plausibility, AReadingThatDiffersInTheLastDigitIsNoCopy) {
+  const session::Session right = right_session();
+  const session::Session session = session_with([&](session::Session& each) {
+    for (std::size_t i = 0; i < 30; ++i) {
+      session::Sample copy = right.samples[i];
+      copy.repeat = 1;
+      *copy.channels[2].value += 0.001;
+      each.samples.push_back(copy);
+    }
+  });
+  EXPECT_THAT(plausible(session).warnings, IsEmpty());
+}
+
+TEST(Plausibility, ARowOfG2ThatRepeatsG1ValidatesNothing) {
+  std::size_t copied = 0;
+  const session::Session session = session_with([&](session::Session& each) {
+    std::vector<session::Sample> g1;
+    for (const session::Sample& sample : each.samples) {
+      if (sample.set == "G1") g1.push_back(sample);
+    }
+    for (session::Sample& sample : each.samples) {
+      if (sample.set != "G2" || copied == 30) continue;
+      const int point = sample.point;
+      sample = g1[copied++];
+      sample.set = "G2";
+      sample.point = point;
+    }
+  });
+  const PlausibleSession judged = plausible(session);
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "g2_repeats_g1");
+  EXPECT_EQ(told.where.rows, static_cast<int>(copied));
+  EXPECT_EQ(static_cast<double>(counted(judged, "G2")), number(told, "left"));
+  const CalibrationResult result = calibrate(session, quick());
+  EXPECT_EQ(result.method("lm")->g2->points, static_cast<int>(counted(judged, "G2")));
+}
+
+TEST(Plausibility, AWrongDateIsNamedAndTheRestIsUsed) {
+  const session::Session right = right_session();
+  const std::size_t n = right.samples.size();
+  for (const std::size_t row : {std::size_t{0}, std::size_t{1}, n / 2, n - 1}) {
+    for (const auto wrong :
+         {std::chrono::hours(-24 * 365 * 56), std::chrono::hours(24 * 31),
+          std::chrono::hours(30)}) {
+      const session::Session session =
+          session_with([&](session::Session& each) { *each.samples[row].time_utc += wrong; });
+      const PlausibleSession judged = plausible(session);
+      const Warning told = only_warning(judged);
+      EXPECT_EQ(told.code, "wrong_date") << row;
+      ASSERT_EQ(told.where.named.size(), 1U);
+      EXPECT_EQ(told.where.named[0].line, right.samples[row].line);
+      // Between its neighbours, or at the one that it has.
+      const auto off = *judged.session.samples[row].time_utc - *right.samples[row].time_utc;
+      EXPECT_LT(std::abs(std::chrono::duration<double>(off).count()), 60.0) << row;
+    }
+  }
+}
+
+TEST(Plausibility, AClockThatWasSetBackLeavesTheOrderOfMeasuring) {
+  const session::Session right = right_session();
+  const std::size_t from = 37;
+  const session::Session session = session_with([&](session::Session& each) {
+    for (std::size_t i = from; i < each.samples.size(); ++i) {
+      *each.samples[i].time_utc -= std::chrono::minutes(20);
+    }
+  });
+  const PlausibleSession judged = plausible(session);
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "clock_set_back");
+  EXPECT_EQ(told.where.named.at(0).line, right.samples[from].line);
+  for (std::size_t i = 1; i < judged.session.samples.size(); ++i) {
+    EXPECT_LE(*judged.session.samples[i - 1].time_utc, *judged.session.samples[i].time_utc)
+        << i;
+  }
+}
+
+TEST(Plausibility, ANightBetweenTwoDaysIsNoFault) {
+  const session::Session session = session_with([](session::Session& each) {
+    for (std::size_t i = each.samples.size() / 2; i < each.samples.size(); ++i) {
+      *each.samples[i].time_utc += std::chrono::hours(16);
+    }
+  });
+  EXPECT_THAT(plausible(session).warnings, IsEmpty());
+}
+
+TEST(Plausibility, OneWrongTemperatureIsNamedAndTheRestIsUsed) {
+  const session::Session right = right_session();
+  for (const std::size_t row : {std::size_t{0}, std::size_t{60}, right.samples.size() - 1}) {
+    for (const double wrong : {2137.0, 0.0, 293.2, -5.0}) {
+      const session::Session session = session_with(
+          [&](session::Session& each) { each.samples[row].temperature_c = wrong; });
+      const PlausibleSession judged = plausible(session);
+      const Warning told = only_warning(judged);
+      EXPECT_EQ(told.code, "wrong_temperature") << wrong;
+      EXPECT_EQ(told.where.named.at(0).line, right.samples[row].line);
+      EXPECT_NEAR(
+          *judged.session.samples[row].temperature_c, *right.samples[row].temperature_c, 1.0);
+    }
+  }
+}
+
+TEST(Plausibility, TemperaturesInAnotherUnitAreReadAsSuch) {
+  const session::Session right = right_session();
+  const auto in = [&](double factor, double zero) {
+    return session_with([&](session::Session& each) {
+      for (session::Sample& sample : each.samples) {
+        sample.temperature_c = factor * *sample.temperature_c + zero;
+      }
+    });
+  };
+  for (const auto& [session, unit] :
+       {std::pair{in(1.0, 273.15), "kelvin"}, std::pair{in(1.8, 32.0), "degrees Fahrenheit"}}) {
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "temperature_unit");
+    EXPECT_THAT(report::warning_text(told), HasSubstr(unit));
+    EXPECT_NEAR(
+        *judged.session.samples[7].temperature_c, *right.samples[7].temperature_c, 1e-9);
+  }
+}
+
+TEST(Plausibility, ValuesThatStandForNoReadingAreToldWithTheirCount) {
+  for (const double none : {-999.0, 9999.0, 77.7}) {
+    const session::Session session = session_with([&](session::Session& each) {
+      for (std::size_t i = 4; i < each.samples.size(); i += 10)
+        each.samples[i].channels[2].value = none;
+    });
+    const Warning told = only_warning(plausible(session));
+    EXPECT_EQ(told.code, "reading_for_none") << none;
+    EXPECT_EQ(std::get<std::string>(told.parts.at("dial")), session.rig.dials[2].id);
+    EXPECT_EQ(number(told, "value"), none);
+    EXPECT_EQ(told.where.rows, static_cast<int>((session.samples.size() - 4 + 9) / 10));
+  }
+}
+
+TEST(Plausibility, TheSignOfADialIsSuspected) {
+  for (const std::size_t dial : {std::size_t{1}, std::size_t{4}}) {
+    const session::Session session = session_with([&](session::Session& each) {
+      for (session::Sample& sample : each.samples) {
+        if (sample.channels[dial].value) *sample.channels[dial].value *= -1.0;
+      }
+    });
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "sign_of_dial");
+    EXPECT_FALSE(is_clean(judged.warnings));
+  }
+}
+
+TEST(Plausibility, SingleReadingsOutsideTheTravelAreAlwaysTold) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.samples[10].channels[0].value = 60.123;
+    each.samples[20].channels[0].value = -7.5;
+  });
+  const Warning told = only_warning(plausible(session));
+  EXPECT_EQ(told.code, "outside_travel");
+  EXPECT_EQ(told.where.rows, 2);
+  EXPECT_EQ(told.severity, Severity::kNote);
+}
+
+TEST(Plausibility, ARowInDegreesIsTheRowsFaultAndNoDials) {
+  const session::Session right = right_session();
+  for (const std::size_t row : {std::size_t{0}, std::size_t{33}}) {
+    const session::Session session = session_with(
+        [&](session::Session& each) { each.samples[row].q *= geometry::kDegPerRad; });
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "row_in_degrees");
+    EXPECT_EQ(told.where.named.at(0).line, right.samples[row].line);
+    EXPECT_EQ(counted(judged, ""), right.samples.size() - 1);
+  }
+}
+
+TEST(Plausibility, TheModeOfAllSamplesGoesBeforeThatOfTheRigFile) {
+  for (const auto& wrong :
+       {geometry::WorkingMode(-1, -1), geometry::WorkingMode(1, -1),
+        geometry::WorkingMode(-1, 1)}) {
+    const session::Session right = right_session();
+    const session::Session session =
+        session_with([&](session::Session& each) { each.rig.robot.working_mode = wrong; });
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "wrong_mode");
+    EXPECT_EQ(working_mode_in_use(judged.warnings, session.rig), right.rig.robot.working_mode);
+    EXPECT_EQ(judged.session.rig.robot.working_mode, right.rig.robot.working_mode);
+    EXPECT_EQ(
+        report::verdict_of(calibrate(session, quick())).state,
+        report::CalibrationState::kNotCalibrated);
+  }
+}
+
+TEST(Plausibility, AReferencePoseThatIsNotTheRigsIsNamedInsteadOfReadings) {
+  for (const Eigen::Vector2d& pose :
+       {Eigen::Vector2d(0.0, 60.0), Eigen::Vector2d(40.0, 30.0)}) {
+    const session::Session session =
+        session_with([&](session::Session& each) { each.rig.cuboid.reference_pose_mm = pose; });
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "reference_pose");
+    EXPECT_THAT(report::warning_line(told), HasSubstr("rig.toml"));
+    const CalibrationResult result = calibrate(session, quick());
+    EXPECT_THAT(result.gross_errors->found, IsEmpty());
+    EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kNotCalibrated);
+  }
+}
+
+/// Positions beside the dials, shifted.
+session::Session with_positions(const Eigen::Vector2d& shift_mm) {
+  return session_with([&](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      const auto at = session::trial_of(each.rig, sample).position_mm;
+      if (at) session::set_position(sample, each.rig.dials.size(), *at + shift_mm);
+    }
+  });
+}
+
+TEST(Plausibility, PositionsThatContradictTheDialsAreToldAndOneIsUsed) {
+  const PlausibleSession judged = plausible(with_positions({10.0, 0.0}));
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "positions_and_dials_differ");
+  EXPECT_NEAR(number(told, "apart"), 10.0, 0.1);
+  EXPECT_EQ(std::get<std::string>(told.parts.at("used")), "the dials");
+  for (const session::Sample& sample : judged.session.samples) {
+    EXPECT_FALSE(session::position_of(sample, judged.session.rig.dials.size()));
+  }
+  EXPECT_THAT(plausible(with_positions({0.0, 0.0})).warnings, IsEmpty());
+}
+
+TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
+  const auto only = [](std::size_t poses) {
+    return session_with([&](session::Session& each) {
+      // All samples at the first poses, with the noise of their own.
+      std::vector<session::Sample> kept(
+          each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
+      each.samples.clear();
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        for (session::Sample sample : kept) {
+          sample.repeat = repeat;
+          for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
+            if (sample.channels[i].value)
+              *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
+          }
+          each.samples.push_back(sample);
+        }
+      }
+    });
+  };
+  for (const std::size_t poses : {std::size_t{1}, std::size_t{3}, std::size_t{4}}) {
+    const CalibrationResult result = calibrate(only(poses), quick());
+    ASSERT_TRUE(result.warnings);
+    EXPECT_THAT(codes_of(*result.warnings), ::testing::Contains("too_few_poses"));
+    EXPECT_THAT(result.gross_errors->found, IsEmpty());
+    const report::Verdict said = report::verdict_of(result);
+    EXPECT_EQ(said.state, report::CalibrationState::kNotCalibrated);
+    EXPECT_THAT(said.headline, Not(HasSubstr("times less")));
+    // What the poses leave open is as uncertain as before.
+    double widest_mm = 0.0;
+    for (const ParameterRow& row : result.assessment->parameters) {
+      if (row.unit == "mm") widest_mm = std::max(widest_mm, row.sd);
+    }
+    EXPECT_GT(widest_mm, 0.5);
+  }
+}
+
+TEST(Plausibility, ALengthThatNoSuchRobotHasIsNotCalibrated) {
+  std::vector<ParameterRow> rows(1);
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.robot.nominal[0] += 25.0;  // the rig file says 85 mm where 60 mm are true
+  });
+  const CalibrationResult result = calibrate(session, quick());
+  EXPECT_FALSE(is_clean(*result.warnings));
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kNotCalibrated);
+}
+
+TEST(Plausibility, NothingFreeIsRefusedInWords) {
+  CalibrationRequest request = quick();
+  request.fix = {"l11", "l12", "l21", "l22", "d", "x0", "y0", "alpha", "dtheta1", "dtheta2"};
+  EXPECT_THROW(static_cast<void>(calibrate(right_session(), request)), StudyError);
+  CompareRequest comparison;
+  comparison.methods = {"lm"};
+  comparison.fix = request.fix;
+  for (const char* space : {"positions", "dials"}) {
+    comparison.space = space;
+    EXPECT_THROW(static_cast<void>(compare(right_session(), comparison)), StudyError);
+  }
+}
+
+TEST(Plausibility, NumbersOfThreadsThatNoMachineHasDoNotMatter) {
+  CalibrationRequest request = quick();
+  request.method = "ekf_dqpso";
+  request.particles = 10;
+  request.qpso1_iterations = 3;
+  request.qpso2_iterations = 3;
+  const CalibrationResult one = calibrate(right_session(), request);
+  request.threads = 100000;
+  const CalibrationResult many = calibrate(right_session(), request);
+  EXPECT_EQ(one.identified(), many.identified());
+}
+
+TEST(Plausibility, WarningsComeBackFromTheDocument) {
+  const session::Session session =
+      session_with([](session::Session& each) { each.samples[5].temperature_c = 2137.0; });
+  const CalibrationResult result = calibrate(session, quick());
+  const Json document = Json::parse(report::to_json(result).dump());
+  ASSERT_EQ(document["warnings"].size(), 1U);
+  EXPECT_EQ(document["warnings"][0]["code"], "wrong_temperature");
+  EXPECT_THAT(document["warnings"][0]["message"].get<std::string>(), HasSubstr("2137"));
+  EXPECT_THAT(document["warnings"][0]["where"].get<std::string>(), HasSubstr("line 7"));
+  EXPECT_EQ(document["state"], "calibrated");
+  const CalibrationResult again = report::calibration_from_json(document);
+  EXPECT_EQ(report::to_json(again), document);
+}
+
+TEST(Plausibility, TheReportTellsItFirst) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.robot.working_mode = geometry::WorkingMode(-1, -1);
+  });
+  const CalibrationResult result = calibrate(session, quick());
+  const report::ReportData data = report::report_data(result, session, "somebody");
+  ASSERT_EQ(data.warnings.size(), 1U);
+  EXPECT_EQ(report::verdict(data).state, report::CalibrationState::kNotCalibrated);
+  EXPECT_THAT(report::headline_text(result), HasSubstr("working mode"));
+}
+
+TEST(Plausibility, DataThatContradictThemselvesCommandNothing) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.cuboid.reference_pose_mm = {0.0, 60.0};
+  });
+  EXPECT_THROW(report::check_may_command(plausible(session).warnings), StudyError);
+  EXPECT_NO_THROW(report::check_may_command(plausible(right_session()).warnings));
+}
+
+TEST(Plausibility, ThreeDialsWithoutPositionsAreCompared) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.dials.resize(3);
+    for (session::Sample& sample : each.samples) sample.channels.resize(3);
+  });
+  CompareRequest request;
+  request.space = "dials";
+  request.threads = 1;
+  request.methods = {"before", "lm"};
+  const ComparisonResult result = compare(session, request);
+  ASSERT_EQ(result.methods.size(), 2U);
+  EXPECT_FALSE(result.methods[1].g1);
+  ASSERT_TRUE(result.methods[1].robot);
+  EXPECT_GT(result.assessment.readings, 100);
+  request.methods = {"lm+gp"};
+  EXPECT_THROW(static_cast<void>(compare(session, request)), StudyError);
+}
+
+TEST(Plausibility, AResultKnowsItsData) {
+  const CalibrationResult result = calibrate(right_session(), quick());
+  const session::Session other =
+      session_with([](session::Session& each) { each.samples.pop_back(); });
+  EXPECT_NO_THROW(check_same_data(result.inputs, right_session(), "calibration", ""));
+  EXPECT_THROW(check_same_data(result.inputs, other, "calibration", ""), StudyError);
+}
+
+}  // namespace
+}  // namespace sixdial::studies
