@@ -19,6 +19,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "session/csv.h"
 #include "session/rig_file.h"
 
 namespace {
@@ -28,6 +29,7 @@ using namespace sixdial;
 struct Arguments {
   mock_devices::MockRigOptions rig;
   std::string rig_file;
+  std::string write_rig;
   std::string robot = "table2";
   std::optional<double> clamp_deg;
   std::vector<std::string> hide;
@@ -116,6 +118,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--hide-pool", arguments.hide_pool, "What --hide-seed draws from")
       ->check(CLI::IsMember({"catalogue", "outside", "all"}))
       ->capture_default_str();
+  app.add_option(
+      "--write-rig", arguments.write_rig,
+      "When ready, write a rig file here that leads to this rig's Modbus TCP ports");
   app.add_option("--reveal", arguments.reveal_file, "Write what is hidden to this JSON file");
   CLI::Option* bundle = app.add_option(
       "--bundle", arguments.bundle,
@@ -200,6 +205,10 @@ int main(int argc, char** argv) {
     }
     mock_devices::MockRig rig(arguments.rig);
     rig.start();
+    if (!arguments.write_rig.empty()) {
+      session::write_file(
+          arguments.write_rig, session::write_rig(rig.connected_rig("modbus-tcp")));
+    }
     fmt::print("{}\n", ready_line(rig, arguments));
     if (printed() != 0) return 1;
     int received = 0;

@@ -56,6 +56,7 @@ void add_compare_command(CLI::App& app, Cli& cli);      // compare
 void add_diagnose_command(CLI::App& app, Cli& cli);     // diagnose
 void add_report_command(CLI::App& app, Cli& cli);       // report
 void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
+void add_rig_adopt(CLI::App& group, Cli& cli);          // rig adopt
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
 void add_recommend_command(CLI::App& app, Cli& cli);    // recommend

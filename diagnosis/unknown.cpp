@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "diagnosis/covariate.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/stages.h"
 #include "geometry/long_work.h"
@@ -172,7 +173,9 @@ class UnknownSearch {
       const Eigen::MatrixXd& stage) {
     for (Eigen::Index joint = 0; joint < approach.cols(); ++joint) {
       if (!scaled(approach.col(joint))) continue;
-      begin({"approach" + std::to_string(joint + 1)}, enters);
+      begin(
+          {dependence_name({.on = DependsOn::kApproach, .joint = static_cast<int>(joint)})},
+          enters);
       Eigen::MatrixXd columns = stage;
       for (Eigen::Index row = 0; row < readings_.count(); ++row) {
         columns.row(row) *= approach(trial_of(row), joint);
@@ -363,8 +366,10 @@ void along_dial(
   for (double& value : own) {
     if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
   }
-  const std::string name = "dial " + readings.model().rig().dials[dial].id;
-  search.along(name + " reading", name, own, rows, kFunctions);
+  const std::string& id = readings.model().rig().dials[dial].id;
+  const std::string name = "dial " + id;
+  search.along(
+      dependence_name({.on = DependsOn::kReading, .dial = id}), name, own, rows, kFunctions);
   search.along("time", name, at.time, rows, kFew);
   search.along("temperature", name, at.temperature, rows, kFew);
 }
@@ -415,9 +420,9 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
 
   UnknownSearch search(readings, fit);
   for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
-    const std::string number = std::to_string(joint + 1);
     search.along(
-        "theta" + number, "joint" + number, at.q.col(joint), stage(Stage::kJointAngle, joint),
+        dependence_name({.on = DependsOn::kJointAngle, .joint = joint}),
+        "joint" + std::to_string(joint + 1), at.q.col(joint), stage(Stage::kJointAngle, joint),
         kFunctions);
   }
   const Eigen::MatrixXd tool = stage(Stage::kTool);

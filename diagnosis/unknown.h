@@ -13,7 +13,7 @@
 namespace sixdial::diagnosis {
 
 struct UnknownCandidate {
-  std::vector<std::string> covariates;  // {"x", "y"}, {"time"}, {"dial A reading"}, a joint
+  std::vector<std::string> covariates;  // names of covariate.h: {"x", "y"}, {"time"}
   std::string enters;                   // "tool", "joint1", "dial A", "clamp"
   double evidence = 0.0;                // log Bayes factor against nothing
   double length = 0.0;                  // of the kernel, in half ranges of the covariate

@@ -119,6 +119,9 @@ class Page {
                            : "");
     fact("Instruments", instruments());
     fact(
+        "Traceability",
+        h.traced.empty() ? "" : fmt::format("{} parts, see the annex", h.traced.size()));
+    fact(
         "Software", h.software_version.empty()
                         ? ""
                         : "Sixdial " + h.software_version +

@@ -51,6 +51,9 @@ struct Head {
   std::vector<std::pair<std::string, std::string>>
       settings;  // name, value: what else was chosen
   std::vector<ShownDial> instruments{};
+  /// "dial A", "serial 12345, certificate K 4711 of 2026-01-15": what the figures can be traced
+  /// to, as far as the rig file says it.
+  std::vector<std::pair<std::string, std::string>> traced{};
 };
 
 /// One line of the paper's Table 2, in shown units (mm or deg).

@@ -27,6 +27,7 @@
 #include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/csv.h"
+#include "session/traceability.h"
 #include "session/trials.h"
 #include "studies/compensate.h"
 #include "studies/dial_residuals.h"
@@ -251,7 +252,16 @@ report::Head report_head(
   head.rig_name = session.rig.name;
   head.robot = fmt::format(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
-  head.operator_name = operator_name;
+  const session::Traceability traced = session::traceability_of(session.rig_text);
+  head.operator_name = traced.operator_name.empty()
+                           ? operator_name
+                           : fmt::format("{} (as {})", traced.operator_name, operator_name);
+  for (const session::TracedPart& part : traced.parts) {
+    head.traced.emplace_back(part.what, part.words());
+  }
+  if (const auto* robot = traced.find("robot"); robot != nullptr && !robot->serial.empty()) {
+    head.robot += ", serial " + robot->serial;
+  }
   head.reported = made ? session::to_iso8601(*made) : session::now_utc_text();
   head.software_version = inputs.version;
   head.data_hash = inputs.data_hash;
@@ -267,6 +277,7 @@ report::Head report_head(
     instrument.id = dial.id;
     instrument.description = "digital dial indicator";
     instrument.connection = dial.connection;
+    if (const auto* known = traced.find("dial " + dial.id)) instrument.serial = known->serial;
     instrument.resolution_mm = dial.resolution_mm;
     instrument.accuracy_mm = dial.accuracy_mm;
     instrument.repeatability_mm = dial.repeatability_mm;

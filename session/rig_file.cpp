@@ -24,8 +24,9 @@ using geometry::Dial;
 using geometry::kRadPerDeg;
 using geometry::Rig;
 
-const std::vector<std::string> kTopKeys{"name",       "tolerance_mm", "robot", "joint",
-                                        "instrument", "cuboid",       "dials", "dial"};
+const std::vector<std::string> kTopKeys{"name",  "tolerance_mm", "operator", "robot",
+                                        "joint", "instrument",   "cuboid",   "dials",
+                                        "dial",  "thermometer"};
 
 std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
   std::vector<std::string> keys{"model", "working_mode", "assembly", "connection"};
@@ -33,7 +34,7 @@ std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
     if (!info.rig_key.empty()) keys.push_back(info.rig_key);
   }
   for (const std::string_view key : robot.kind->file_keys) keys.emplace_back(key);
-  return keys;
+  return traced(std::move(keys));
 }
 
 /// "++", "+-", "-+" or "--"
@@ -49,7 +50,8 @@ std::string alternatives(
 }
 
 const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
-const std::vector<std::string> kCuboidKeys{"side_mm", "mount", "reference_pose_mm"};
+const std::vector<std::string> kCuboidKeys =
+    traced({"side_mm", "mount", "reference_pose_mm"});
 
 std::vector<std::string> dials_keys() {
   std::vector<std::string> keys{"connection"};
@@ -60,7 +62,7 @@ std::vector<std::string> dials_keys() {
 std::vector<std::string> dial_keys() {
   std::vector<std::string> keys = dials_keys();
   keys.insert(keys.end(), {"id", "position_mm", "axis"});
-  return keys;
+  return traced(std::move(keys));
 }
 
 geometry::FileValue file_value(const toml::node& node) {
@@ -113,7 +115,17 @@ class RigReader : TomlChecks {
       length(top, "", "tolerance_mm", false, rig.tolerance_mm.emplace());
     }
     const toml::table* robot = table(top, "robot");
-    if (robot != nullptr) read_robot(top, *robot, rig.robot);
+    static_cast<void>(text(top, "", "operator", ""));
+    if (robot != nullptr) {
+      read_robot(top, *robot, rig.robot);
+      check_trace(*robot, "[robot]");
+    }
+    if (top.get("thermometer") != nullptr) {
+      if (const toml::table* from = table(top, "thermometer")) {
+        known_keys(*from, "[thermometer]", traced({}));
+        check_trace(*from, "[thermometer]");
+      }
+    }
     read_instrument(top, rig.instrument);
     const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
     const toml::table* cuboid =
@@ -268,6 +280,7 @@ class RigReader : TomlChecks {
   void read_cuboid(const toml::table& from, geometry::Cuboid& cuboid) {
     const std::string where = "[cuboid]";
     known_keys(from, where, kCuboidKeys);
+    check_trace(from, where);
     length(from, where, "side_mm", false, cuboid.side_mm);
     const std::string mount = text(from, where, "mount", "distal2");
     if (mount == "distal1") {
@@ -317,6 +330,7 @@ class RigReader : TomlChecks {
     Dial dial;
     const std::string where = "[[dial]]";
     known_keys(from, where, dial_keys());
+    check_trace(from, where);
     if (from.get("id") == nullptr) {
       missing(from, where, "id");
     } else {

@@ -139,7 +139,7 @@ Json write(const Call& call) {
       [path, model, session, who, compared, more, tolerance_mm,
        made = call.service.clock().now_utc()] {
         return report::write_report(
-            result, session, who, path,
+            model.calibration, session, who, path,
             {.comparison = compared ? &*compared : nullptr,
              .diagnosis = model.diagnosis ? &*model.diagnosis : nullptr,
              .validation = model.validation ? &*model.validation : nullptr,

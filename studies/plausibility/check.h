@@ -67,6 +67,7 @@ void look_at_dials(Look& look);
 void look_at_sides(Look& look);
 void look_at_frame(Look& look);
 void look_at_targets(Look& look);
+void look_at_certificates(Look& look);
 
 inline constexpr std::string_view kWrongMode = "wrong_mode";
 

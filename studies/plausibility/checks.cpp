@@ -48,6 +48,8 @@ const std::vector<Check>& checks() {
        {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
+      // What the figures can be traced to.
+      {"certificates", {"certificate_expired"}, look_at_certificates},
   };
   return kChecks;
 }

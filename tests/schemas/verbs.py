@@ -167,6 +167,7 @@ def documents(rig):
     yield run("calibrate", *quick("monday", "-o", "calibration.json"))
     yield file_of("calibration.json")
     yield run("calibrate", *quick("tuesday"))
+    yield run("rig adopt", "tuesday", "--rig", "rig.toml", "-o", "adopted.toml")
     yield run("calibrate", *quick(bundle))
     # One job topic event at least, of the calibrations above.
     while "job" not in seen:

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "session/reason.h"
 #include "session/trials.h"
 #include "tests/support/live_rig.h"
 
@@ -113,7 +114,10 @@ int collect_with_step(const std::chrono::milliseconds step) {
     const session::Sample& sample = session.samples[i];
     EXPECT_EQ((Key{sample.set, sample.point, sample.repeat}), told[i]);
     for (const session::ChannelValue& value : sample.channels) {
-      late += value.reason == "stale" || value.reason == "timeout" ? 1 : 0;
+      late +=
+          value.reason == session::reason::kStale || value.reason == session::reason::kTimeout
+              ? 1
+              : 0;
     }
     if (i == 0) continue;
     const double since_s =
