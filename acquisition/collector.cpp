@@ -197,7 +197,8 @@ std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint&
 session::Branch Collector::branch_now(const std::stop_token& here) {
   const session::Branch by_rig{rig_.robot.working_mode, rig_.robot.assembly};
   const auto now = robot_.state(here);
-  if (!now || now->motion == Motion::kIdle) return by_rig;
+  const bool stopped_before_moving = now && now->motion == Motion::kFault && now->moves == 0;
+  if (!now || now->motion == Motion::kIdle || stopped_before_moving) return by_rig;
   session::PlanPoint place;
   place.q = now->q;
   place.target_mm = rig_.cuboid.reference_pose_mm;

@@ -34,7 +34,6 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
     cli.console.print_json("calibration", report::document_summary(document));
     return code;
   }
-  const studies::CalibrationResult result = report::calibration_from_json(document);
   cli.console.out << for_terminal(report::headline_text(result))
                   << for_terminal(report::table_6_text(result));
   if (result.gross_errors) {

@@ -229,12 +229,12 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
-    const session::Plan plan = studies::compensated_plan(asked, model, session.rig);
+    const session::Plan given = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(given, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings), outside_of_plan(session, asked));
+        report::warnings_json(warnings), outside_of_plan(session, given));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
