@@ -99,6 +99,14 @@ TEST(Recommendation, TheBetterModelIsTakenWhereItIsBetterByMoreThanChance) {
   EXPECT_FALSE(simplest.residual_model.has_value());
 }
 
+TEST(Recommendation, ATwentiethOfTheErrorIsNotWorthAnotherModel) {
+  // Better at every sample, beyond any chance, by 3 %.
+  const Recommendation recommended = recommend(calibration_with(0.0200, 0.0194));
+  EXPECT_EQ(recommended.by, CompensateBy::kKinematics);
+  EXPECT_EQ(recommended.because, ChosenBecause::kSimplest);
+  EXPECT_EQ(recommended.best, CompensateBy::kFull);
+}
+
 TEST(Recommendation, G2OnlyReports) {
   CalibrationResult calibration = calibration_with(0.02, 0.005);
   calibration.methods[2].g2->mean_mm = 1.0;  // whatever G2 says of the residual model
