@@ -4,7 +4,7 @@
 //   candidates     kinematics; robot and named causes; each with a residual model on top
 //   chosen         by cross-validation within G1, whole poses left out: the simplest one whose
 //                  mean error is within a standard error of the best one's
-//   ruled out      what was commanded again and reached less than plain kinematics
+//   ruled out      what was commanded again and missed by more than plain kinematics
 //   G2             only reports
 //
 // Example:
@@ -28,7 +28,7 @@ struct Candidate {
   std::optional<double> held_out_mm{};  // mean error on poses of G1 that were left out in turn
   std::optional<double> g2_mm{};        // mean error on G2, modelled
   std::optional<double> reached_mm{};   // mean error when it was commanded again
-  /// It reached less than plain kinematics (kinematics: than the nominal parameters).
+  /// It missed by more than plain kinematics (kinematics: than the nominal parameters).
   bool ruled_out = false;
 };
 

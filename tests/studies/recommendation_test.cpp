@@ -124,7 +124,7 @@ TEST(Recommendation, CausesBringTheirOwnParameters) {
   EXPECT_FALSE(is_extended(recommend(calibration, &other).by));
 }
 
-TEST(Recommendation, WhatReachesLessThanPlainKinematicsIsNeverRecommended) {
+TEST(Recommendation, WhatMissesByMoreThanPlainKinematicsIsNeverRecommended) {
   const CalibrationResult calibration = calibration_with(0.02, 0.018);
   const DiagnosisResult diagnosis = diagnosis_with(0.02, 0.012, 0.003);
   const ValidationResult validation = validation_with(
