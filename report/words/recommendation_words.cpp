@@ -118,8 +118,8 @@ std::string why_recommended(const Recommendation& recommended) {
       break;
     case ChosenBecause::kSimplest:
       text = fmt::format(
-          "Recommended: {}. {} The {} would be better by less than one standard error, which "
-          "may be chance: the simpler model is taken.",
+          "Recommended: {}. {} The {} would be better by less than one standard error or a "
+          "twentieth, which may be chance or is not worth it: the simpler model is taken.",
           name, comparison(recommended), model_name(recommended.best.value()));
       break;
     case ChosenBecause::kRuledOut:
