@@ -16,8 +16,6 @@ namespace {
 
 using session::Quality;
 
-// A controller that is silent for longer has nobody wait for it: the run pauses.
-constexpr std::chrono::milliseconds kLongestSilence{2000};
 constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
 
 bool is_fault(const Reading& reading) {

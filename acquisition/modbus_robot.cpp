@@ -105,9 +105,13 @@ tl::expected<Words, Fault> ModbusRobot::read(
     {
       const std::lock_guard lock(mutex_);
       const DeviceTime asked = clock_.monotonic();
+      const bool really = link_.next_try() <= asked;  // else it only backs off
       auto words = link_.read(unit_, function, address, count, stop);
       note_answer(words || words.error().kind == FaultKind::kDevice, asked);
-      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries) {
+      // Nobody waits through long back-offs for a controller that is gone: a person is told.
+      const bool given_up = really && silent_for() >= kLongestSilence;
+      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries ||
+          given_up) {
         return words;
       }
       next_try = link_.next_try();
