@@ -114,12 +114,12 @@ Table candidates_table(const studies::Recommendation& recommended) {
          number(each.reached_mm),
          std::string(
              chosen           ? "recommended"
-             : each.ruled_out ? "reached less than the identified parameters"
+             : each.ruled_out ? "missed by more than the identified parameters"
                               : "")});
   }
   table.notes.emplace_back(
       "The first column decides: models are fitted to the other poses of G1. G2 only reports. "
-      "What was commanded again and reached less than the identified parameters is never "
+      "What was commanded again and missed by more than the identified parameters is never "
       "recommended.");
   if (recommended.by_diagnosis) {
     table.notes.emplace_back(
