@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "acquisition/bus.h"
 #include "geometry/same_pose.h"
 #include "geometry/tool.h"
 #include "session/reason.h"
@@ -289,7 +290,9 @@ tl::expected<RobotState, RobotFault> Collector::move(
     std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
     const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
-                       lost_.empty() && robot_.silent_for() < kLongestSilence;
+                       lost_.empty() &&
+                       robot_.silent_for() <
+                           at_least_on_wall(clock_, kLongestSilence, kLongestSilence / 4);
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }
