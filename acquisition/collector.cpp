@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "acquisition/bus.h"
+#include "acquisition/longest_silence.h"
 #include "geometry/same_pose.h"
 #include "geometry/tool.h"
 #include "session/reason.h"
@@ -291,8 +291,7 @@ tl::expected<RobotState, RobotFault> Collector::move(
     const RobotFaultKind kind = arrived.error().kind;
     const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
                        lost_.empty() &&
-                       robot_.silent_for() <
-                           at_least_on_wall(clock_, kLongestSilence, kLongestSilence / 4);
+                       robot_.silent_for() < longest_silence(clock_);
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "acquisition/bus.h"
+#include "acquisition/longest_silence.h"
 #include "acquisition/robot.h"
 
 namespace sixdial::acquisition {
@@ -109,9 +110,7 @@ tl::expected<Words, Fault> ModbusRobot::read(
       auto words = link_.read(unit_, function, address, count, stop);
       note_answer(words || words.error().kind == FaultKind::kDevice, asked);
       // Nobody waits through long back-offs for a controller that is gone: a person is told.
-      const bool given_up =
-          really &&
-          silent_for() >= at_least_on_wall(clock_, kLongestSilence, kLongestSilence / 4);
+      const bool given_up = really && silent_for() >= longest_silence(clock_);
       if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries ||
           given_up) {
         return words;

@@ -78,9 +78,6 @@ class RobotPort {
   virtual void announce_approach(const std::optional<Eigen::VectorXd>& /*from*/) {}
 };
 
-/// A controller that is silent for longer is not waited for: the run pauses [device time].
-inline constexpr std::chrono::milliseconds kLongestSilence{2000};
-
 /// Angles on the wire are int32 of 1e-8 rad; what does not fit is refused as unreachable.
 inline constexpr double kRadPerCount = 1e-8;
 
