@@ -62,7 +62,9 @@ ExtendedCommand::ExtendedCommand(
   if (!fit.residual_model) {
     throw StudyError(
         StudyErrorCode::kBadData, "the diagnosis has no residual model on top of its causes",
-        {}, "Diagnose the session again, with the gain on G2 (without --no-gain).");
+        {},
+        "Diagnose the session again with the gain on G2: sixdial diagnose SESSION, without "
+        "--no-gain.");
   }
   learned_ = correction_of(*fit.residual_model, "", "Diagnose the session again.");
 }
