@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "acquisition/longest_silence.h"
 #include "geometry/same_pose.h"
 #include "geometry/tool.h"
 #include "session/reason.h"
@@ -16,8 +17,6 @@ namespace {
 
 using session::Quality;
 
-// A controller that is silent for longer has nobody wait for it: the run pauses.
-constexpr std::chrono::milliseconds kLongestSilence{2000};
 constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
 
 bool is_fault(const Reading& reading) {
@@ -197,7 +196,8 @@ std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint&
 session::Branch Collector::branch_now(const std::stop_token& here) {
   const session::Branch by_rig{rig_.robot.working_mode, rig_.robot.assembly};
   const auto now = robot_.state(here);
-  if (!now || now->motion == Motion::kIdle) return by_rig;
+  const bool stopped_before_moving = now && now->motion == Motion::kFault && now->moves == 0;
+  if (!now || now->motion == Motion::kIdle || stopped_before_moving) return by_rig;
   session::PlanPoint place;
   place.q = now->q;
   place.target_mm = rig_.cuboid.reference_pose_mm;
@@ -290,7 +290,8 @@ tl::expected<RobotState, RobotFault> Collector::move(
     std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
     const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
-                       lost_.empty() && robot_.silent_for() < kLongestSilence;
+                       lost_.empty() &&
+                       robot_.silent_for() < longest_silence(clock_);
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }

@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "acquisition/clock.h"
@@ -61,9 +62,6 @@ struct CollectorSettings {
   /// The robot is halted, and the run paused, where two dials that surely touch the cuboid on a
   /// move lose it at once.
   bool halt_on_lost_contact = true;
-  /// What a person has to see to before the first move, which waits for resume(); empty: it
-  /// begins at once.
-  std::string before_first_move{};
 };
 
 enum class CollectorStage {
@@ -151,6 +149,8 @@ class Collector {
       geometry::Rig rig, session::Plan plan, RobotPort& robot, DialSource& dials, Clock& clock,
       Callbacks callbacks, CollectorSettings settings = {});
 
+  /// Before run(): what a person has to see to before the first move, which waits for resume().
+  void ask_before_first_move(std::string what) { before_first_move_ = std::move(what); }
   /// Blocks until done or stopped. Callbacks come from this thread. Once.
   CollectorResult run(const std::stop_token& stop);
 
@@ -225,6 +225,7 @@ class Collector {
   Clock& clock_;
   Callbacks callbacks_;
   CollectorSettings settings_;
+  std::string before_first_move_;  // empty: it begins at once
   Plausibility plausibility_;
   CollectorResult result_;
 

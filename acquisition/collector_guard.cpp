@@ -71,11 +71,11 @@ class ContactWatch {
 }  // namespace
 
 bool Collector::asked_before_first_move(const std::stop_token& stop) {
-  if (settings_.before_first_move.empty()) return !stop.stop_requested();
+  if (before_first_move_.empty()) return !stop.stop_requested();
   const std::optional<std::size_t> first =
       pending_.empty() ? std::nullopt : std::optional(pending_.front());
   (void)wait_paused(
-      first, PauseReason::kFirstMove, settings_.before_first_move,
+      first, PauseReason::kFirstMove, before_first_move_,
       "resume begins to move, stop ends it", stop);
   if (!stop.stop_requested()) return true;
   report(CollectorStage::kStopped, std::nullopt);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "acquisition/bus.h"
+#include "acquisition/longest_silence.h"
 #include "acquisition/robot.h"
 
 namespace sixdial::acquisition {
@@ -105,9 +106,13 @@ tl::expected<Words, Fault> ModbusRobot::read(
     {
       const std::lock_guard lock(mutex_);
       const DeviceTime asked = clock_.monotonic();
+      const bool really = link_.next_try() <= asked;  // else it only backs off
       auto words = link_.read(unit_, function, address, count, stop);
       note_answer(words || words.error().kind == FaultKind::kDevice, asked);
-      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries) {
+      // Nobody waits through long back-offs for a controller that is gone: a person is told.
+      const bool given_up = really && silent_for() >= longest_silence(clock_);
+      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries ||
+          given_up) {
         return words;
       }
       next_try = link_.next_try();

@@ -9,6 +9,7 @@
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
+#include "session/usual_approach.h"
 
 namespace sixdial::cli {
 namespace {
@@ -49,7 +50,8 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command
       .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
-  command.add_option("--approach", plan.approach, "from which side points are reached")
+  command.add_option("--approach", plan.approach, "from which side points are reached; default: as it comes, alternate where the robot is "
+      "moved by hand")
       ->check(CLI::IsMember({"as-it-comes", "alternate", "both-sides"}));
   add_modes(
       command, plan.modes,
@@ -64,8 +66,9 @@ std::vector<geometry::WorkingMode> modes_of(const std::vector<std::string>& word
   return modes;
 }
 
-session::PlanOptions finished(const PlanCommand& plan) {
+session::PlanOptions finished(const PlanCommand& plan, const geometry::Rig& rig) {
   session::PlanOptions options = plan.options;
+  options.approach = session::usual_approach(rig);
   if (plan.rectangle_mm.size() == 4) {
     options.rectangle.min_mm = {plan.rectangle_mm[0], plan.rectangle_mm[1]};
     options.rectangle.max_mm = {plan.rectangle_mm[2], plan.rectangle_mm[3]};
@@ -226,7 +229,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
     cli.action = [&cli, plan] {
       const auto rig = session::read_rig_file(plan->rig_file);
       return write(
-          cli, *plan, rig, session::plan_grid(rig, plan->nx, plan->ny, finished(*plan)));
+          cli, *plan, rig, session::plan_grid(rig, plan->nx, plan->ny, finished(*plan, rig)));
     };
   });
 
@@ -239,7 +242,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
   random->callback([&cli, plan] {
     cli.action = [&cli, plan] {
       const auto rig = session::read_rig_file(plan->rig_file);
-      return write(cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan)));
+      return write(cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan, rig)));
     };
   });
 }

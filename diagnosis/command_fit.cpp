@@ -1,10 +1,41 @@
 #include "diagnosis/command_fit.h"
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
 
 namespace sixdial::diagnosis {
 
-Eigen::MatrixXd covariance_with_structure(const JointFit& plain, const JointFit& structured) {
+Eigen::MatrixXd error_curves(const Readings& readings) {
+  // A constant and four cosines: a curve bends a few times over the range that was read.
+  constexpr int kWaves = 5;
+  if (!readings.has_dials()) return Eigen::MatrixXd(readings.count(), 0);
+  const auto& dials = readings.model().rig().dials;
+  Eigen::MatrixXd curves =
+      Eigen::MatrixXd::Zero(readings.count(), kWaves * static_cast<Eigen::Index>(dials.size()));
+  const Eigen::VectorXd& measured_mm = readings.measured_mm();
+  for (std::size_t dial = 0; dial < dials.size(); ++dial) {
+    const auto& rows = readings.rows_of_dial(dial);
+    if (rows.empty()) continue;
+    const Eigen::VectorXd x = measured_mm(rows);
+    const double low = x.minCoeff();
+    const double range = x.maxCoeff() - low;
+    // All waves alike; a cosine's square is a half on average.
+    const double sd_mm = dials[dial].accuracy_mm / std::sqrt(3.0);
+    const double each_mm = sd_mm / std::sqrt(1.0 + 0.5 * (kWaves - 1));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double at = range > 0.0 ? (x[static_cast<Eigen::Index>(i)] - low) / range : 0.0;
+      for (int wave = 0; wave < kWaves; ++wave) {
+        curves(rows[i], kWaves * static_cast<Eigen::Index>(dial) + wave) =
+            each_mm * std::cos(std::numbers::pi * wave * at);
+      }
+    }
+  }
+  return curves;
+}
+
+Eigen::MatrixXd covariance_with_structure(
+    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves) {
   const Whitening whitening = plain.whitening();
   const Eigen::Index n = plain.J.rows();
   const Eigen::Index p = plain.J.cols();
@@ -26,14 +57,19 @@ Eigen::MatrixXd covariance_with_structure(const JointFit& plain, const JointFit&
   const Eigen::MatrixXd estimate =
       (scale.asDiagonal() * solver.pseudoInverse()).topLeftCorner(p, n);
   const Eigen::MatrixXd smooth = estimate * whitening(structured.random);
+  const Eigen::MatrixXd bent = estimate * whitening(curves);
   const double variance = structured.s_mm * structured.s_mm;
-  return variance * (estimate * estimate.transpose() + smooth * smooth.transpose());
+  return variance * (estimate * estimate.transpose() + smooth * smooth.transpose()) +
+         bent * bent.transpose();
 }
 
 JointFit command_fit(const Readings& readings, const NamedCauses& named) {
-  if (named.unknown.empty()) return named.extended;
-  JointFit fit = fit_jointly(readings, named.extended.model, named.extended.effects);
-  fit.covariance = covariance_with_structure(fit, named.extended);
+  const JointFit& extended = named.extended;
+  JointFit fit = named.unknown.empty()
+                     ? extended
+                     : fit_jointly(readings, extended.model, extended.effects);
+  const JointFit& structured = named.unknown.empty() ? fit : extended;
+  fit.covariance = covariance_with_structure(fit, structured, error_curves(readings));
   return fit;
 }
 

@@ -10,11 +10,19 @@
 namespace sixdial::diagnosis {
 
 /// To all readings. Its covariance is that of this estimate where the readings have the noise
-/// and the smooth parts of `named`: with V = s^2 (N^2 + C C') and the estimate A y, A V A'.
+/// and the smooth parts of `named`, and each dial an error curve within its stated accuracy:
+/// with V = s^2 (N^2 + C C') + D D' and the estimate A y, A V A'.
 [[nodiscard]] JointFit command_fit(const Readings& readings, const NamedCauses& named);
 
-/// The covariance of `plain`'s parameters where the readings are as `structured` says.
+/// D: curves of each dial, smooth over its readings, with the standard deviation that a stated
+/// accuracy of +-a means (a / sqrt(3), GUM 4.3.7) [mm]; count x columns, none without dials.
+/// What a dial reads too much at one place it reads too much there every time: no number of
+/// readings averages that out.
+[[nodiscard]] Eigen::MatrixXd error_curves(const Readings& readings);
+
+/// The covariance of `plain`'s parameters where the readings are as `structured` says, with
+/// `curves` besides.
 [[nodiscard]] Eigen::MatrixXd covariance_with_structure(
-    const JointFit& plain, const JointFit& structured);
+    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves);
 
 }  // namespace sixdial::diagnosis

@@ -90,8 +90,8 @@ std::string headline_text(const studies::CalibrationResult& result) {
   const bool listed = said.state == CalibrationState::kNotCalibrated;
   std::string text =
       wrapped(listed ? said.title + "." : fmt::format("{}. {}", said.title, said.headline));
-  if (!said.decision.empty()) text += wrapped(said.decision);
   if (result.warnings) text += warnings_text(*result.warnings);
+  if (!said.decision.empty()) text += wrapped(said.decision);
   return text + "\n";
 }
 

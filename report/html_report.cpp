@@ -189,7 +189,9 @@ class Page {
         v.state != CalibrationState::kNotCalibrated) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
-      out.basis = "mean position error before and after, " + v.basis;
+      out.basis = fmt::format(
+          "mean {} before and after, {}", v.by_tool_shift ? "tool shift" : "position error",
+          v.basis);
     }
     out.lists.push_back(against);
     out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "geometry/units.h"
+#include "report/expanded.h"
+#include "report/tables.h"
 #include "report/text.h"
 #include "report/words/recommendation_words.h"
 #include "studies/method_name.h"
@@ -14,6 +16,10 @@ namespace sixdial::report {
 namespace {
 
 using studies::CompensateBy;
+
+ErrorStatistics statistics_of(const studies::GainRow& row, int points) {
+  return {.mean_mm = row.mean_mm, .std_mm = row.std_mm, .max_mm = row.max_mm, .points = points};
+}
 
 std::optional<ErrorStatistics> modelled_on_g2(
     const studies::CalibrationResult& calibration, const studies::DiagnosisResult* diagnosis,
@@ -25,11 +31,7 @@ std::optional<ErrorStatistics> modelled_on_g2(
                                             *diagnosis, diagnosis::GainModel::kExtended,
                                             by == CompensateBy::kExtendedFull);
     if (row == nullptr) return std::nullopt;
-    return ErrorStatistics{
-        .mean_mm = row->mean_mm,
-        .std_mm = row->std_mm,
-        .max_mm = row->max_mm,
-        .points = diagnosis->judged_on.samples};
+    return statistics_of(*row, diagnosis->judged_on.samples);
   }
   const studies::MethodRow* row = calibration.method(
       by == CompensateBy::kFull ? calibration.result_method
@@ -83,6 +85,14 @@ std::optional<Headline> headline_of(
   }
   if (!modelled) return std::nullopt;
   headline.after = *modelled;
+  // Of a diagnosis both figures are tool shifts: one definition on either side of the arrow.
+  const studies::GainRow* drawn = is_extended(recommended.by)
+                                      ? gain_row(*diagnosis, diagnosis::GainModel::kNominal)
+                                      : nullptr;
+  if (drawn != nullptr) {
+    headline.by_tool_shift = true;
+    headline.before = statistics_of(*drawn, diagnosis->judged_on.samples);
+  }
   return headline;
 }
 
@@ -104,17 +114,24 @@ Table candidates_table(const studies::Recommendation& recommended) {
          number(each.reached_mm),
          std::string(
              chosen           ? "recommended"
-             : each.ruled_out ? "reached less than the identified parameters"
+             : each.ruled_out ? "missed by more than the identified parameters"
                               : "")});
   }
   table.notes.emplace_back(
       "The first column decides: models are fitted to the other poses of G1. G2 only reports. "
-      "What was commanded again and reached less than the identified parameters is never "
+      "What was commanded again and missed by more than the identified parameters is never "
       "recommended.");
   if (recommended.by_diagnosis) {
     table.notes.emplace_back(
-        "The first column is of the dials' readings, by the shift of the tool that explains "
-        "them best.");
+        "The first column is the mean tool shift: the one shift of the tool that explains all "
+        "readings of a sample best.");
+  }
+  if (std::ranges::any_of(recommended.candidates, [](const studies::Candidate& each) {
+        return is_extended(each.by) && each.g2_mm.has_value();
+      })) {
+    table.notes.emplace_back(
+        "On G2 models with causes are told by the mean tool shift, the others by the mean "
+        "position error.");
   }
   return table;
 }
@@ -142,21 +159,20 @@ Table parameters_table(
       {.key = "unit", .title = "unit"},
       {.key = "nominal", .title = "nominal"},
       {.key = "recommended", .title = "recommended"},
-      {.key = "sd", .title = "std. dev."},
-      {.key = "low", .title = "from", .unit = "", .group = "95 % interval"},
-      {.key = "high", .title = "to", .unit = "", .group = "95 % interval"}};
+      expanded_column("sd")};
   for (const studies::ParameterRow& each : recommended.parameters) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);
     const double sd = each.sd * unit.per_unit;
-    const int decimals = std::max(3, std::isfinite(sd) && sd > 0 ? decimals_for(sd) : 3);
+    const int decimals =
+        std::max(3, std::isfinite(sd) && sd > 0 ? decimals_for(geometry::kCoverage * sd) : 3);
     const auto cell = [&](double value) { return number(value * unit.per_unit, decimals); };
     std::string meaning;
     if (const auto known = robot.find_parameter(each.name)) {
       meaning = robot.parameters[static_cast<std::size_t>(*known)].meaning;
     }
     table.rows.push_back(
-        {each.name, std::move(meaning), std::string(unit.name), cell(each.nominal),
-         cell(each.identified), cell(each.sd), cell(each.low_95), cell(each.high_95)});
+        {symbol(each.name), std::move(meaning), std::string(unit.name), cell(each.nominal),
+         cell(each.identified), expanded(sd, decimals)});
   }
   return table;
 }
@@ -194,8 +210,9 @@ void add_recommendation(
   if (is_extended(recommended.by)) {
     section.blocks.emplace_back(parameters_table(recommended, robot));
     data.parameters_note =
-        "These are of the robot alone. What the named causes do is in them, their intervals do "
-        "not know of it, and they are not recommended: the recommended ones stand under "
+        "These are of the robot alone. They also make up for what the named causes do, which "
+        "their U does not contain, so they are not recommended: the recommended ones stand "
+        "under "
         "\"Which model to use\".";
   }
   data.sections.insert(data.sections.begin(), std::move(section));

@@ -143,6 +143,7 @@ struct Opening {
 struct Headline {
   std::string model{};                       // "robot and backlash of joint 2"
   ErrorStatistics before{}, after{};         // on G2's targets
+  bool by_tool_shift = false;                // both are tool shifts, of a diagnosis
   std::optional<double> predicted_mm{};      // mean, where it was measured again
   std::optional<std::string> measured_in{};  // session that holds what was measured again
 };

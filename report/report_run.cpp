@@ -295,6 +295,26 @@ studies::Recommendation recommended(
   return studies::recommend(result, companions.diagnosis, companions.validation);
 }
 
+/// The tolerance is asked of the model whose figures are read first. Empty: none is stated.
+std::optional<studies::Conformity> conformity_of(
+    const ReportData& data, const studies::Recommendation& best,
+    const studies::CalibrationResult& result, const session::Session& session,
+    const Companions& companions) {
+  const std::optional<double> tolerance_mm =
+      companions.tolerance_mm ? companions.tolerance_mm
+      : result.conformity     ? std::optional(result.conformity->tolerance_mm)
+                              : session.rig.tolerance_mm;
+  if (!tolerance_mm) return std::nullopt;
+  if (data.headline && (data.headline->by_tool_shift || data.measured_again)) {
+    const ErrorStatistics& after = data.headline->after;
+    return studies::conformity_of_largest(session, after.max_mm, after.points, *tolerance_mm);
+  }
+  const bool alone = best.by == studies::CompensateBy::kKinematics;
+  return studies::conformity_of(
+      result, session, *tolerance_mm,
+      alone ? studies::without_residual_model(result.result_method) : result.result_method);
+}
+
 }  // namespace
 
 report::ReportData report_data(
@@ -325,11 +345,6 @@ report::ReportData report_data(
   data.points = points_of(result, used);
   data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
-  if (const auto tolerance_mm = companions.tolerance_mm ? companions.tolerance_mm
-                                : result.conformity     ? std::nullopt
-                                                        : session.rig.tolerance_mm) {
-    data.conformity = studies::conformity_of(result, used, *tolerance_mm);
-  }
   data.facts.check = result.gross_errors;
   data.facts.fits = fits_of(result, companions.diagnosis);
   data.facts.stand_out = stand_out_of(result.gross_errors, companions.diagnosis);
@@ -347,9 +362,9 @@ report::ReportData report_data(
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
-  add_recommendation(
-      data, recommended(result, companions), result, robot, companions.diagnosis,
-      companions.validation);
+  const studies::Recommendation best = recommended(result, companions);
+  add_recommendation(data, best, result, robot, companions.diagnosis, companions.validation);
+  data.conformity = conformity_of(data, best, result, used, companions);
   return data;
 }
 

@@ -100,6 +100,7 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
       c.on_g2 ? counted(after.points, "validation point", "validation points")
               : counted(after.points, "calibration point", "calibration points"),
       c.on_g2 ? "G2" : "G1", c.on_g2 ? "not used in the fit" : "the ones that were fitted");
+  out.by_tool_shift = data.headline && data.headline->by_tool_shift;
   if (data.measured_again) out.basis = basis_of_measured(*data.headline);
   const double factor = after.mean_mm > 0.0 ? before.mean_mm / after.mean_mm : HUGE_VAL;
   const std::string missed = fmt::format(
@@ -276,8 +277,9 @@ void doubt(const ReportData& data, Verdict& out) {
   });
   if (first == data.warnings.end()) return;
   out.state = CalibrationState::kNotCalibrated;
-  out.title = first->code == studies::kTooFewPoses ? "Not calibrated: too few different poses"
-                                                   : "Not calibrated: the data are not plausible";
+  out.title = first->code == studies::kTooFewPoses
+                  ? "Not calibrated: too few different poses"
+                  : "Not calibrated: the data are not plausible";
   out.headline = warning_text(*first);
   out.to_do = {
       "Do not use the result. Settle what is listed as not plausible first, then calibrate "

@@ -163,6 +163,7 @@ void Collection::make_collector(Run& run) {
                        !run.estimate->below(*run.stop_below_mm);
               }},
       run.settings);
+  run.collector->ask_before_first_move(run.before_first_move);
 }
 
 void Collection::forget_last_run() {

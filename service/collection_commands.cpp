@@ -10,15 +10,11 @@
 #include "report/documents/estimate_json.h"
 #include "report/words/move_words.h"
 #include "service/collection_run.h"
+#include "service/or_null.h"
 #include "session/sample_layout.h"
 
 namespace sixdial::service {
 namespace {
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 constexpr std::array kStates{
     std::pair{CollectState::kIdle, std::string_view("idle")},

@@ -40,7 +40,7 @@ ReducedSpeed::~ReducedSpeed() {
 void Collection::prepare_first_pass(Run& run) {
   run.plan = session::outermost(run.rig, run.plan);
   if (!run.speed_percent) run.speed_percent = kFirstPassSpeed_percent;
-  run.settings.before_first_move = fmt::format(
+  run.before_first_move = fmt::format(
       "first pass to the {} outermost points at {} % of full speed; nothing is stored. Look "
       "first: nobody in reach of the links, the emergency stop at hand; every plunger meets its "
       "face of the cuboid at the height of the face's middle, and no link, clamp or cable meets "

@@ -74,7 +74,10 @@ calibration::MethodChoice registry_method(
 
 /// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
 /// the identified parameters are at the minimum of the least-squares fit that was assessed.
-void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& result) {
+/// `held`: what the poses leave open, which the assessment has already.
+void use_noise_of(
+    const Assessment& assessment, bool by_fit, const Eigen::MatrixXd& held,
+    CalibrationResult& result) {
   const double quantile = calibration::quantile_95(assessment.noise);
   Identification& identification = result.identification;
   if (by_fit) {
@@ -82,6 +85,7 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   } else if (identification.sigma_mm > 0.0) {
     const double times = assessment.noise.spread_mm / identification.sigma_mm;
     identification.covariance *= times * times;
+    identification.covariance += held;
   }
   identification.sigma_mm = assessment.noise.sigma_mm;
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
@@ -98,7 +102,8 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
     const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
     const std::string& session) {
   const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
-    return std::ranges::any_of(trial.reading, [](const auto& each) { return each.has_value(); });
+    return std::ranges::any_of(
+        trial.reading, [](const auto& each) { return each.has_value(); });
   });
   if (trouble.kind != calibration::Trouble::Kind::kTooFewSamples || !any_reading) {
     refuse(trouble, session);
@@ -155,7 +160,9 @@ CalibrationResult calibrate_here(
   result.assessment = assess(
       data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
       checked.all, believed.rig);
-  use_noise_of(*result.assessment, by_paper, result);
+  use_noise_of(
+      *result.assessment, by_paper,
+      calibration::held_covariance(reference.fit, data.g1.parameter_info), result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
   const calibration::ComparisonSettings as_fitted{

@@ -15,6 +15,7 @@
 #include "studies/cancellable.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
+#include "studies/plausibility_of_fit.h"
 
 namespace sixdial::studies {
 namespace {
@@ -276,6 +277,27 @@ void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings)
 
 namespace {
 
+/// One pose measured a hundred times says nothing of the robot.
+void refuse_too_few_poses(
+    const std::vector<simulation::Trial>& trials, const std::vector<bool>& held_out,
+    const session::Session& session) {
+  std::vector<simulation::Trial> fitted;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    if (held_out.empty() || !held_out[i]) fitted.push_back(trials[i]);
+  }
+  const geometry::Rig& rig = session.rig;
+  const auto few =
+      too_few_poses(fitted, rig.instrument.dimensions, rig.robot.model->parameter_count());
+  if (!few || fitted.empty()) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      fmt::format(
+          "the samples that are fitted stand at {} different poses; a diagnosis needs {} at "
+          "least",
+          std::get<double>(few->parts.at("poses")), std::get<double>(few->parts.at("needed"))),
+      {{"session", session.name}}, "Measure more points all over the workspace.");
+}
+
 DiagnosisResult diagnose_here(
     const session::Session& session, const DiagnosisRequest& request, StageTeller& tell_stage,
     const std::stop_token& stop) {
@@ -286,6 +308,7 @@ DiagnosisResult diagnose_here(
   const simulation::ForwardModel model(believed.rig);
   std::vector<simulation::Trial> trials = session::trials_of(believed, "");
   std::vector<bool> held_out = held_out_of(believed, trials);
+  refuse_too_few_poses(trials, held_out, believed);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
   const auto tell = [&](const diagnosis::DiagnosisProgress& now) { tell_stage.stage(now); };
   Diagnosis found;

@@ -36,7 +36,7 @@ std::optional<Warning> too_few_poses(
   return Warning{
       std::string(kTooFewPoses),
       Severity::kDoubt,
-      {},
+      {.file = "session.csv"},
       {{"poses", static_cast<double>(poses)},
        {"samples", static_cast<double>(fitted.size())},
        {"parameters", static_cast<double>(free_parameters)},

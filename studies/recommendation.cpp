@@ -71,7 +71,11 @@ bool can_command(
   return false;
 }
 
-/// The simplest of `ways` that is within a standard error of the best of them.
+/// A model that is better by less than this share of the error is not worth its complexity.
+constexpr double kWorthwhile = 0.05;
+
+/// The simplest of `ways` that the best of them betters by no more than a standard error, or by
+/// no more than is worthwhile.
 std::optional<CompensateBy> chosen_of(
     const CrossValidation& checked, const std::vector<CompensateBy>& ways) {
   std::optional<CompensateBy> best;
@@ -84,7 +88,9 @@ std::optional<CompensateBy> chosen_of(
   for (const CompensateBy by : ways) {
     const auto more = difference(checked, by, *best);
     if (by == *best) return by;
-    if (more && more->mean_mm <= more->standard_error_mm) return by;
+    if (!more) continue;
+    const double enough_mm = kWorthwhile * mean_error(checked, *best)->mean_mm;
+    if (more->mean_mm <= std::max(more->standard_error_mm, enough_mm)) return by;
   }
   return best;
 }

@@ -3,8 +3,8 @@
 //
 //   candidates     kinematics; robot and named causes; each with a residual model on top
 //   chosen         by cross-validation within G1, whole poses left out: the simplest one whose
-//                  mean error is within a standard error of the best one's
-//   ruled out      what was commanded again and reached less than plain kinematics
+//                  mean error is within a standard error, or a twentieth, of the best one's
+//   ruled out      what was commanded again and missed by more than plain kinematics
 //   G2             only reports
 //
 // Example:
@@ -28,7 +28,7 @@ struct Candidate {
   std::optional<double> held_out_mm{};  // mean error on poses of G1 that were left out in turn
   std::optional<double> g2_mm{};        // mean error on G2, modelled
   std::optional<double> reached_mm{};   // mean error when it was commanded again
-  /// It reached less than plain kinematics (kinematics: than the nominal parameters).
+  /// It missed by more than plain kinematics (kinematics: than the nominal parameters).
   bool ruled_out = false;
 };
 
@@ -36,7 +36,7 @@ enum class ChosenBecause {
   kNotCompared,  // there is no cross-validation: plain kinematics
   kOnlyOne,      // no other model there is to choose from
   kBest,         // no simpler one is as good
-  kSimplest,     // a more complex one is better by no more than chance allows
+  kSimplest,     // a more complex one is better by no more than chance, or by next to nothing
   kRuledOut,     // the better ones were ruled out by a validation
   kNothingHelps  // plain kinematics is no better than the nominal parameters
 };

@@ -22,7 +22,7 @@ namespace {
 using diagnosis::JointFit;
 using diagnosis::PosePoint;
 
-constexpr int kCandidates = 13;  // along each side, in each working mode
+constexpr int kGridLines = 13;  // along each side, in each working mode
 
 /// What is to come apart: a cause in the fit, and what it is tied with.
 struct Question {
@@ -95,11 +95,11 @@ std::vector<PosePoint> candidates_of(
   for (const geometry::WorkingMode mode : modes) {
     const auto home = tool.inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
     if (!home) continue;
-    for (int i = 0; i < kCandidates; ++i) {
-      for (int j = 0; j < kCandidates; ++j) {
+    for (int i = 0; i < kGridLines; ++i) {
+      for (int j = 0; j < kGridLines; ++j) {
         const Eigen::Vector2d share(
-            static_cast<double>(i) / (kCandidates - 1),
-            static_cast<double>(j) / (kCandidates - 1));
+            static_cast<double>(i) / (kGridLines - 1),
+            static_cast<double>(j) / (kGridLines - 1));
         const Eigen::Vector2d target =
             ((low + share.cwiseProduct(high - low)) * 1e6).array().round() / 1e6;
         const auto q = session::measurable(

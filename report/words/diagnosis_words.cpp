@@ -214,7 +214,7 @@ std::string why_not_testable(WhyNotTestable why) {
     case WhyNotTestable::kAbsorbed:
       break;
   }
-  return "on these poses the fitted parameters of the robot imitate it";
+  return "on these poses the fitted parameters of the robot do the same";
 }
 
 NotTestableWords not_testable_in_words(

@@ -45,7 +45,7 @@ std::string comparison(const Recommendation& recommended) {
       rest.empty() ? std::string() : fmt::format("; {}", rest));
 }
 
-/// Models that were commanded again and reached less than plain kinematics.
+/// Models that were commanded again and missed by more than plain kinematics.
 std::string ruled_out(const Recommendation& recommended) {
   std::vector<std::string> parts;
   for (const Candidate& each : recommended.candidates) {
@@ -55,7 +55,7 @@ std::string ruled_out(const Recommendation& recommended) {
   const Candidate* plain = recommended.of(CompensateBy::kKinematics);
   if (parts.empty() || plain == nullptr || !plain->reached_mm) return "";
   return fmt::format(
-      " Commanded again, {} reached less than the {} ({}), and {} not recommended.",
+      " Commanded again, {} missed by more than the {} ({}), and {} not recommended.",
       list_of(parts), model_name(CompensateBy::kKinematics), length(*plain->reached_mm),
       parts.size() == 1 ? "is" : "are");
 }
@@ -118,8 +118,8 @@ std::string why_recommended(const Recommendation& recommended) {
       break;
     case ChosenBecause::kSimplest:
       text = fmt::format(
-          "Recommended: {}. {} The {} would be better by less than one standard error, which "
-          "may be chance: the simpler model is taken.",
+          "Recommended: {}. {} The {} would be better by less than one standard error or a "
+          "twentieth, which may be chance or is not worth it: the simpler model is taken.",
           name, comparison(recommended), model_name(recommended.best.value()));
       break;
     case ChosenBecause::kRuledOut:

@@ -149,6 +149,14 @@ constexpr Words kWords[] = {
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
      "{mode} is used here. Correct the rig file, or the robot is commanded the other way "
      "round."},
+    {"wrong_assembly",
+     "All {samples} samples have the distal links closed the other way than the rig file says "
+     "(assembly {assembly}, not {rig_assembly}): {assembly} is used here. Correct the rig "
+     "file."},
+    {"row_elsewhere",
+     "{rows:row has|rows have} joint values that put the tool {apart:.1f} mm from where its "
+     "target and its readings have it: the joint values of the row are wrong, not its dials. "
+     "Not used."},
     {"positions_and_dials_differ",
      "Positions and dials of the same samples are {apart:.3f} mm apart: they are not in the "
      "same frame, or one of them is wrong. All commands use {used}, which are nearer to the "
@@ -273,9 +281,8 @@ std::string where_text(const studies::WarningPlace& place) {
     text.clear();  // a sample that was measured here stands in no file
     for (const studies::RowName& row : place.named) {
       items.push_back(
-          row.repeat > 0
-              ? fmt::format("{} point {} repeat {}", row.set, row.point, row.repeat)
-              : fmt::format("{} point {}", row.set, row.point));
+          row.repeat > 0 ? fmt::format("{} point {} repeat {}", row.set, row.point, row.repeat)
+                         : fmt::format("{} point {}", row.set, row.point));
     }
   }
   if (!items.empty()) {

@@ -20,6 +20,7 @@
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "session/trials.h"
+#include "session/usual_approach.h"
 #include "studies/plausibility.h"
 
 namespace sixdial::service {
@@ -200,7 +201,7 @@ Json undo(const Call& call) {
 
 Json choices(const Call& call) { return session_choices(call.service, session_name(call)); }
 
-session::PlanOptions plan_options(const Json& params) {
+session::PlanOptions plan_options(const Json& params, const geometry::Rig& rig) {
   session::PlanOptions options;
   options.set = param_or<std::string>(params, "set", options.set);
   options.repeats = param_or(params, "repeats", options.repeats);
@@ -210,8 +211,8 @@ session::PlanOptions plan_options(const Json& params) {
   for (const auto& mode : param_or<std::vector<std::string>>(params, "modes", {})) {
     options.working_modes.push_back(*geometry::working_mode_from(mode));
   }
-  options.approach = *session::approach_rule_from(
-      param_or<std::string>(params, "approach", std::string(to_string(options.approach))));
+  options.approach = *session::approach_rule_from(param_or<std::string>(
+      params, "approach", std::string(to_string(session::usual_approach(rig)))));
   return options;
 }
 
@@ -233,14 +234,14 @@ Json plan_grid(const Call& call) {
   return plan_answer(
       rig, session::plan_grid(
                rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
-               plan_options(call.params)));
+               plan_options(call.params, rig)));
 }
 
 Json plan_random(const Call& call) {
   const geometry::Rig rig = rig_of(call);
   return plan_answer(
       rig,
-      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
+      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params, rig)));
 }
 
 using params::kSession;
@@ -310,7 +311,8 @@ constexpr std::array kPlanCommon{
         .one_of = params::kModeWords},
     Param{
         .name = "approach",
-        .doc = "from which side points are reached",
+        .doc = "from which side points are reached; default as-it-comes, alternate for a robot "
+               "moved by hand",
         .one_of = kApproaches}};
 
 template <std::size_t N>

@@ -40,7 +40,8 @@ const std::vector<Check>& checks() {
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
-      {"modes", {kWrongMode}, look_at_modes},
+      {"modes", {kWrongMode, "wrong_assembly"}, look_at_modes},
+      {"rows_elsewhere", {"row_elsewhere"}, look_at_rows_elsewhere},
       {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
       {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
       // Where it was measured, once it is known by what.

@@ -9,6 +9,7 @@
 
 #include "geometry/rig.h"
 #include "page_parts.h"
+#include "report/figures.h"
 #include "report/html_report.h"
 #include "report/rig_picture.h"
 #include "report/sections.h"
@@ -77,6 +78,22 @@ TEST(PageLayout, EveryFigureHasANumberATitleAndLabelledAxes) {
       }
     }
   }
+}
+
+// A swarm that only has nanometres left to go is drawn as the level line that it is.
+TEST(PageLayout, AnAxisOfErrorsShowsAtLeastTheStepOfADial) {
+  ReportData data;
+  data.convergence = {{.name = "QPSO-2", .best_mm = {0.016806, 0.016798, 0.016790}}};
+  data.least_squares_rmse_mm = 0.016790;
+  const auto figure = convergence(data);
+  ASSERT_TRUE(figure);
+  const Axis& axis = figure->chart.panels.at(0).y;
+  ASSERT_TRUE(axis.low && axis.high);
+  EXPECT_GE(*axis.high - *axis.low, 0.001);
+  EXPECT_LT(*axis.low, 0.016790);
+  EXPECT_GT(*axis.high, 0.016806);
+  data.convergence[0].best_mm = {0.030, 0.020, 0.0168};  // has far to go: its own scale
+  EXPECT_FALSE(convergence(data)->chart.panels.at(0).y.low);
 }
 
 TEST(PageLayout, HasOneLookForPaperAndForEveryScreen) {

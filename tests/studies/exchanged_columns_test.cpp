@@ -102,7 +102,9 @@ TEST(Dials, InAnotherUnitAreNamedOneOrAll) {
       for (std::size_t i = 0; i < session.samples.size(); ++i) {
         for (std::size_t k = 0; k < 6; ++k) {
           const auto& value = judged.session.samples[i].channels[k].value;
-          if (value) EXPECT_NEAR(*value, *right.samples[i].channels[k].value, 1e-9);
+          if (value) {
+            EXPECT_NEAR(*value, *right.samples[i].channels[k].value, 1e-9);
+          }
         }
       }
     }
@@ -126,7 +128,9 @@ TEST(Dials, ThatCountTheOtherWayAreNamedAndNotTakenForExchanged) {
     EXPECT_EQ(told(judged.warnings, "dials_exchanged"), nullptr);
     for (const std::size_t k : reversed) {
       const auto& value = judged.session.samples[7].channels[k].value;
-      if (value) EXPECT_NEAR(*value, *right.samples[7].channels[k].value, 1e-9);
+      if (value) {
+        EXPECT_NEAR(*value, *right.samples[7].channels[k].value, 1e-9);
+      }
     }
   }
 }

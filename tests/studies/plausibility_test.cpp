@@ -306,6 +306,47 @@ TEST(Plausibility, ARowInDegreesIsTheRowsFaultAndNoDials) {
   }
 }
 
+TEST(Plausibility, OneJointInDegreesIsEnough) {
+  const session::Session session = session_with(
+      [](session::Session& each) { each.samples[12].q[1] *= geometry::kDegPerRad; });
+  EXPECT_EQ(only_warning(plausible(session)).code, "row_in_degrees");
+}
+
+TEST(Plausibility, JointValuesOfAnotherPoseAreTheRowsFaultAndNoDials) {
+  const session::Session right = right_session();
+  const std::vector<std::function<void(Eigen::VectorXd&)>> slips{
+      [](Eigen::VectorXd& q) { q[0] += 0.3; }, [](Eigen::VectorXd& q) { q[1] -= 0.2; },
+      [](Eigen::VectorXd& q) { q[0] += 0.2, q[1] += 0.3; }};
+  for (const auto& slip : slips) {
+    const session::Session session =
+        session_with([&](session::Session& each) { slip(each.samples[40].q); });
+    const PlausibleSession judged = plausible(session);
+    const Warning told = only_warning(judged);
+    EXPECT_EQ(told.code, "row_elsewhere");
+    EXPECT_EQ(told.where.named.at(0).line, right.samples[40].line);
+    EXPECT_EQ(counted(judged, ""), right.samples.size() - 1);
+  }
+}
+
+TEST(Plausibility, RowsOfAnotherYearAreNamedTogether) {
+  const session::Session session = session_with([](session::Session& each) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      *each.samples[i].time_utc -= std::chrono::hours(24 * 365 * 10);
+    }
+  });
+  const Warning told = only_warning(plausible(session));
+  EXPECT_EQ(told.code, "wrong_date");
+  EXPECT_EQ(told.where.rows, 4);
+}
+
+TEST(Plausibility, TheAssemblyOfAllSamplesGoesBeforeThatOfTheRigFile) {
+  const session::Session session = session_with(
+      [](session::Session& each) { each.rig.robot.assembly = geometry::Assembly::kRight; });
+  const PlausibleSession judged = plausible(session);
+  EXPECT_THAT(codes_of(judged.warnings), ::testing::Contains("wrong_assembly"));
+  EXPECT_EQ(judged.session.rig.robot.assembly, geometry::Assembly::kLeft);
+}
+
 TEST(Plausibility, TheModeOfAllSamplesGoesBeforeThatOfTheRigFile) {
   for (const auto& wrong :
        {geometry::WorkingMode(-1, -1), geometry::WorkingMode(1, -1),

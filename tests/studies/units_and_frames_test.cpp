@@ -191,7 +191,7 @@ TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
     EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr) << codes_of(*there.warnings);
     // Directions that the poses leave open are held elsewhere: second order, a part of the
     // noise.
-    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 1e-5);
+    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 0.05 * here.rmse_mm);
     EXPECT_LT(there.method("lm")->g2->mean_mm, 0.02);
     EXPECT_NEAR(
         there.method("before")->g2->mean_mm, here.method("before")->g2->mean_mm,

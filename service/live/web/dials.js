@@ -67,7 +67,7 @@ const openDials = (() => {
       }
     }
 
-    function showSettle({ live, reading, active, watching }) {
+    function showSettle({ live, reading, active, watching, byHand }) {
       const settle = reading ? live.settle : null;
       const from = reading && live.pose ? `Position from dials ${live.pose.dials.join(', ')}` : reading && !watching ? 'No position: fewer than three dials tell' : '';
       if ($('pose-from').textContent !== from) $('pose-from').textContent = from;
@@ -81,7 +81,7 @@ const openDials = (() => {
       else if (watching) words = 'Nothing is collected: the dials as they are.';
       else if (settle.limit_mm) words = `${settle.settled ? '✓ settled' : '≈ settling'}: dial ${settle.dial} moves within ${fixed(settle.spread_mm, 3)} mm, ${fixed(settle.limit_mm, 3)} allowed`;
       else if (live.robot_silent_s >= kSilent) words = '✕ the robot\'s controller does not answer';
-      else if (live.stage === 'moving') words = '→ the robot is moving';
+      else if (live.stage === 'moving') words = byHand ? '→ waiting until somebody has moved the robot' : '→ the robot is moving';
       else if (live.stage === 'paused') words = '❚❚ paused: readings as they are';
       else words = '≈ settling: too few readings yet';
       if ($('settle-words').textContent !== words) $('settle-words').textContent = words;

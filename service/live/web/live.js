@@ -181,7 +181,7 @@
     $('create').hidden = list.sessions.length > 0;
     if (!list.sessions.length) say('There is no session yet. Make one: a name, and the rig file that describes robot and dials.');
     await choose(wanted);
-    if (list.sessions.length) tellState();
+    if (list.sessions.length) { tellState(); dials.ask(collect.move); }
   }
 
   async function choose(name) {
@@ -229,8 +229,10 @@
   function showDials() {
     const active = kActive.includes(collect.state), fresh = live && Date.now() - liveAt < 5000;
     const watching = !active && fresh && live.stage === 'watching' && live.session === session;
-    dials.show({ live, reading: fresh && (active || watching), active, watching, session });
+    dials.show({ live, reading: fresh && (active || watching), active, watching, session, byHand: !!collect.move });
   }
+
+  const inHand = () => kActive.includes(collect.state) && collect.session === session && collect.point;
 
   function showMap() {
     const next = inHand();
