@@ -29,10 +29,10 @@ const std::vector<Check>& checks() {
   static const std::vector<Check> kChecks{
       // What the file says.
       {"sets", {"set_not_used"}, look_at_sets},
+      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
       {"clock", {"wrong_date", "clock_set_back", "not_in_order_of_time"}, look_at_clock},
       {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
       {"angles", {"row_in_degrees"}, look_at_angles},
-      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
       // What the columns hold: the nominal robot knows it better than their names do.
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},

@@ -27,7 +27,7 @@ std::vector<Timed> timed_rows(const session::Session& session) {
   std::vector<Timed> rows;
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const auto& time = session.samples[i].time_utc;
-    if (!time) continue;
+    if (!time || session.samples[i].left_out) continue;
     rows.push_back({i, std::chrono::duration<double>(time->time_since_epoch()).count()});
   }
   return rows;

@@ -140,6 +140,7 @@ TEST(Plausibility, AReadingThatDiffersInTheLastDigitIsNoCopy) {
       session::Sample copy = right.samples[i];
       copy.repeat = 1;
       *copy.channels[2].value += 0.001;
+      *copy.time_utc += std::chrono::hours(5);
       each.samples.push_back(copy);
     }
   });
