@@ -37,12 +37,13 @@ const std::vector<Check>& checks() {
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
       {"dials", {"dials_exchanged", "dial_unit", "dial_reversed"}, look_at_dials},
+      // A single row by its joint values, before its target is doubted.
+      {"rows_elsewhere", {"row_elsewhere"}, look_at_rows_elsewhere},
       {"targets", {"targets_elsewhere"}, look_at_targets},
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
       {"modes", {kWrongMode, "wrong_assembly"}, look_at_modes},
-      {"rows_elsewhere", {"row_elsewhere"}, look_at_rows_elsewhere},
       {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
       {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
       // Where it was measured, once it is known by what.
