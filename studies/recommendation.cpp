@@ -158,9 +158,17 @@ class Choice {
     }
   }
 
+  /// Plain kinematics was commanded again and did worse than the nominal parameters: then what
+  /// was not commanded again is not believed either.
+  [[nodiscard]] bool is_refuted() const {
+    const Candidate* plain = result_.of(CompensateBy::kKinematics);
+    return plain != nullptr && plain->ruled_out;
+  }
+
   [[nodiscard]] std::vector<CompensateBy> judged(bool with_ruled_out) const {
     std::vector<CompensateBy> ways;
     for (const Candidate& each : result_.candidates) {
+      if (!with_ruled_out && is_refuted() && !each.reached_mm) continue;
       if (each.held_out_mm && (with_ruled_out || !each.ruled_out)) ways.push_back(each.by);
     }
     return ways;
@@ -206,6 +214,7 @@ class Choice {
     for (const Candidate& each : result_.candidates) {
       if (each.by == CompensateBy::kBefore) continue;
       const bool again = each.reached_mm && before->reached_mm;
+      if (!again && is_refuted()) continue;
       const std::optional<double> reference = again ? before->reached_mm : on_g1;
       const std::optional<double> own = again ? each.reached_mm : each.held_out_mm;
       if (!reference || !own) continue;
