@@ -18,7 +18,7 @@ constexpr std::array kPlain{
     std::pair{DependsOn::kTime, std::string_view("time")},
     std::pair{DependsOn::kTemperature, std::string_view("temperature")}};
 
-/// 1 of "theta2"; empty: another name.
+/// 1 of "approach2"; empty: another name.
 std::optional<int> joint_of(std::string_view prefix, std::string_view name) {
   if (!name.starts_with(prefix)) return std::nullopt;
   name.remove_prefix(prefix.size());

@@ -28,7 +28,8 @@ struct DependsOnWhat {
   std::string dial{};  // of kReading: its id
 };
 
-/// "theta1", "x", "gamma", "time", "temperature", "approach2", "dial C reading".
+/// "x", "gamma", "time", "temperature", "approach2", "dial C reading"; "theta" and the number
+/// of a joint.
 [[nodiscard]] std::string dependence_name(const DependsOnWhat& what);
 /// Empty: no name of these.
 [[nodiscard]] std::optional<DependsOnWhat> dependence_from(std::string_view name);

@@ -223,7 +223,7 @@ TEST(CollectScreen, EachChangeIsOneWriteOfAWholeScreen) {
     const std::string newest = buffer.text().substr(bytes);
     EXPECT_THAT(newest, testing::StartsWith("\x1b[?2026h")) << what;
     EXPECT_THAT(newest, testing::EndsWith("\x1b[?2026l")) << what;
-    for (const char* part : {"10.49", "LOST", "estimate after", "collecting "}) {
+    for (const char* part : {"10.49", "LOST", "samples positions are known", "collecting "}) {
       EXPECT_THAT(newest, HasSubstr(part)) << what;
     }
   };
