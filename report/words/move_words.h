@@ -22,7 +22,7 @@ struct MoveByHand {
   std::vector<JointByHand> joints;
 };
 
-/// "Move the tool to x 28.000, y 48.000 mm: turn theta1 counter-clockwise by 12.30 to 73.904
+/// "Move the tool to x 28.000, y 48.000 mm: turn shoulder counter-clockwise by 12.30 to 73.904
 /// deg, ...".
 [[nodiscard]] std::string move_words(const MoveByHand& move);
 
