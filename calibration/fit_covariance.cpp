@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/sandwich.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -137,59 +139,6 @@ class Likelihood {
   bool wide_;
   double rr_, freedom_;
   VectorXd diagonal_, beside_, b_;
-};
-
-/// Weight of each row by the fit's loss.
-VectorXd loss_weights(const LeastSquaresFit& fit) {
-  const Index rows = fit.residual.size();
-  const auto blocks = static_cast<Index>(fit.block_weight.size());
-  VectorXd result = VectorXd::Ones(rows);
-  if (blocks == 0) return result;
-  const Index block = rows / blocks;
-  for (Index i = 0; i < rows; ++i) {
-    result[i] = fit.block_weight[static_cast<std::size_t>(i / block)];
-  }
-  return result;
-}
-
-/// W of one sample.
-MatrixXd weight_of(const std::vector<MatrixXd>& weights, int sample, Index rows) {
-  return weights.empty() ? MatrixXd::Identity(rows, rows)
-                         : weights[static_cast<std::size_t>(sample)];
-}
-
-/// Covariance of a sample's rows, in any unit.
-MatrixXd known_covariance(const ObservationSpace& space, int sample) {
-  const auto k = static_cast<std::size_t>(sample);
-  const Index rows = space.rows(sample);
-  if (k < space.covariance_mm2.size() && space.covariance_mm2[k].rows() == rows) {
-    return space.covariance_mm2[k];
-  }
-  const VectorXd sigma = space.sigma_mm.segment(space.first_row[k], rows);
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
-/// d(row)/d(what the structure moves): a channel's own function, or the tool's coordinates.
-class Moves {
- public:
-  Moves(const ObservationSpace& space, const VectorXd& x, SmoothActs acts) : space_(space) {
-    if (acts == SmoothActs::kChannels) return;
-    for (int i = 0; i < space.samples(); ++i) by_tool_.push_back(space.by_tool(i, x));
-  }
-  [[nodiscard]] Index functions() const {
-    return by_tool_.empty() ? space_.channels() : by_tool_.front().cols();
-  }
-  /// Of row `row` of a sample: derivative by function f.
-  [[nodiscard]] double by(int sample, Index row, Index f) const {
-    const auto k = static_cast<std::size_t>(sample);
-    if (!by_tool_.empty()) return by_tool_[k](row, f);
-    const auto at = static_cast<std::size_t>(space_.first_row[k] + row);
-    return space_.channel[at] == f ? 1.0 : 0.0;
-  }
-
- private:
-  const ObservationSpace& space_;
-  std::vector<MatrixXd> by_tool_;
 };
 
 /// The averaged residuals without what a change of the parameters explains.
@@ -342,75 +291,18 @@ Structure smooth_structure(
   return found;
 }
 
-namespace {
-
-/// A of the sandwich with the weights that each row has, sample by sample.
-struct Sandwich {
-  std::vector<MatrixXd> AW;  // parameters x rows of the sample
-  MatrixXd noise;            // A S A' for weighted rows of mean variance 1
-};
-
-Sandwich sandwich_of(
-    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting) {
-  const MatrixXd unit = fit.unit_covariance();
-  const std::vector<MatrixXd> weights = space.weights(weighting);
-  const VectorXd loss = loss_weights(fit);
-  Sandwich result{{}, MatrixXd::Zero(unit.rows(), unit.cols())};
-  double trace = 0.0;
-  for (int i = 0; i < space.samples(); ++i) {
-    const int first = space.first_row[static_cast<std::size_t>(i)];
-    const Index count = space.rows(i);
-    const MatrixXd W = weight_of(weights, i, count);
-    result.AW.emplace_back(
-        unit * fit.J.middleRows(first, count).transpose() *
-        loss.segment(first, count).asDiagonal() * W);
-    const MatrixXd C = known_covariance(space, i);
-    result.noise += result.AW.back() * C * result.AW.back().transpose();
-    trace += (W * C * W.transpose()).trace();
-  }
-  if (trace > 0.0) {
-    result.noise *= space.rows() / trace;
-  } else {
-    result.noise.setZero();
-  }
-  return result;
-}
-
-/// By how much structure of unit size moves the parameters: A K A'.
-MatrixXd moved_by(
-    const ObservationSpace& space, const Sandwich& sandwich, const StructurePart& part,
-    const Moves& moves) {
-  const MatrixXd phi = SmoothBasis(space, part.over, part.length)(space);
-  MatrixXd moved = MatrixXd::Zero(sandwich.noise.rows(), phi.cols() * moves.functions());
-  for (int i = 0; i < space.samples(); ++i) {
-    const MatrixXd& AW = sandwich.AW[static_cast<std::size_t>(i)];
-    for (Index f = 0; f < moves.functions(); ++f) {
-      VectorXd by = VectorXd::Zero(AW.rows());
-      for (Index row = 0; row < AW.cols(); ++row) by += AW.col(row) * moves.by(i, row, f);
-      moved.middleCols(f * phi.cols(), phi.cols()) += by * phi.row(i);
-    }
-  }
-  return moved * moved.transpose();
-}
-
-}  // namespace
-
 MatrixXd fit_covariance(
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
     double sigma_mm, const Structure& structure) {
   const Sandwich sandwich = sandwich_of(space, fit, weighting);
   if (!(structure.sd_mm > 0.0)) return sigma_mm * sigma_mm * sandwich.noise;
-  std::vector<StructurePart> parts = structure.parts;
-  if (parts.empty()) {
-    parts.push_back(
-        {structure.over, structure.acts, structure.length, structure.sd_mm, structure.noise_mm,
-         1.0});
-  }
   MatrixXd result = MatrixXd::Zero(sandwich.noise.rows(), sandwich.noise.cols());
-  for (const StructurePart& part : parts) {
+  for (const StructurePart& part : parts_of(structure)) {
     const Moves moves(space, fit.x, part.acts);
+    const MatrixXd moved =
+        moved_by(space, sandwich, moves, SmoothBasis(space, part.over, part.length)(space));
     result += part.weight * (part.noise_mm * part.noise_mm * sandwich.noise +
-                             part.sd_mm * part.sd_mm * moved_by(space, sandwich, part, moves));
+                             part.sd_mm * part.sd_mm * moved * moved.transpose());
   }
   return result;
 }

@@ -57,8 +57,8 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
 service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::CalibrationResult result =
-      run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+  const studies::CalibrationResult result = run_on(
+      cli.console, session, "the calibration", [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, options.request, progress, std::move(stop));
       });
   return print_calibration(cli, report::to_json(result), options.output);

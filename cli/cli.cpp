@@ -72,9 +72,9 @@ void add_commands(CLI::App& app, Cli& cli) {
   app.add_flag("-q,--quiet", cli.console.quiet, "no progress on stderr");
   add_session_commands(app, cli);
   add_plan_commands(app, cli);
+  add_collect_command(app, cli);
   add_dials_command(app, cli);
   add_robot_commands(app, cli);
-  add_collect_command(app, cli);
   add_calibrate_command(app, cli);
   add_compare_command(app, cli);
   add_diagnose_command(app, cli);

@@ -49,8 +49,8 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
 service::ExitCode compare_bundle(Cli& cli, const CompareOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::ComparisonResult result =
-      run_here(cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
+  const studies::ComparisonResult result = run_on(
+      cli.console, session, "the comparison", [&](const auto& progress, std::stop_token stop) {
         return studies::compare(session, options.request, progress, std::move(stop));
       });
   print_comparison(cli, report::to_json(result), options.output);

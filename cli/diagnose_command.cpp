@@ -44,8 +44,8 @@ void print_diagnosis(
 service::ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::DiagnosisResult result =
-      run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+  const studies::DiagnosisResult result = run_on(
+      cli.console, session, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
         return studies::diagnose(session, options.request, progress, std::move(stop));
       });
   if (!options.report.empty()) {

@@ -7,8 +7,10 @@
 #include <mutex>
 #include <thread>
 
+#include "report/words/warning_words.h"
 #include "service/socket/client.h"
 #include "studies/error.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::cli {
 
@@ -50,6 +52,12 @@ void run_with_progress(const Console& console, const std::string& what, const Lo
   }
   end_watch();
   if (interrupted) give_up();
+}
+
+void tell_why(const Console& console, const session::Session& session) {
+  for (const std::string& line : report::warning_lines(studies::plausible(session).warnings)) {
+    console.warn(line);
+  }
 }
 
 }  // namespace sixdial::cli

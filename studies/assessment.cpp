@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/predicted_position.h"
 #include "geometry/tool.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
@@ -290,9 +291,11 @@ Assessment assess(
   const geometry::Tool tool(rig);
   const auto workspace = calibration::workspace_of(all);
   if (workspace && tool.has_inverse()) {
+    const calibration::PredictedPosition predicted(
+        space, fit, weighting, result.noise.spread_mm, result.structure);
     map = calibration::position_uncertainty(
-        tool, fit.x.head(rig.robot.nominal.size()), covariance, fit, rig.robot.working_mode,
-        *workspace, calibration::quantile_95(result.noise), result.structure.sd_mm);
+        tool, fit.x.head(rig.robot.nominal.size()), predicted, fit, rig.robot.working_mode,
+        *workspace, calibration::quantile_95(result.noise));
     result.position_uncertainty = map_of(*map);
   }
   result.identifiability = identifiability_of(space, fit, map ? &*map : nullptr);

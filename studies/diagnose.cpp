@@ -189,7 +189,10 @@ class StageTeller {
   void step(std::string_view what, std::int64_t done, std::int64_t total) {
     constexpr auto kLong = std::chrono::seconds(2);
     if (std::chrono::steady_clock::now() - told_ < kLong) return;
-    tell({.stage = fmt::format("{}: {}", stage_, what), .done = done, .total = total});
+    tell(
+        {.stage = stage_.empty() ? std::string(what) : fmt::format("{}: {}", stage_, what),
+         .done = done,
+         .total = total});
   }
 
  private:

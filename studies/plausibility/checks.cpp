@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "geometry/long_work.h"
 #include "studies/plausibility/check.h"
 
 namespace sixdial::studies {
@@ -82,7 +83,11 @@ PlausibleSession plausible(const session::Session& session) {
   PlausibleSession judged{session};
   plausibility::Look look{
       session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
-  for (const plausibility::Check& check : plausibility::checks()) check.look(look);
+  std::int64_t done = 0;
+  for (const plausibility::Check& check : plausibility::checks()) {
+    geometry::tell_step("checking the data", done++, std::ssize(plausibility::checks()));
+    check.look(look);
+  }
   return judged;
 }
 

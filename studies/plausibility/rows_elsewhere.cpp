@@ -14,10 +14,25 @@
 namespace sixdial::studies::plausibility {
 namespace {
 
-constexpr double kLeastApart_mm = 5.0;  // from where a nominal robot may be
-constexpr double kUsualTimes = 10.0;
 constexpr double kMostOfAll = 0.1;  // of the rows; more are no slip
-constexpr double kMuchBetter = 0.25;
+constexpr double kBeyond = 10.0;    // robust standard deviations from what is usual
+constexpr double kLeastBeyond_mm = 0.5;
+
+/// What is usual of a figure, and from where on it is not.
+struct Usual {
+  double middle = 0.0, limit = 0.0;
+};
+Usual usual_of(std::vector<double> values) {
+  constexpr double kSdOverMad = 1.4826;
+  const auto median = [](std::vector<double>& of) {
+    std::ranges::nth_element(of, of.begin() + std::ssize(of) / 2);
+    return of[of.size() / 2];
+  };
+  const double middle = median(values);
+  for (double& each : values) each = std::abs(each - middle);
+  const double sd = kSdOverMad * median(values);
+  return {middle, middle + std::max(kBeyond * sd, kLeastBeyond_mm)};
+}
 
 /// RMS between a sample's readings (or its position) and what the nominal robot at joint values
 /// q would show [mm]; empty: nothing to compare, or no such pose.
@@ -60,34 +75,33 @@ void look_at_rows_elsewhere(Look& look) {
   const geometry::Tool tool(rig);
   if (!tool.has_inverse()) return;
   std::vector<std::size_t> rows;
-  std::vector<double> apart_mm;
+  std::vector<double> apart_mm, left_mm;
   for (std::size_t i = 0; i < look.used.samples.size(); ++i) {
     const session::Sample& sample = look.used.samples[i];
     if (sample.left_out || !sample.target_mm) continue;
-    const auto at =
-        tool.position(rig.robot.nominal, sample.q, session::assembly_of(rig, sample));
-    if (!at) continue;
+    const geometry::Assembly assembly = session::assembly_of(rig, sample);
+    const auto at = tool.position(rig.robot.nominal, sample.q, assembly);
+    const auto left = misfit_mm(rig, sample, sample.q, assembly);
+    if (!at || !left) continue;
     rows.push_back(i);
     apart_mm.push_back((*at - *sample.target_mm).norm());
+    left_mm.push_back(*left);
   }
   constexpr std::size_t kLeastRows = 6;  // to say what is usual
   if (rows.size() < kLeastRows) return;
-  std::vector<double> sorted = apart_mm;
-  std::ranges::nth_element(sorted, sorted.begin() + std::ssize(sorted) / 2);
-  const double limit_mm = std::max(kLeastApart_mm, kUsualTimes * sorted[sorted.size() / 2]);
+  const Usual apart = usual_of(apart_mm);
+  const Usual left = usual_of(left_mm);
   std::vector<std::size_t> elsewhere;
   double largest_mm = 0.0;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    if (apart_mm[k] < limit_mm) continue;
+    if (apart_mm[k] < apart.limit || left_mm[k] < left.limit) continue;
     const session::Sample& sample = look.used.samples[rows[k]];
     const auto q = tool.inverse(rig.robot.nominal, *sample.target_mm, rig.robot.working_mode);
     if (!q) continue;
-    const auto as_is = misfit_mm(rig, sample, sample.q, session::assembly_of(rig, sample));
-    const auto at_target = misfit_mm(
-        rig, sample, *q,
-        tool.assembly_at(rig.robot.nominal, *q, *sample.target_mm)
-            .value_or(rig.robot.assembly));
-    if (!at_target || (as_is && *at_target > kMuchBetter * *as_is)) continue;
+    const auto assembly = tool.assembly_at(rig.robot.nominal, *q, *sample.target_mm);
+    const auto at_target = misfit_mm(rig, sample, *q, assembly.value_or(rig.robot.assembly));
+    // At the target the row is like all others.
+    if (!at_target || *at_target > left.limit) continue;
     elsewhere.push_back(rows[k]);
     largest_mm = std::max(largest_mm, apart_mm[k]);
   }

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
+
 #include "acquisition/dial_protocol.h"
 #include "acquisition/modbus_bus.h"
 #include "session/reason.h"
@@ -74,7 +77,8 @@ TEST(DialCodes, EachIsSaidInWords) {
     EXPECT_TRUE(protocol->says("+012.345\r").empty());
     EXPECT_TRUE(protocol->says("").empty());
   }
-  for (const std::uint16_t status : {18, 19, 42, 246, 247}) {
+  constexpr std::array<std::uint16_t, 5> kStates{18, 19, 42, 246, 247};
+  for (const std::uint16_t status : kStates) {
     const auto fault = acquisition::fault_of_status(status);
     ASSERT_TRUE(fault);
     EXPECT_THAT(fault->detail, HasSubstr(std::to_string(status)));

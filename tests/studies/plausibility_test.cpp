@@ -380,6 +380,14 @@ TEST(Plausibility, AReferencePoseThatIsNotTheRigsIsNamedInsteadOfReadings) {
   }
 }
 
+TEST(Plausibility, AMountThatIsNotTheRigsIsNamed) {
+  const session::Session session = session_with(
+      [](session::Session& each) { each.rig.cuboid.mount = geometry::Mount::kDistal1; });
+  const PlausibleSession judged = plausible(session);
+  EXPECT_THAT(codes_of(judged.warnings), ::testing::Contains("mount"));
+  EXPECT_TRUE(forbids_commands(judged.warnings));
+}
+
 /// Positions beside the dials, shifted.
 session::Session with_positions(const Eigen::Vector2d& shift_mm) {
   return session_with([&](session::Session& each) {
