@@ -180,8 +180,8 @@ TEST(CollectScreen, OffATerminalALineTellsOfEachTenthAndOfASampleInDoubt) {
   const std::string text = err.str();
   EXPECT_EQ(std::ranges::count(text, '\n'), 12) << text;
   EXPECT_THAT(
-      text, HasSubstr("collecting 75/150  after 75 samples positions are known to 0.0200 mm"));
-  EXPECT_THAT(text, HasSubstr("collecting 150/150  after 150 samples"));
+      text, HasSubstr("collecting 75/150  estimate after 75 samples: positions are known to 0.0200 mm"));
+  EXPECT_THAT(text, HasSubstr("collecting 150/150  estimate after 150 samples"));
   EXPECT_THAT(text, HasSubstr("G1 42.0  x 20.491"));
   EXPECT_TRUE(out.str().empty());
 }
@@ -223,7 +223,7 @@ TEST(CollectScreen, EachChangeIsOneWriteOfAWholeScreen) {
     const std::string newest = buffer.text().substr(bytes);
     EXPECT_THAT(newest, testing::StartsWith("\x1b[?2026h")) << what;
     EXPECT_THAT(newest, testing::EndsWith("\x1b[?2026l")) << what;
-    for (const char* part : {"10.49", "LOST", "samples positions are known", "collecting "}) {
+    for (const char* part : {"10.49", "LOST", "estimate after", "collecting "}) {
       EXPECT_THAT(newest, HasSubstr(part)) << what;
     }
   };

@@ -342,7 +342,7 @@ INSTANTIATE_TEST_SUITE_P(
     , EveryDrawnReport,
     ::testing::Values(
         Drawn{"Clean", "", 0.0, 0.0, 31}, Drawn{"Gross", "", 0.01, 0.0, 32},
-        Drawn{"Backlash", "joint_backlash:joint2:0.0006", 0.01, 0.01, 33},
+        Drawn{"Backlash", "joint_backlash:joint2:0.0006", 0.01, 0.0, 33},
         Drawn{"Thermal", "link_thermal_growth:links:6e-05", 0.0, 0.0, 34}),
     [](const auto& each) { return std::string{each.param.name}; });
 

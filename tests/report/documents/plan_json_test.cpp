@@ -53,7 +53,7 @@ TEST(EstimateDocument, IsReadAndWrittenAsItWas) {
   expect_same_document(to_json(estimate), stored);
   EXPECT_THAT(
       estimate_summary(estimate),
-      HasSubstr("after 40 samples positions are known to 0.0105 mm"));
+      HasSubstr("after 40 samples: positions are known to 0.0105 mm"));
   EXPECT_THAT(estimate_parameters(estimate).back(), HasSubstr("dtheta2 -1.3249 +- 0.1482 deg"));
 }
 
