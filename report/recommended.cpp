@@ -106,7 +106,7 @@ Table candidates_table(const studies::Recommendation& recommended) {
       {.key = "g2_mm", .title = "G2, modelled", .unit = "mm"},
       {.key = "reached_mm", .title = "commanded again, reached", .unit = "mm"},
       {.key = "remark", .title = "remark"}};
-  for (const studies::Candidate& each : recommended.candidates) {
+  for (const studies::RecommendedWay& each : recommended.candidates) {
     const bool chosen = each.by == recommended.by;
     if (chosen) table.main_row = table.rows.size();
     table.rows.push_back(
@@ -126,7 +126,7 @@ Table candidates_table(const studies::Recommendation& recommended) {
         "The first column is the mean tool shift: the one shift of the tool that explains all "
         "readings of a sample best.");
   }
-  if (std::ranges::any_of(recommended.candidates, [](const studies::Candidate& each) {
+  if (std::ranges::any_of(recommended.candidates, [](const studies::RecommendedWay& each) {
         return is_extended(each.by) && each.g2_mm.has_value();
       })) {
     table.notes.emplace_back(
@@ -138,7 +138,7 @@ Table candidates_table(const studies::Recommendation& recommended) {
 
 bool leaves_more_than_noise(
     const ReportData& data, const studies::Recommendation& recommended) {
-  const studies::Candidate* chosen = recommended.of(recommended.by);
+  const studies::RecommendedWay* chosen = recommended.of(recommended.by);
   if (chosen == nullptr || !data.position_noise_mm) return false;
   const std::optional<double> left_mm =
       chosen->held_out_mm ? chosen->held_out_mm : chosen->g2_mm;

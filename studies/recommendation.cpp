@@ -146,7 +146,7 @@ class Choice {
     ways.insert(ways.end(), kWays.begin(), kWays.end());
     for (const CompensateBy by : ways) {
       if (!can_command(calibration_, diagnosis_, by)) continue;
-      Candidate candidate{.by = by, .g2_mm = g2_of(calibration_, diagnosis_, by)};
+      RecommendedWay candidate{.by = by, .g2_mm = g2_of(calibration_, diagnosis_, by)};
       if (is_judged(by)) candidate.held_out_mm = mean_error(*checked(), by)->mean_mm;
       if (const ValidatedWay* way = way_of(validation_, by)) {
         candidate.reached_mm = way->errors->mean_mm;
@@ -161,13 +161,13 @@ class Choice {
   /// Plain kinematics was commanded again and did worse than the nominal parameters: then what
   /// was not commanded again is not believed either.
   [[nodiscard]] bool is_refuted() const {
-    const Candidate* plain = result_.of(CompensateBy::kKinematics);
+    const RecommendedWay* plain = result_.of(CompensateBy::kKinematics);
     return plain != nullptr && plain->ruled_out;
   }
 
   [[nodiscard]] std::vector<CompensateBy> judged(bool with_ruled_out) const {
     std::vector<CompensateBy> ways;
-    for (const Candidate& each : result_.candidates) {
+    for (const RecommendedWay& each : result_.candidates) {
       if (!with_ruled_out && is_refuted() && !each.reached_mm) continue;
       if (each.held_out_mm && (with_ruled_out || !each.ruled_out)) ways.push_back(each.by);
     }
@@ -207,11 +207,11 @@ class Choice {
   /// No candidate is better than the nominal parameters: as measured again where both were,
   /// else as poses that were not fitted tell.
   [[nodiscard]] bool nothing_helps() const {
-    const Candidate* before = result_.of(CompensateBy::kBefore);
+    const RecommendedWay* before = result_.of(CompensateBy::kBefore);
     const MethodRow* row = calibration_.method("before");
     const std::optional<double> on_g1 = row == nullptr ? std::nullopt : mean_of(row->g1);
     bool compared = false;
-    for (const Candidate& each : result_.candidates) {
+    for (const RecommendedWay& each : result_.candidates) {
       if (each.by == CompensateBy::kBefore) continue;
       const bool again = each.reached_mm && before->reached_mm;
       if (!again && is_refuted()) continue;
@@ -256,8 +256,8 @@ class Choice {
 
 }  // namespace
 
-const Candidate* Recommendation::of(CompensateBy way) const {
-  const auto found = std::ranges::find(candidates, way, &Candidate::by);
+const RecommendedWay* Recommendation::of(CompensateBy way) const {
+  const auto found = std::ranges::find(candidates, way, &RecommendedWay::by);
   return found == candidates.end() ? nullptr : &*found;
 }
 

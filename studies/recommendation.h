@@ -23,7 +23,7 @@
 
 namespace sixdial::studies {
 
-struct Candidate {
+struct RecommendedWay {
   CompensateBy by = CompensateBy::kKinematics;
   std::optional<double> held_out_mm{};  // mean error on poses of G1 that were left out in turn
   std::optional<double> g2_mm{};        // mean error on G2, modelled
@@ -47,12 +47,12 @@ struct Recommendation {
   std::optional<CompensateBy> best{};           // by cross-validation alone
   bool by_diagnosis = false;                    // whose cross-validation compared them
   int folds = 0, samples = 0;                   // of the cross-validation; 0: none
-  std::vector<Candidate> candidates{};          // "before" first, then from simple to complex
+  std::vector<RecommendedWay> candidates{};     // "before" first, then from simple to complex
   std::vector<ParameterRow> parameters{};       // of the robot, in stored units
   std::vector<HypothesisId> causes{};           // that belong to the parameters
   std::optional<std::string> residual_model{};  // that belongs to the parameters, "anfis"
 
-  [[nodiscard]] const Candidate* of(CompensateBy way) const;
+  [[nodiscard]] const RecommendedWay* of(CompensateBy way) const;
 };
 
 /// `diagnosis`, `validation`: null where there is none; left aside where made from other data.

@@ -7,7 +7,7 @@
 namespace sixdial::report {
 
 template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::Candidate>& candidate) {
+void describe_keys(Fields& at, Of<Fields, studies::RecommendedWay>& candidate) {
   at.named(
       "id", candidate.by, [](studies::CompensateBy each) { return studies::to_string(each); },
       studies::compensate_by_from);

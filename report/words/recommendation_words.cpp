@@ -9,10 +9,10 @@
 namespace sixdial::report {
 namespace {
 
-using studies::Candidate;
 using studies::ChosenBecause;
 using studies::CompensateBy;
 using studies::Recommendation;
+using studies::RecommendedWay;
 
 std::string residual_model_title(const std::string& name) {
   const calibration::ResidualModel* model = calibration::find_residual_model(name);
@@ -20,7 +20,7 @@ std::string residual_model_title(const std::string& name) {
 }
 
 std::string held_out(const Recommendation& recommended, CompensateBy by) {
-  const Candidate* candidate = recommended.of(by);
+  const RecommendedWay* candidate = recommended.of(by);
   return candidate != nullptr && candidate->held_out_mm ? length(*candidate->held_out_mm)
                                                         : std::string("-");
 }
@@ -28,7 +28,7 @@ std::string held_out(const Recommendation& recommended, CompensateBy by) {
 /// "identified parameters 15.2 µm, robot and named causes 11.8 µm".
 std::string others(const Recommendation& recommended) {
   std::vector<std::string> parts;
-  for (const Candidate& each : recommended.candidates) {
+  for (const RecommendedWay& each : recommended.candidates) {
     if (each.by == recommended.by || !each.held_out_mm) continue;
     parts.push_back(fmt::format("{} {}", model_name(each.by), held_out(recommended, each.by)));
   }
@@ -48,11 +48,11 @@ std::string comparison(const Recommendation& recommended) {
 /// Models that were commanded again and missed by more than plain kinematics.
 std::string ruled_out(const Recommendation& recommended) {
   std::vector<std::string> parts;
-  for (const Candidate& each : recommended.candidates) {
+  for (const RecommendedWay& each : recommended.candidates) {
     if (!each.ruled_out || !each.reached_mm) continue;
     parts.push_back(fmt::format("{} ({})", model_name(each.by), length(*each.reached_mm)));
   }
-  const Candidate* plain = recommended.of(CompensateBy::kKinematics);
+  const RecommendedWay* plain = recommended.of(CompensateBy::kKinematics);
   if (parts.empty() || plain == nullptr || !plain->reached_mm) return "";
   return fmt::format(
       " Commanded again, {} missed by more than the {} ({}), and {} not recommended.",

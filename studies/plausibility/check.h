@@ -42,14 +42,14 @@ struct Look {
   [[nodiscard]] bool told(std::string_view code) const;
 };
 
-struct Check {
+struct PlausibilityCheck {
   std::string_view name;
   std::vector<std::string_view> codes;  // that it may tell
   void (*look)(Look& look) = nullptr;
 };
 
 /// In the order in which they look.
-[[nodiscard]] const std::vector<Check>& checks();
+[[nodiscard]] const std::vector<PlausibilityCheck>& checks();
 
 // One a file.
 void look_at_sets(Look& look);

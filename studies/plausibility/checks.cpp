@@ -25,8 +25,8 @@ bool Look::told(std::string_view code) const {
   return std::ranges::any_of(found, [&](const Warning& each) { return each.code == code; });
 }
 
-const std::vector<Check>& checks() {
-  static const std::vector<Check> kChecks{
+const std::vector<PlausibilityCheck>& checks() {
+  static const std::vector<PlausibilityCheck> kChecks{
       // What the file says.
       {"sets", {"set_not_used"}, look_at_sets},
       {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
@@ -85,7 +85,7 @@ PlausibleSession plausible(const session::Session& session) {
   plausibility::Look look{
       session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
   std::int64_t done = 0;
-  for (const plausibility::Check& check : plausibility::checks()) {
+  for (const plausibility::PlausibilityCheck& check : plausibility::checks()) {
     geometry::tell_step("checking the data", done++, std::ssize(plausibility::checks()));
     check.look(look);
   }
