@@ -32,6 +32,12 @@ double implausibility(const ActiveEffect& active) {
   return std::isfinite(sum) ? std::log1p(sum) : kNever;
 }
 
+JointFit without_sharing(JointFit fit) {
+  fit.shared = nullptr;
+  fit.shift_mm.setZero();
+  return fit;
+}
+
 /// A searched value that the fit moved out of the range of the search.
 bool out_of_range(const Readings& readings, const ActiveEffect& active) {
   if (!active.effect->searched || !active.effect->searched_change) return false;
@@ -128,17 +134,28 @@ std::vector<Explanation> Search::with_one_more(
     const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
     bool afresh) const {
   std::vector<Explanation> result;
-  for (const Candidate& candidate : candidates) {
-    if (result.size() >= list.most ||
-        candidate.evidence < candidates.front().evidence - list.within) {
-      break;
+  const auto add_best_of = [&](const std::vector<Candidate>& scored, std::size_t most) {
+    std::size_t looked = 0;
+    for (const Candidate& candidate : scored) {
+      if (looked++ >= most || candidate.evidence < scored.front().evidence - list.within) break;
+      const bool known = std::ranges::any_of(result, [&](const Explanation& each) {
+        return each.chosen.back().candidate.hypothesis == candidate.hypothesis;
+      });
+      if (known) continue;
+      std::vector<Chosen> chosen = before.chosen;
+      chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
+      std::vector<ActiveEffect> sizes = before.fit.effects;
+      sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
+      result.push_back(
+          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
     }
-    std::vector<Chosen> chosen = before.chosen;
-    chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
-    std::vector<ActiveEffect> sizes = before.fit.effects;
-    sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
-    result.push_back(
-        explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
+  };
+  add_best_of(candidates, list.most);
+  if (before.fit.shared && !candidates.empty()) {
+    // What passes for a scatter of arrivals may be the cause itself: as if nothing were shared.
+    std::vector<Hypothesis> open;
+    for (const Candidate& each : candidates) open.push_back(each.hypothesis);
+    add_best_of(score_all(readings_, without_sharing(before.fit), open), (list.most + 1) / 2);
   }
   std::stable_sort(
       result.begin(), result.end(),
@@ -163,10 +180,7 @@ Explanation Search::with_unknown(const Explanation& names) const {
     try_best_of(score_unknown(readings_, best.fit));
     if (best.fit.shared) {
       // What passes for a scatter of arrivals may be the very thing that is smooth.
-      JointFit alone = best.fit;
-      alone.shared = nullptr;
-      alone.shift_mm.setZero();
-      try_best_of(score_unknown(readings_, alone));
+      try_best_of(score_unknown(readings_, without_sharing(best.fit)));
     }
     if (!next || next->evidence <= best.evidence) break;
     best = std::move(*next);
