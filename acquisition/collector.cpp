@@ -290,8 +290,7 @@ tl::expected<RobotState, RobotFault> Collector::move(
     std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
     const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
-                       lost_.empty() &&
-                       robot_.silent_for() < longest_silence(clock_);
+                       lost_.empty() && robot_.silent_for() < longest_silence(clock_);
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }

@@ -239,7 +239,7 @@ class Collector {
   std::vector<ExpectedDial> last_expected_;
   std::vector<int> last_move_;  // sign of each joint's; 0: not known
   std::optional<Eigen::VectorXd> last_q_;
-  std::vector<std::string> lost_;  // dials that lost the cuboid on the last move
+  std::vector<std::string> lost_;          // dials that lost the cuboid on the last move
   std::optional<session::Branch> branch_;  // the legs stand in; empty: nobody knows yet
   std::vector<std::string> remarks_;       // of the point in hand
   DeviceTime started_{0};

@@ -1,5 +1,5 @@
-// What the collector looks after while the robot moves: that a person has looked before the first
-// move, and that the dials keep the cuboid.
+// What the collector looks after while the robot moves: that a person has looked before the
+// first move, and that the dials keep the cuboid.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -75,8 +75,8 @@ bool Collector::asked_before_first_move(const std::stop_token& stop) {
   const std::optional<std::size_t> first =
       pending_.empty() ? std::nullopt : std::optional(pending_.front());
   (void)wait_paused(
-      first, PauseReason::kFirstMove, before_first_move_,
-      "resume begins to move, stop ends it", stop);
+      first, PauseReason::kFirstMove, before_first_move_, "resume begins to move, stop ends it",
+      stop);
   if (!stop.stop_requested()) return true;
   report(CollectorStage::kStopped, std::nullopt);
   return false;
@@ -91,7 +91,8 @@ std::vector<std::size_t> Collector::sure_contacts(const Eigen::VectorXd& q) cons
   for (int step = 0; step <= kLooksAtPath && !sure.empty(); ++step) {
     const double share = static_cast<double>(step) / kLooksAtPath;
     const std::vector<ExpectedDial> expected = plausibility_.expected_at(
-        *last_q_ + share * (q - *last_q_), branch_ ? std::optional(branch_->assembly) : std::nullopt);
+        *last_q_ + share * (q - *last_q_),
+        branch_ ? std::optional(branch_->assembly) : std::nullopt);
     std::erase_if(sure, [&](std::size_t i) {
       const auto& there = expected[i].displacement_mm;
       return !there || *there <= settings_.implausible_mm;

@@ -29,7 +29,8 @@ std::optional<Fault> fault_of_status(std::uint16_t status) {
       return Fault{FaultKind::kRange, "the plunger is beyond the probe's range (status 19)"};
     case 246:
       return Fault{
-          FaultKind::kWrongDial, "another probe is plugged in than the box expects (status 246)"};
+          FaultKind::kWrongDial,
+          "another probe is plugged in than the box expects (status 246)"};
     case 247:
       return Fault{FaultKind::kNoDial, "no probe is plugged in there (status 247)"};
     default:

@@ -44,7 +44,9 @@ RobotFault controller_fault(int code) {
     case 2:
       return {RobotFaultKind::kHalted, "the robot was stopped on its way"};
     default:
-      return {RobotFaultKind::kController, fmt::format("fault {}, which its manual explains", code)};
+      return {
+          RobotFaultKind::kController,
+          fmt::format("fault {}, which its manual explains", code)};
   }
 }
 

@@ -45,7 +45,8 @@ std::string rights_advice(const PortGroup& group) {
   if (group.may_open && !group.is_root && !group.name.empty()) {
     if (group.user_is_in) {
       return fmt::format(
-          "you are in the group {} since your last login: log out and in again (or: newgrp {}); "
+          "you are in the group {} since your last login: log out and in again (or: newgrp "
+          "{}); "
           "start the service again, too",
           group.name, group.name);
     }

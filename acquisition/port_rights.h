@@ -9,7 +9,7 @@ namespace sixdial::acquisition {
 
 /// What the system says about a port's group.
 struct PortGroup {
-  std::string name;      // "dialout"; empty: it has no name
+  std::string name;       // "dialout"; empty: it has no name
   bool may_open = false;  // the group has the rights to read and write
   bool is_root = false;
   bool user_is_in = false;  // by the system's list, if perhaps not since the last login

@@ -12,12 +12,12 @@
 namespace sixdial::acquisition {
 namespace {
 
-constexpr double kMoved_mm = 0.1;        // less is a hand on the table
-constexpr double kAlongWith = 0.3;       // of the largest way: this one moved, too
-constexpr double kBack = 0.2;            // of its way: let go
-constexpr double kWholeWay = 0.5;        // of the travel
+constexpr double kMoved_mm = 0.1;   // less is a hand on the table
+constexpr double kAlongWith = 0.3;  // of the largest way: this one moved, too
+constexpr double kBack = 0.2;       // of its way: let go
+constexpr double kWholeWay = 0.5;   // of the travel
 constexpr double kMmPerInch = 25.4;
-constexpr double kZero_mm = 0.5;         // a free plunger shows less
+constexpr double kZero_mm = 0.5;  // a free plunger shows less
 
 /// "to the right (+x)".
 std::string pointing(const Eigen::Vector2d& axis) {
@@ -32,8 +32,8 @@ std::string pointing(const Eigen::Vector2d& axis) {
 }  // namespace
 
 std::string_view to_string(PushVerdict verdict) {
-  constexpr std::array<std::string_view, 8> kNames{
-      "open", "good", "other", "together", "reversed", "inch", "short", "skipped"};
+  constexpr std::array<std::string_view, 8> kNames{"open",     "good", "other", "together",
+                                                   "reversed", "inch", "short", "skipped"};
   return kNames.at(static_cast<std::size_t>(verdict));
 }
 
@@ -61,7 +61,8 @@ std::string describe(const PushedDial& dial, double travel_mm) {
       break;
     case PushVerdict::kReversed:
       text = fmt::format(
-          "{}: it counts down when pushed in ({:+.3f} mm). Turn its counting direction round at "
+          "{}: it counts down when pushed in ({:+.3f} mm). Turn its counting direction round "
+          "at "
           "the dial",
           dial.id, dial.by_mm);
       break;

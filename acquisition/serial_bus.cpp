@@ -236,7 +236,8 @@ tl::expected<double, Fault> SerialBus::listen(
         parsed ? displacement_mm(*parsed, dial.limits.resolution_mm, dial.limits.travel_mm)
                : tl::expected<double, FaultKind>(tl::unexpected(parsed.error()));
     if (value) return *value;
-    Fault fault{value.error(), answered_in_words(protocol_, dial.limits.id, line, value.error())};
+    Fault fault{
+        value.error(), answered_in_words(protocol_, dial.limits.id, line, value.error())};
     if (!worth_listening_on(fault.kind)) return tl::unexpected(fault);
     if (!noted) noted = fault;
   }

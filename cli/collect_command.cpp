@@ -242,8 +242,7 @@ void add_moved_command(CLI::App& group, Cli& cli) {
 void add_collection_commands(CLI::App& app, Cli& cli) {
   CLI::App* group = app.add_subcommand("collection", "Commands to a collection that runs.");
   group->require_subcommand(1);
-  for (const char* verb :
-       {"status", "pause", "resume", "skip", "retake", "accept", "stop"}) {
+  for (const char* verb : {"status", "pause", "resume", "skip", "retake", "accept", "stop"}) {
     const std::string method = std::string("collect.") + verb;
     group->add_subcommand(verb, summary_of(method))->callback([&cli, method] {
       cli.action = [&cli, method] { return print_status(cli, cli.call(method)); };
@@ -305,10 +304,11 @@ void add_collect_command(CLI::App& app, Cli& cli) {
           "deviation, "
           "k = 1) is below this at the worst place of the workspace")
       ->check(CLI::Range(1e-6, 100.0));
-  command->add_option(
-      "--settle-spread", options->settle_spread_mm,
-      "mm: readings that stay within this are "
-      "settled")
+  command
+      ->add_option(
+          "--settle-spread", options->settle_spread_mm,
+          "mm: readings that stay within this are "
+          "settled")
       ->check(CLI::PositiveNumber);
   command
       ->add_option(

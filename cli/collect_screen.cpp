@@ -79,7 +79,8 @@ std::vector<std::string> warnings_of(const Json& live) {
 }
 
 std::string pose_line(const Json& live) {
-  if (live.value("stage", "") == "watching") return "nothing is collected: readings as they are";
+  if (live.value("stage", "") == "watching")
+    return "nothing is collected: readings as they are";
   const Json& pose = live["pose"];
   std::string text = pose.is_object()
                          ? fmt::format(

@@ -18,10 +18,10 @@ namespace sixdial::cli {
 struct Console {
   std::ostream& out;
   std::ostream& err;
-  bool json = false;      // --json
-  bool quiet = false;     // --quiet: no progress
-  bool terminal = false;  // stderr is one
-  bool colour = false;    // ... and NO_COLOR is not set
+  bool json = false;          // --json
+  bool quiet = false;         // --quiet: no progress
+  bool terminal = false;      // stderr is one
+  bool colour = false;        // ... and NO_COLOR is not set
   bool out_terminal = false;  // stdout is one
 
   /// --json: {"schema": name, "schema_version": 1, ...document} on one line.

@@ -134,7 +134,8 @@ std::string readings_text(const Json& live) {
 }
 
 /// The block of the dials, drawn anew with these lines below it.
-std::string redrawn(ScreenBlock& block, const Json& live, const std::vector<std::string>& below) {
+std::string redrawn(
+    ScreenBlock& block, const Json& live, const std::vector<std::string>& below) {
   const std::string before = block.erased();
   std::vector<std::string> lines = dial_lines(live, terminal_width());
   for (const std::string& text : below) {
@@ -204,7 +205,8 @@ Json carried_on(Cli& cli, Source& source) {
     if (check["done"] == true) return check;
     if (cli.console.terminal) {
       cli.console.send(redrawn(
-          block, *data, {instruction, "s leaves it out, a asks for the one before, Ctrl-C ends."}));
+          block, *data,
+          {instruction, "s leaves it out, a asks for the one before, Ctrl-C ends."}));
     }
   }
 }
@@ -219,7 +221,8 @@ service::ExitCode check(Cli& cli, Source& source) {
   for (const std::string& line : verdicts(end)) text += line + '\n';
   cli.console.print("dials", {{"check", end}}, text);
   if (end["good"] == true) return service::ExitCode::kOk;
-  cli.console.note("Mend what is said above and check again: one exchanged pair spoils a session.");
+  cli.console.note(
+      "Mend what is said above and check again: one exchanged pair spoils a session.");
   return service::ExitCode::kDevice;
 }
 
@@ -233,8 +236,7 @@ void add_dials_command(CLI::App& app, Cli& cli) {
   const auto options = std::make_shared<DialsOptions>();
   CLI::Option* session = command->add_option(
       "SESSION", options->session, "a session of the service, whose rig it is");
-  command
-      ->add_option("--rig", options->rig_file, "rig.toml, read by this program: no service")
+  command->add_option("--rig", options->rig_file, "rig.toml, read by this program: no service")
       ->check(existing_file())
       ->excludes(session);
   command->add_flag("--check", options->check, "push each dial with a finger: A, B, ...");

@@ -113,8 +113,8 @@ struct RigOutcome {
 
 /// Of a line of the rig file whose port is not there: which ports are.
 std::string ports_instead(const acquisition::CheckedDial& dial, const std::string& by_id) {
-  const bool serial = dial.connection.starts_with("serial:") ||
-                      dial.connection.starts_with("modbus-rtu:");
+  const bool serial =
+      dial.connection.starts_with("serial:") || dial.connection.starts_with("modbus-rtu:");
   if (dial.reading.reason != session::reason::kDisconnected || !serial) return "";
   std::vector<std::string> names;
   for (const acquisition::PortName& port : acquisition::serial_ports(by_id)) {
@@ -257,8 +257,8 @@ service::ExitCode examine(Cli& cli, const DoctorOptions& options) {
   Json document{{"checks", rows}, {"rig", nullptr}};
   if (!options.rig_file.empty()) {
     acquisition::SystemClock clock;
-    RigOutcome outcome = checked_rig(
-        session::read_rig_file(options.rig_file), {}, clock, options.by_id);
+    RigOutcome outcome =
+        checked_rig(session::read_rig_file(options.rig_file), {}, clock, options.by_id);
     document["rig"] = std::move(outcome.json);
     text += fmt::format("rig file {}:\n{}", options.rig_file, outcome.text);
     if (!outcome.good && code == service::ExitCode::kOk) code = service::ExitCode::kDevice;

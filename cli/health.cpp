@@ -74,8 +74,7 @@ std::vector<Check> check_ports(const std::filesystem::path& by_id) {
       if (errno == ENOENT) continue;  // the kernel's driver has it, the machine does not
       checks.push_back(failed(
           "port", fmt::format("{}: {}", what, said(errno)),
-          acquisition::rights_advice(port.device),
-          service::ExitCode::kDevice));
+          acquisition::rights_advice(port.device), service::ExitCode::kDevice));
     } else {
       checks.push_back(ok("port", what));
     }

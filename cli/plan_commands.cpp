@@ -50,8 +50,12 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command
       .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
-  command.add_option("--approach", plan.approach, "from which side points are reached; default: as it comes, alternate where the robot is "
-      "moved by hand")
+  command
+      .add_option(
+          "--approach", plan.approach,
+          "from which side points are reached; default: as it comes, alternate where the robot "
+          "is "
+          "moved by hand")
       ->check(CLI::IsMember({"as-it-comes", "alternate", "both-sides"}));
   add_modes(
       command, plan.modes,
@@ -242,7 +246,8 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
   random->callback([&cli, plan] {
     cli.action = [&cli, plan] {
       const auto rig = session::read_rig_file(plan->rig_file);
-      return write(cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan, rig)));
+      return write(
+          cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan, rig)));
     };
   });
 }

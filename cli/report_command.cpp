@@ -88,8 +88,8 @@ service::ExitCode report_bundle(
   if (options.diagnose) {
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = run_here(
-        cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+    diagnosis =
+        run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
           return studies::diagnose(session, request, progress, std::move(stop));
         });
   }

@@ -1,5 +1,7 @@
-// sixdial rig adopt: the geometry that a calibration found goes back into a rig file, each figure
-// with its uncertainty. Comments and everything else stay as they are.
+// sixdial rig adopt: the geometry that a calibration found goes back into a rig file, each
+// figure with its uncertainty. Comments and everything else stay as they are.
+#include "session/rig_adopt.h"
+
 #include <fmt/format.h>
 
 #include <memory>
@@ -9,7 +11,6 @@
 #include "geometry/units.h"
 #include "report/documents/calibration_json.h"
 #include "session/csv.h"
-#include "session/rig_adopt.h"
 #include "session/rig_file.h"
 
 namespace sixdial::cli {

@@ -21,11 +21,10 @@ CLI::Validator seed_number() {
         const auto [end, trouble] =
             std::from_chars(text.data(), text.data() + text.size(), value);
         const bool whole = trouble == std::errc() && end == text.data() + text.size();
-        return whole && value >= 0
-                   ? std::string()
-                   : fmt::format(
-                         "{} is no seed: give a whole number from 0 to {}", text,
-                         std::numeric_limits<std::int64_t>::max());
+        return whole && value >= 0 ? std::string()
+                                   : fmt::format(
+                                         "{} is no seed: give a whole number from 0 to {}",
+                                         text, std::numeric_limits<std::int64_t>::max());
       },
       "SEED"};
 }

@@ -1,6 +1,6 @@
 // One writer a database: an flock on the database file itself, whatever name or link it was
-// opened by; the kernel drops it when its holder ends, however it ends. "<database>.lock" beside
-// it says who holds it, or held it last.
+// opened by; the kernel drops it when its holder ends, however it ends. "<database>.lock"
+// beside it says who holds it, or held it last.
 #pragma once
 
 #include <cstdint>

@@ -68,8 +68,8 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
     result.push_back(std::make_shared<const ScatterColumns>(
         ScatterColumns{of, of_stops, columns, of_stops ? stops : samples}));
   };
-  // Both at once: half of the tool's variance from either. Which half it is matters little, that
-  // the cuboid turns with one of them does.
+  // Both at once: half of the tool's variance from either. Which half it is matters little,
+  // that the cuboid turns with one of them does.
   const double per_unit_mm = tool_motion_mm(readings, at, ScatterOf::kJoints);
   Eigen::MatrixXd both(tool.rows(), tool.cols() + joints.cols());
   both << tool, joints / std::max(1e-300, per_unit_mm);

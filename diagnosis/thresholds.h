@@ -47,8 +47,8 @@ inline constexpr double kExchangeLogOdds = 50.0;
 inline constexpr double kScatterLevel = 1e-3;
 inline constexpr double kMakersWord = 1.3;
 /// A dial scatters more than the others at this level, by at least this factor: less would not
-/// change a verdict. Of six dials, 0.6 % of good sessions come so far by chance where a dial has
-/// few readings; with 150 a dial the factor alone is passed by chance once in 1e5.
+/// change a verdict. Of six dials, 0.6 % of good sessions come so far by chance where a dial
+/// has few readings; with 150 a dial the factor alone is passed by chance once in 1e5.
 inline constexpr double kUnevenLevel = 1e-3;
 inline constexpr double kUnevenFactor = 1.3;
 inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of the parameters

@@ -185,8 +185,7 @@ class Page {
     Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
     out.mood = mood_name(v.mood);
     out.decision = v.decision;
-    if (v.state != CalibrationState::kUnknown &&
-        v.state != CalibrationState::kNotCalibrated) {
+    if (v.state != CalibrationState::kUnknown && v.state != CalibrationState::kNotCalibrated) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
       out.basis = fmt::format(

@@ -223,7 +223,8 @@ std::string Collection::why_ended(
   if (state == CollectState::kStopped) return "stopped by a command";
   if (run.first_pass) {
     return fmt::format(
-        "the first pass went to the {} outermost points; nothing was stored. Collect without it "
+        "the first pass went to the {} outermost points; nothing was stored. Collect without "
+        "it "
         "to measure",
         run.plan.points.size());
   }

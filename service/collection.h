@@ -48,8 +48,8 @@ struct CollectRequest {
   std::optional<double> stop_below_mm{};
   /// Percent of the controller's full speed; as before again at the end. Empty: as it is.
   std::optional<int> speed_percent{};
-  /// Only goes to the outermost points, slowly, and looks whether the dials show there what they
-  /// should; asks a person before the first move, and stores nothing.
+  /// Only goes to the outermost points, slowly, and looks whether the dials show there what
+  /// they should; asks a person before the first move, and stores nothing.
   bool first_pass = false;
   Caller caller{};
 };

@@ -71,7 +71,8 @@ std::optional<acquisition::ManualAnswer> Collection::ask_person(
 Json Collection::move_json() const {
   const session::SampleLayout layout = session::layout_of(run_->rig);
   report::MoveByHand move;
-  if (progress_.plan_index) move.target_mm = run_->plan.points.at(*progress_.plan_index).target_mm;
+  if (progress_.plan_index)
+    move.target_mm = run_->plan.points.at(*progress_.plan_index).target_mm;
   Json joints = Json::array();
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);

@@ -25,7 +25,7 @@ struct Collection::Run {
   std::optional<double> stop_below_mm;
   std::optional<int> speed_percent;
   bool first_pass = false;
-  std::string before_first_move;  // what a person looks at; empty: nobody is asked
+  std::string before_first_move;       // what a person looks at; empty: nobody is asked
   std::optional<std::size_t> doubted;  // of a first pass: the point a person looks at
   Caller caller;
   std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone

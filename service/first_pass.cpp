@@ -17,7 +17,8 @@ namespace {
       fmt::format(
           "the robot's speed cannot be set, so nothing was moved: {}: {}",
           acquisition::describe(fault.kind), fault.detail),
-      {{"field", "robot"}}, "Look at the controller; sixdial rig scan --rig tells whether it answers.");
+      {{"field", "robot"}},
+      "Look at the controller; sixdial rig scan --rig tells whether it answers.");
 }
 
 }  // namespace
@@ -42,8 +43,10 @@ void Collection::prepare_first_pass(Run& run) {
   if (!run.speed_percent) run.speed_percent = kFirstPassSpeed_percent;
   run.before_first_move = fmt::format(
       "first pass to the {} outermost points at {} % of full speed; nothing is stored. Look "
-      "first: nobody in reach of the links, the emergency stop at hand; every plunger meets its "
-      "face of the cuboid at the height of the face's middle, and no link, clamp or cable meets "
+      "first: nobody in reach of the links, the emergency stop at hand; every plunger meets "
+      "its "
+      "face of the cuboid at the height of the face's middle, and no link, clamp or cable "
+      "meets "
       "a dial on the way",
       run.plan.points.size(), *run.speed_percent);
 }
@@ -68,7 +71,8 @@ void Collection::on_rehearsed(Run& run, const acquisition::CollectedSample& coll
   }
   run.doubted = collected.plan_index;
   throw acquisition::StoreLater(fmt::format(
-      "first pass: dial {} does not show what the rig file and the nominal robot say ({}). Look "
+      "first pass: dial {} does not show what the rig file and the nominal robot say ({}). "
+      "Look "
       "whether it stands where the rig file says before going on",
       fmt::join(odd, ", "), remarks));
 }

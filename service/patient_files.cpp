@@ -38,8 +38,9 @@ void run_patiently(
   if (hanging() >= kMostHanging) {
     throw Error(
         ErrorCode::kFile,
-        fmt::format("{} is not tried: {} earlier requests still hang on files", path.string(),
-                    kMostHanging),
+        fmt::format(
+            "{} is not tried: {} earlier requests still hang on files", path.string(),
+            kMostHanging),
         {{"file", path.string()}},
         "See which share does not answer; starting the service again frees them.");
   }

@@ -45,7 +45,8 @@ void check_session(
       fmt::format(
           "result {} is a {} of another session than {}", record.id.value, record.kind, name),
       {{"session", name}},
-      "Use one of this session, or ask for it where the robot is the same: from_other_session, at "
+      "Use one of this session, or ask for it where the robot is the same: from_other_session, "
+      "at "
       "the terminal --from-other-session.");
 }
 

@@ -346,8 +346,9 @@ std::string read_file(const std::string& path) {
   if (const std::string kind = special_kind(fd); !kind.empty() && !is_a_shells(path)) {
     ::close(fd);
     throw DataError(
-        path, Mistake{0, 0, "", fmt::format("is {}, not a plain file", kind),
-                      "give the path of a file"});
+        path,
+        Mistake{
+            0, 0, "", fmt::format("is {}, not a plain file", kind), "give the path of a file"});
   }
   ::fcntl(fd, F_SETFL, 0);
   std::string text;
@@ -379,8 +380,9 @@ void write_file(const std::string& path, std::string_view text) {
   const bool there = ::stat(real.c_str(), &before) == 0;
   if (const std::string kind = there ? kind_of(before.st_mode) : ""; !kind.empty()) {
     throw DataError(
-        path, Mistake{0, 0, "", fmt::format("is {}, not a plain file", kind),
-                      "choose another name; nothing was written"});
+        path, Mistake{
+                  0, 0, "", fmt::format("is {}, not a plain file", kind),
+                  "choose another name; nothing was written"});
   }
   if (there && ::access(real.c_str(), W_OK) != 0) fail("written", errno);
   const std::string beside = fmt::format("{}.{}.part", real, ::getpid());

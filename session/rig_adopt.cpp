@@ -33,7 +33,8 @@ std::string without_blanks(std::string_view text) {
 std::string key_of(std::string_view line) {
   const std::string text = without_blanks(line);
   const std::size_t equals = text.find('=');
-  if (text.empty() || text[0] == '#' || text[0] == '[' || equals == std::string::npos) return "";
+  if (text.empty() || text[0] == '#' || text[0] == '[' || equals == std::string::npos)
+    return "";
   std::string key = text.substr(0, equals);
   key.erase(key.find_last_not_of(" \t") + 1);
   return key;

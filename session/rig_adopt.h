@@ -1,4 +1,5 @@
-// Figures that were found go back into a rig file's text: only their lines change, comments stay.
+// Figures that were found go back into a rig file's text: only their lines change, comments
+// stay.
 //
 #pragma once
 

@@ -50,8 +50,7 @@ std::string alternatives(
 }
 
 const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
-const std::vector<std::string> kCuboidKeys =
-    traced({"side_mm", "mount", "reference_pose_mm"});
+const std::vector<std::string> kCuboidKeys = traced({"side_mm", "mount", "reference_pose_mm"});
 
 std::vector<std::string> dials_keys() {
   std::vector<std::string> keys{"connection"};

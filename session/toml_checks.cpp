@@ -1,11 +1,12 @@
 #include "session/toml_checks.h"
-#include "session/traceability.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "session/traceability.h"
 
 namespace sixdial::session {
 

@@ -36,9 +36,7 @@ void add(Traceability& all, std::string what, const toml::table* from) {
 
 std::string TracedPart::words() const {
   std::string text;
-  const auto join = [&](const std::string& more) {
-    text += (text.empty() ? "" : ", ") + more;
-  };
+  const auto join = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
   if (!serial.empty()) join("serial " + serial);
   if (!certificate.empty() || !certified.empty()) {
     join(

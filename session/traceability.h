@@ -3,8 +3,8 @@
 //
 //   operator = "A. Person"
 //   [robot]        serial = "R-7"
-//   [cuboid]       serial = "Q-12"  certificate = "K 4711"  certified = 2026-01-15  due = 2027-01-15
-//   [thermometer]  serial = "T-3"   ...
+//   [cuboid]       serial = "Q-12"  certificate = "K 4711"  certified = 2026-01-15  due =
+//   2027-01-15 [thermometer]  serial = "T-3"   ...
 //   [[dial]]       serial = "12345" ...
 #pragma once
 
@@ -22,8 +22,8 @@ inline constexpr std::array<const char*, 4> kTraceKeys{
 struct TracedPart {
   std::string what;  // "robot", "cuboid", "thermometer", "dial A"
   std::string serial{};
-  std::string certificate{};          // its number
-  std::string certified{}, due{};     // dates, 2026-01-15
+  std::string certificate{};       // its number
+  std::string certified{}, due{};  // dates, 2026-01-15
   /// "serial 12345, certificate K 4711 of 2026-01-15, due 2027-01-15"; empty: nothing is known.
   [[nodiscard]] std::string words() const;
 };

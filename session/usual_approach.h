@@ -5,11 +5,10 @@
 
 namespace sixdial::session {
 
-/// A controller: as it comes. A person, who can be told: from one side and the other in turn, so
-/// that the session shows backlash and knows the side of every sample.
+/// A controller: as it comes. A person, who can be told: from one side and the other in turn,
+/// so that the session shows backlash and knows the side of every sample.
 [[nodiscard]] inline ApproachRule usual_approach(const geometry::Rig& rig) {
-  return rig.robot.connection == "manual" ? ApproachRule::kAlternate
-                                          : ApproachRule::kAsItComes;
+  return rig.robot.connection == "manual" ? ApproachRule::kAlternate : ApproachRule::kAsItComes;
 }
 
 }  // namespace sixdial::session

@@ -26,7 +26,8 @@ std::vector<Position> convex_hull(std::vector<Position> points) {
   const auto half = [&](auto first, auto last) {
     const std::size_t begin = hull.size();
     for (; first != last; ++first) {
-      while (hull.size() >= begin + 2 && turn(hull[hull.size() - 2], hull.back(), *first) <= 0) {
+      while (hull.size() >= begin + 2 &&
+             turn(hull[hull.size() - 2], hull.back(), *first) <= 0) {
         hull.pop_back();
       }
       hull.push_back(*first);
@@ -47,7 +48,7 @@ double distance_to_edge_mm(const Position& a, const Position& b, const Position&
 }
 
 double median_spacing_mm(const std::vector<Position>& points) {
-  constexpr double kSamePlace_mm = 0.01;  // a repeat
+  constexpr double kSamePlace_mm = 0.01;    // a repeat
   constexpr std::size_t kMostLooked = 500;  // the spacing of these tells enough
   const std::size_t step = std::max<std::size_t>(1, points.size() / kMostLooked);
   std::vector<double> nearest;
@@ -76,8 +77,8 @@ MeasuredArea::MeasuredArea(const session::Session& session) {
     if (has_g1 && sample.set != "G1") continue;
     std::optional<Position> place = sample.target_mm;
     if (!place) {
-      const auto nominal = tool.position(
-          session.rig.robot.nominal, sample.q, session.rig.robot.assembly);
+      const auto nominal =
+          tool.position(session.rig.robot.nominal, sample.q, session.rig.robot.assembly);
       if (!nominal) continue;
       place = *nominal;
     }

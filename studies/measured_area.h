@@ -29,15 +29,16 @@ class MeasuredArea {
   [[nodiscard]] double beyond_hull_mm(const geometry::Position& p_WE) const;
   [[nodiscard]] double beyond_box_mm(const geometry::Position& p_WE) const;
 
-  std::vector<geometry::Position> outline_;  // hull, counter-clockwise; of a box its two corners
+  std::vector<geometry::Position>
+      outline_;  // hull, counter-clockwise; of a box its two corners
   std::vector<geometry::WorkingMode> modes_;
   double spacing_mm_ = 0.0;
 };
 
 /// What lies outside of what was measured.
 struct OutsideMeasured {
-  double farthest_mm = 0.0;   // 0: every target is inside
-  int points = 0;             // so many targets are outside
+  double farthest_mm = 0.0;    // 0: every target is inside
+  int points = 0;              // so many targets are outside
   int points_of_new_mode = 0;  // so many are in a working mode without a sample
 };
 [[nodiscard]] OutsideMeasured outside_measured(

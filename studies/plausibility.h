@@ -79,8 +79,8 @@ struct PlausibleSession {
   /// right. Empty: they are not.
   std::vector<int> dial_of_column{};
 };
-/// `judged.session` where the rig file's frame is the only one: positions and targets are in it.
-/// Plans are made there. `filed`: the rig as the file has it.
+/// `judged.session` where the rig file's frame is the only one: positions and targets are in
+/// it. Plans are made there. `filed`: the rig as the file has it.
 [[nodiscard]] session::Session in_rig_frame(
     const PlausibleSession& judged, const geometry::Rig& filed);
 /// Two dials and no more are exchanged; a diagnosis names that by itself.

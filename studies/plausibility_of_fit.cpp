@@ -28,8 +28,8 @@ int distinct_poses(std::span<const simulation::Trial> trials) {
 
 std::optional<Warning> too_few_poses(
     std::span<const simulation::Trial> fitted, int axes, int free_parameters) {
-  // As many equations as unknowns leave nothing that could contradict; so few more that no noise
-  // can be known from them (calibration/noise.h) leave too little.
+  // As many equations as unknowns leave nothing that could contradict; so few more that no
+  // noise can be known from them (calibration/noise.h) leave too little.
   constexpr int kMore = 5;
   const int needed = (free_parameters + kMore + axes - 1) / axes;
   const int poses = distinct_poses(fitted);

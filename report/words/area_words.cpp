@@ -17,14 +17,15 @@ std::string outside_words(const studies::OutsideMeasured& outside, std::size_t a
   }
   if (outside.points_of_new_mode > 0) {
     if (!where.empty()) where += ", and ";
-    where += asked == 1 ? std::string("no sample is in its working mode")
-                        : fmt::format(
-                              "{} are in a working mode without a sample",
-                              outside.points_of_new_mode);
+    where += asked == 1
+                 ? std::string("no sample is in its working mode")
+                 : fmt::format(
+                       "{} are in a working mode without a sample", outside.points_of_new_mode);
   }
   if (where.empty()) return "";
-  return where + ": the calibration is extrapolated there and its accuracy is not known; "
-                 "measure there, too";
+  return where +
+         ": the calibration is extrapolated there and its accuracy is not known; "
+         "measure there, too";
 }
 
 }  // namespace sixdial::report

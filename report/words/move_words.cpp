@@ -22,8 +22,8 @@ std::string one_joint(const JointByHand& joint) {
   if (std::abs(by) < kStays_deg_mm) {
     return fmt::format("leave {} at {:.3f} {}", joint.joint, joint.to, joint.unit);
   }
-  const std::string_view way = turns ? (by > 0 ? "counter-clockwise" : "clockwise")
-                                     : (by > 0 ? "outwards" : "inwards");
+  const std::string_view way =
+      turns ? (by > 0 ? "counter-clockwise" : "clockwise") : (by > 0 ? "outwards" : "inwards");
   return fmt::format(
       "{} {} {} by {:.3f} to {:.3f} {}", turns ? "turn" : "slide", joint.joint, way,
       std::abs(by), joint.to, joint.unit);

@@ -12,7 +12,7 @@ namespace sixdial::report {
 /// Figures as people read them: degrees, or mm of a joint that slides.
 struct JointByHand {
   std::string joint;
-  std::string unit;             // "deg" or "mm"
+  std::string unit;  // "deg" or "mm"
   double to = 0.0;
   std::optional<double> from{};   // where it stands; empty: nobody knows
   std::optional<double> first{};  // where it is brought before, to arrive from one side

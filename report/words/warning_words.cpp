@@ -143,7 +143,8 @@ constexpr Words kWords[] = {
      "angles put the nominal robot: not used, and errors before the calibration are those of "
      "the nominal robot."},
     {"certificate_expired",
-     "The certificate of {which} had run out (due {due} at the earliest) when this was measured "
+     "The certificate of {which} had run out (due {due} at the earliest) when this was "
+     "measured "
      "on {measured}: its figures are not traceable until it is calibrated again."},
     {"wrong_mode",
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "

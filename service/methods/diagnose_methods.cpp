@@ -36,8 +36,7 @@ Json write_page(const Call& call) {
   const std::string page = report::diagnosis_page(
       report::diagnosis_from_json(Json::parse(record.json)),
       reader.load_session(record.session), reader.session_info(record.session).who.name);
-  run_patiently(
-      call.service, path, [path, page] { session::write_file(path.string(), page); });
+  run_patiently(call.service, path, [path, page] { session::write_file(path.string(), page); });
   return {{"path", path.string()}, {"result", record.id.value}};
 }
 

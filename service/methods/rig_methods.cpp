@@ -54,8 +54,10 @@ void halt_alone(const Call& call) {
       connection ? std::get_if<acquisition::ModbusConnection>(&*connection) : nullptr;
   if (modbus == nullptr) {
     throw Error(
-        ErrorCode::kWrongState, "the robot of this session has no controller that could stop it",
-        {{"session", session}}, "It is moved by hand, or the rig file has no connection for it.");
+        ErrorCode::kWrongState,
+        "the robot of this session has no controller that could stop it",
+        {{"session", session}},
+        "It is moved by hand, or the rig file has no connection for it.");
   }
   acquisition::SystemClock clock;
   const auto told = acquisition::ModbusRobot(*modbus, clock).halt({});
@@ -81,22 +83,21 @@ Json stop_robot(const Call& call) {
                     : "the controller was told to stop the robot"}};
 }
 
-constexpr std::array kStopParams{Param{
-    .name = "session",
-    .doc = "whose robot it is; needed while nothing is collected"}};
+constexpr std::array kStopParams{
+    Param{.name = "session", .doc = "whose robot it is; needed while nothing is collected"}};
 constexpr std::array kWatchParams{
-    params::kSession,
-    Param{
-        .name = "for_s",
-        .type = ParamType::kNumber,
-        .doc = "so long, unless it is asked for again meanwhile; default 30",
-        .min = 1,
-        .max = 3600}};
+    params::kSession, Param{
+                          .name = "for_s",
+                          .type = ParamType::kNumber,
+                          .doc = "so long, unless it is asked for again meanwhile; default 30",
+                          .min = 1,
+                          .max = 3600}};
 constexpr std::array kCheckParams{Param{
     .name = "do",
     .required = true,
-    .doc = "start: with the first dial; again: the one before once more, at the end all that are "
-           "not good; skip: the dial asked for; end",
+    .doc =
+        "start: with the first dial; again: the one before once more, at the end all that are "
+        "not good; skip: the dial asked for; end",
     .one_of = kSteps}};
 constexpr std::string_view kStatus =
     "watching, session, check (null, or asked: the dial to push, null at the end; instruction, "
@@ -115,8 +116,9 @@ constexpr std::array kMethods{
         .run = watch},
     RpcMethod{
         .name = "dials.check",
-        .summary = "\"Push each dial with a finger\": whether the right letter moves, the right "
-                   "way, in millimetres. The live events carry it on.",
+        .summary =
+            "\"Push each dial with a finger\": whether the right letter moves, the right "
+            "way, in millimetres. The live events carry it on.",
         .params = kCheckParams,
         .result = kStatus,
         .example = R"({"do": "start"})",

@@ -240,8 +240,8 @@ Json plan_grid(const Call& call) {
 Json plan_random(const Call& call) {
   const geometry::Rig rig = rig_of(call);
   return plan_answer(
-      rig,
-      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params, rig)));
+      rig, session::plan_random(
+               rig, call.params.at("count").get<int>(), plan_options(call.params, rig)));
 }
 
 using params::kSession;
@@ -383,7 +383,8 @@ constexpr std::array kMethods{
             "plan_points, rejected_rows, collections [{time_utc, operator, "
             "ended_because}], clock_steps [{time_utc, operator, what}], readings_within_ms "
             "{median, max}: between the first and the last dial's answer of a sample, null "
-            "where no times are known, warnings [{code, severity, message, where, place, parts}], "
+            "where no times are known, warnings [{code, severity, message, where, place, "
+            "parts}], "
             "page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
@@ -416,9 +417,10 @@ constexpr std::array kMethods{
         .name = "session.choices",
         .summary = "What can be done with a session now, and what each of the rest waits for.",
         .params = kOnlySession,
-        .result = "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
-                  "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
-                  "severity, message, where, place, parts}]: what speaks against the session",
+        .result =
+            "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
+            "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
+            "severity, message, where, place, parts}]: what speaks against the session",
         .example = R"({"session": "demo"})",
         .run = choices},
     RpcMethod{

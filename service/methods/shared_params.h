@@ -27,8 +27,9 @@ inline constexpr Param kKeepGrossErrors{
 inline constexpr Param kFromOtherSession{
     .name = "from_other_session",
     .type = ParamType::kBoolean,
-    .doc = "take a result or diagnosis that belongs to another session than `session`; else it "
-           "is refused"};
+    .doc =
+        "take a result or diagnosis that belongs to another session than `session`; else it "
+        "is refused"};
 
 inline constexpr Param kTolerance{
     .name = "tolerance_mm",

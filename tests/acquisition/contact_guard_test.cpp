@@ -26,7 +26,8 @@ class SlowRobot final : public RobotPort {
  public:
   tl::expected<RobotState, RobotFault> state(const std::stop_token&) override { return now_; }
   tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::VectorXd& q, std::chrono::milliseconds, const std::stop_token& stop) override {
+      const Eigen::VectorXd& q, std::chrono::milliseconds,
+      const std::stop_token& stop) override {
     ++moves;
     if (moves == 2) {
       std::mutex mutex;
@@ -63,8 +64,8 @@ class Dials final : public DialSource {
     clock_.sleep_for(std::chrono::milliseconds(50), stop);
     std::vector<Reading> readings;
     for (const auto& expected : plausible_.expected_at(robot_.state({})->q)) {
-      readings.push_back(good_reading(
-          expected.displacement_mm.value_or(0.0), requested, clock_.now_utc()));
+      readings.push_back(
+          good_reading(expected.displacement_mm.value_or(0.0), requested, clock_.now_utc()));
     }
     return readings;
   }

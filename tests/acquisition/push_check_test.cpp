@@ -135,7 +135,8 @@ TEST(PortRights, NobodyIsAdvisedIntoTheGroupOfRoot) {
   for (const PortGroup& group :
        {PortGroup{.name = "root", .may_open = true, .is_root = true},
         PortGroup{.name = "root", .may_open = false, .is_root = true},
-        PortGroup{.name = "dialout", .may_open = false}, PortGroup{.name = "", .may_open = true}}) {
+        PortGroup{.name = "dialout", .may_open = false},
+        PortGroup{.name = "", .may_open = true}}) {
     const std::string advice = rights_advice(group);
     EXPECT_THAT(advice, Not(HasSubstr("-aG root")));
     EXPECT_THAT(advice, HasSubstr("/etc/udev/rules.d/"));

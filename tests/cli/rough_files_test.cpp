@@ -90,8 +90,7 @@ TEST_F(Output, IsWrittenThroughLinksAndKeepsTheRightsOfTheFile) {
   EXPECT_TRUE(std::filesystem::is_symlink(second));
   EXPECT_TRUE(std::filesystem::is_symlink(link));
   EXPECT_THAT(session::read_file(real.string()), HasSubstr("<svg"));
-  EXPECT_EQ(
-      std::filesystem::status(real).permissions(), std::filesystem::perms{0640});
+  EXPECT_EQ(std::filesystem::status(real).permissions(), std::filesystem::perms{0640});
   // A link to a file that is not there yet makes it.
   const auto dangling = directory_.path() / "dangling.svg";
   std::filesystem::create_symlink(directory_.path() / "made.svg", dangling);
@@ -106,7 +105,10 @@ TEST_F(Output, IsRefusedWhereThereIsNoPlainFile) {
   std::filesystem::create_symlink(pipe, directory_.path() / "to-pipe");
   std::filesystem::create_symlink("/dev/null", directory_.path() / "to-null");
   for (const auto& [name, kind] : std::vector<std::pair<std::string, std::string>>{
-           {"pipe", "a pipe"}, {"to-pipe", "a pipe"}, {"to-null", "a device"}, {"", "a folder"}}) {
+           {"pipe", "a pipe"},
+           {"to-pipe", "a pipe"},
+           {"to-null", "a device"},
+           {"", "a folder"}}) {
     const auto path = name.empty() ? directory_.path() : directory_.path() / name;
     const Outcome outcome = drawn_to(path);
     EXPECT_NE(outcome.code, 0) << path;
@@ -128,7 +130,10 @@ bool has_control_bytes(const std::string& text) {
 }
 
 /// Retitle, colour, ask for an answer, ring, rub out, and the same in two bytes of UTF-8.
-const std::string kEvil = "a\x1b]0;owned\x07" "b\x1b[31m\x1b[6n\x7f\r\xc2\x9b" "2J";
+const std::string kEvil =
+    "a\x1b]0;owned\x07"
+    "b\x1b[31m\x1b[6n\x7f\r\xc2\x9b"
+    "2J";
 
 TEST(ControlBytes, OfFilesAndArgumentsReachNoTerminal) {
   TempDirectory directory;
@@ -171,7 +176,8 @@ TEST(ControlBytes, OfFilesAndArgumentsReachNoTerminal) {
       // A plan on stdout is data, which only a terminal gets as text: see for_terminal.
       const bool data = words.size() > 4 && words[4] == "--plan" && !json;
       if (!data) {
-        EXPECT_FALSE(has_control_bytes(outcome.out)) << words[0] << ' ' << words[1] << outcome.out;
+        EXPECT_FALSE(has_control_bytes(outcome.out))
+            << words[0] << ' ' << words[1] << outcome.out;
       }
       EXPECT_FALSE(has_control_bytes(outcome.err)) << words[0] << outcome.err;
     }
@@ -197,7 +203,8 @@ TEST(Seeds, AreWholeNumbersFromZeroOn) {
     EXPECT_EQ(outcome.code, 2) << command;
     EXPECT_THAT(outcome.err, HasSubstr("whole number from 0")) << command;
   }
-  EXPECT_EQ(exit_code_of(kBin + "/sixdial-mock-rig --seed -1 > /dev/null 2>&1 < /dev/null"), 105)
+  EXPECT_EQ(
+      exit_code_of(kBin + "/sixdial-mock-rig --seed -1 > /dev/null 2>&1 < /dev/null"), 105)
       << "a validator's code of CLI11";
 }
 

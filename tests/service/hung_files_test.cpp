@@ -81,8 +81,10 @@ TEST_F(HungFiles, AShareThatIsGoneHoldsUpNobodyElseAndNotTheEnd) {
   const Json told = other.call("session.import", {{"path", share.string()}, {"name", "too"}});
   EXPECT_EQ(error_code_of(told), "file");
   EXPECT_THAT(
-      told["error"]["message"].get<std::string>(), HasSubstr(share.string() + " does not answer"));
-  EXPECT_THAT(told["error"]["data"]["hint"].get<std::string>(), HasSubstr("share that is gone"));
+      told["error"]["message"].get<std::string>(),
+      HasSubstr(share.string() + " does not answer"));
+  EXPECT_THAT(
+      told["error"]["data"]["hint"].get<std::string>(), HasSubstr("share that is gone"));
   EXPECT_EQ(daemon.end(SIGTERM), 0);
 }
 
@@ -124,7 +126,8 @@ TEST_F(HungFiles, ADatabaseThatAnotherProgramHoldsPausesTheCollection) {
   ASSERT_EQ(error_code_of(start(client, Rig::plan(kPoints))), "");
   while (watcher.read()["params"]["topic"] != "sample") {
   }
-  db::Database holder((directory_.path() / "daemon.db").string(), db::Database::Mode::kReadWrite);
+  db::Database holder(
+      (directory_.path() / "daemon.db").string(), db::Database::Mode::kReadWrite);
   holder.execute("BEGIN IMMEDIATE");
   Json paused;
   do {

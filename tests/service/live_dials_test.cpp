@@ -20,10 +20,10 @@ using acquisition::FaultKind;
 using ::testing::HasSubstr;
 
 constexpr std::array kKinds{
-    FaultKind::kTimeout, FaultKind::kDisconnected, FaultKind::kBadFrame,
-    FaultKind::kWrongChannel, FaultKind::kRange, FaultKind::kUnit,
-    FaultKind::kDevice, FaultKind::kNoDial, FaultKind::kBusy,
-    FaultKind::kWrongDial, FaultKind::kStale};
+    FaultKind::kTimeout,      FaultKind::kDisconnected, FaultKind::kBadFrame,
+    FaultKind::kWrongChannel, FaultKind::kRange,        FaultKind::kUnit,
+    FaultKind::kDevice,       FaultKind::kNoDial,       FaultKind::kBusy,
+    FaultKind::kWrongDial,    FaultKind::kStale};
 
 Json shown(FaultKind kind, CollectorStage stage) {
   const geometry::Rig rig = geometry::default_rig();

@@ -55,7 +55,8 @@ TEST_F(Safety, StopRobotPausesAndTheSamePointIsMeasuredAfterwards) {
   const Json told = client.call("robot.stop");
   ASSERT_EQ(error_code_of(told), "") << told;
   EXPECT_EQ(told["result"]["told"], true);
-  ASSERT_TRUE(eventually([&] { return status(client)["state"] == "paused"; })) << status(client);
+  ASSERT_TRUE(eventually([&] { return status(client)["state"] == "paused"; }))
+      << status(client);
   ASSERT_TRUE(eventually([&] {
     if (status(client)["state"] == "paused") client.call("collect.resume");
     return status(client)["state"] == "done";
@@ -78,15 +79,15 @@ TEST_F(Safety, ASilentControllerIsToldAtOnceAndPauses) {
     const Json live = event_of(watcher, "live", "dials");
     if (live["robot_silent_s"].get<double>() > 0.0) break;
     const Json now = status(client);
-    if (now["state"] == "paused" && now["pause_reason"] != "robot") client.call("collect.resume");
+    if (now["state"] == "paused" && now["pause_reason"] != "robot")
+      client.call("collect.resume");
   }
   ASSERT_TRUE(paused_for(client, "robot"));
   EXPECT_THAT(
       status(client)["trouble"].get<std::string>(), HasSubstr("controller does not answer"));
   const Json refused = client.call("robot.stop");
   EXPECT_EQ(error_code_of(refused), "device");
-  EXPECT_THAT(
-      refused["error"]["data"]["hint"].get<std::string>(), HasSubstr("emergency stop"));
+  EXPECT_THAT(refused["error"]["data"]["hint"].get<std::string>(), HasSubstr("emergency stop"));
 }
 
 TEST_F(Safety, AFirstPassAsksBeforeItMovesAndStoresNothing) {
@@ -126,8 +127,7 @@ TEST_F(Safety, AFirstPassStopsAtADialThatStandsElsewhere) {
       "");
   const std::string plan =
       session::plan_csv(Rig::plan(40), session::layout_of(geometry::default_rig()));
-  client.call(
-      "collect.start", {{"session", "live"}, {"plan_csv", plan}, {"first_pass", true}});
+  client.call("collect.start", {{"session", "live"}, {"plan_csv", plan}, {"first_pass", true}});
   ASSERT_TRUE(paused_for(client, "first_move"));
   client.call("collect.resume");
   ASSERT_TRUE(paused_for(client, "store")) << status(client);
@@ -163,8 +163,7 @@ TEST_F(Safety, ARobotMovedByHandIsToldInDegreesWhichWayAndAsksStrangeFiguresBack
   LineClient client = daemon_.client();
   geometry::Rig by_hand = rig_.mock().connected_rig("modbus-tcp");
   by_hand.robot.connection = "manual";
-  client.call(
-      "session.create", {{"name", "live"}, {"rig_toml", session::write_rig(by_hand)}});
+  client.call("session.create", {{"name", "live"}, {"rig_toml", session::write_rig(by_hand)}});
   session::PlanOptions options;
   options.approach = session::ApproachRule::kAlternate;
   const session::Plan plan = session::plan_random(geometry::default_rig(), 3, options).value();

@@ -25,8 +25,8 @@ using testing::start;
 using testing::wait_for_end;
 
 constexpr std::chrono::hours kStep{1};
-// Slow: a value is stale after three seconds of the rig, 0.6 s on the wall, which even a machine
-// busy with other things keeps.
+// Slow: a value is stale after three seconds of the rig, 0.6 s on the wall, which even a
+// machine busy with other things keeps.
 constexpr double kSlowSpeed = 5.0;   // rig seconds a wall second
 constexpr double kWithin_s = 150.0;  // from one sample to the next; half a minute on the wall
 constexpr double kRead_s = 10.0;     // between reading the two clocks; two seconds on the wall

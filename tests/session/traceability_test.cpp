@@ -59,7 +59,8 @@ TEST(Traceability, ADateThatIsNoneIsRefusedWithItsLine) {
     EXPECT_GT(error.line, 0);
   }
   EXPECT_TRUE(is_date("2028-02-29"));
-  for (const char* text : {"2027-02-29", "27-01-01", "2027-1-1", "2027-13-01", "tomorrow", ""}) {
+  for (const char* text :
+       {"2027-02-29", "27-01-01", "2027-1-1", "2027-13-01", "tomorrow", ""}) {
     EXPECT_FALSE(is_date(text)) << text;
   }
 }

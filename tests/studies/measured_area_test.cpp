@@ -23,8 +23,8 @@ session::Session grid_session() {
     sample.set = "G1";
     sample.point = i;
     sample.target_mm = target_mm;
-    sample.q = *tool.inverse(
-        session.rig.robot.nominal, target_mm, session.rig.robot.working_mode);
+    sample.q =
+        *tool.inverse(session.rig.robot.nominal, target_mm, session.rig.robot.working_mode);
     session.samples.push_back(sample);
   }
   return session;

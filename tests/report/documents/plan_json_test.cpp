@@ -66,7 +66,8 @@ TEST(EstimateDocument, WithoutAConditionOrAWorstPlaceKeepsThatEmpty) {
   EXPECT_FALSE(again.condition);
   EXPECT_FALSE(again.worst_mm);
   EXPECT_THAT(
-      estimate_summary(again), HasSubstr("condition number infinite; not determined yet: d, x0"));
+      estimate_summary(again),
+      HasSubstr("condition number infinite; not determined yet: d, x0"));
   Json broken = to_json(estimate);
   broken.erase("samples");
   EXPECT_THROW(static_cast<void>(estimate_from_json(broken)), studies::StudyError);
