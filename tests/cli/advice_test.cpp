@@ -134,7 +134,8 @@ std::string trouble_with(const std::string& command) {
   while (!words.empty()) {
     const auto trouble = parse_trouble(words);
     if (!trouble || is_cut_short(*trouble, words)) return "";
-    if (trouble->kind != "ExtrasError" || words.back().starts_with("-") || words.size() == 1) {
+    const bool too_many = trouble->message.find("not expected") != std::string::npos;
+    if (!too_many || words.back().starts_with("-") || words.size() == 1) {
       return trouble->kind + ": " + trouble->message;
     }
     words.pop_back();
