@@ -42,7 +42,8 @@ class CollectionThreads : public ::testing::Test {
       kSpeed, session::from_iso8601(rig_.now()).value_or(session::TimePoint())};
   EventHub events_;
   db::Store store_ = db::Store::open(":memory:");
-  // What the collection's thread uses outlives it: it may still tell of an end when a test ends.
+  // What the collection's thread uses outlives it: it may still tell of an end when a test
+  // ends.
   std::atomic<bool> tells_{false}, starts_{false};
   std::function<void()> changed_;  // set before a thread may call it
   Collection collection_{events_, store_, clock_, [this] {
