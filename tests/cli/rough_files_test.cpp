@@ -259,9 +259,8 @@ TEST(Interruption, EndsAProgramThatWaitsForAFile) {
     Waiting program(
         {kBin + "/sixdial", "compensate", kBundle, "--calibration-method", "lm", "--plan",
          "SILENT"});
-    if (!eventually([&] { return program.reads(); })) {
-      GTEST_SKIP() << "this kernel does not tell where a process waits";
-    }
+    ASSERT_TRUE(eventually([&] { return program.reads(); }))
+        << "it does not wait for the file, or this kernel does not tell where a process waits";
     const int status = program.ended_by(signal);
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 130);
