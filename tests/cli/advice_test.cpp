@@ -65,6 +65,8 @@ std::vector<std::string> commands_in(const std::string& text) {
                    text[at - 1] == '-' || text[at - 1] == '/')) {
       continue;
     }
+    // The group "sixdial" that a user joins is no command.
+    if (text.compare(at, 9, "sixdial $") == 0) continue;
     const std::size_t end = text.find_first_of("\"`;()\n#>", at);
     commands.push_back(text.substr(at, end == std::string::npos ? end : end - at));
   }
@@ -106,6 +108,7 @@ std::vector<std::string> words_of(const std::string& command) {
     const bool ends = word.back() == ',' || word.back() == '.' || word.back() == ':';
     if (ends) word.pop_back();
     if (word == "..." || word.empty()) break;
+    if (word == "MM") word = "1";  // stands for millimetres
     words.push_back(word);
     if (ends) break;
   }
