@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "acquisition/longest_silence.h"
 #include "geometry/same_pose.h"
 #include "geometry/tool.h"
 #include "session/reason.h"
@@ -57,6 +58,7 @@ CollectorResult Collector::run(const std::stop_token& stop) {
       pending_.push_back(i);
     }
   }
+  if (!asked_before_first_move(stop)) return result_;
   while (!stop.stop_requested()) {
     bool pause = false;
     {
@@ -194,7 +196,8 @@ std::optional<Eigen::VectorXd> Collector::pre_position(const session::PlanPoint&
 session::Branch Collector::branch_now(const std::stop_token& here) {
   const session::Branch by_rig{rig_.robot.working_mode, rig_.robot.assembly};
   const auto now = robot_.state(here);
-  if (!now || now->motion == Motion::kIdle) return by_rig;
+  const bool stopped_before_moving = now && now->motion == Motion::kFault && now->moves == 0;
+  if (!now || now->motion == Motion::kIdle || stopped_before_moving) return by_rig;
   session::PlanPoint place;
   place.q = now->q;
   place.target_mm = rig_.cuboid.reference_pose_mm;
@@ -230,17 +233,22 @@ Collector::OrOutcome<RobotState> Collector::go(
     std::size_t index, const std::stop_token& here, const std::stop_token& stop) {
   const session::PlanPoint& point = plan_.points[index];
   const auto failed = [&](const RobotFault& fault) {
+    if (!lost_.empty()) return tl::unexpected(lost_contact(index, stop));
     return tl::unexpected(
         here.stop_requested() ? interrupted(index, stop) : robot_trouble(index, fault, stop));
   };
   const std::optional<Eigen::VectorXd> pre = pre_position(point);
-  if (pre) {
+  if (robot_.by_hand()) {  // one request for both steps
+    robot_.announce_approach(pre);
+    if (pre) last_q_ = *pre;
+  } else if (pre) {
     const auto arrived = move(*pre, here);
     if (!arrived && arrived.error().kind != RobotFaultKind::kUnreachable) {
       return failed(arrived.error());
     }
     if (!arrived) remarks_.push_back("the asked approach cannot be reached");
-  } else if (std::ranges::any_of(point.approach, [](int side) { return side != 0; })) {
+  }
+  if (!pre && std::ranges::any_of(point.approach, [](int side) { return side != 0; })) {
     remarks_.push_back("the asked approach cannot be reached");
   }
   const auto arrived = move(point.q, here);
@@ -265,7 +273,7 @@ tl::expected<RobotState, RobotFault> Collector::move(
         if (std::abs(way) > still) last_move_[joint] = way > 0 ? 1 : -1;
       }
     }
-    const auto arrived = robot_.move_to(q, settings_.move_timeout, here);
+    const auto arrived = guarded_move(q, here);
     if (arrived && arrived->q.size() != q.size()) {
       return tl::unexpected(RobotFault{
           RobotFaultKind::kController,
@@ -281,7 +289,8 @@ tl::expected<RobotState, RobotFault> Collector::move(
     last_q_.reset();
     std::ranges::fill(last_move_, 0);
     const RobotFaultKind kind = arrived.error().kind;
-    const bool again = kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere;
+    const bool again = (kind == RobotFaultKind::kLink || kind == RobotFaultKind::kNotThere) &&
+                       lost_.empty() && robot_.silent_for() < longest_silence(clock_);
     if (!again || attempt >= settings_.robot_retries || here.stop_requested()) return arrived;
   }
 }

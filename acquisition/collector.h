@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "acquisition/clock.h"
@@ -58,6 +59,9 @@ struct CollectorSettings {
   double approach_rad = 0.01;   // from how far a joint comes when its side is asked for
   double implausible_mm = 5.0;  // from the nominal robot
   OnBranchChange on_branch_change = OnBranchChange::kPause;
+  /// The robot is halted, and the run paused, where two dials that surely touch the cuboid on a
+  /// move lose it at once.
+  bool halt_on_lost_contact = true;
 };
 
 enum class CollectorStage {
@@ -79,6 +83,8 @@ enum class PauseReason {
   kBranchChange,  // a person has to bring the legs over
   kRobot,         // the robot's controller does not answer well
   kStore,         // the sample cannot be stored now
+  kFirstMove,     // a person has to look before anything moves
+  kLostContact,   // dials that should touch the cuboid do not: the robot was halted
 };
 [[nodiscard]] std::string_view to_string(PauseReason reason);
 
@@ -143,6 +149,8 @@ class Collector {
       geometry::Rig rig, session::Plan plan, RobotPort& robot, DialSource& dials, Clock& clock,
       Callbacks callbacks, CollectorSettings settings = {});
 
+  /// Before run(): what a person has to see to before the first move, which waits for resume().
+  void ask_before_first_move(std::string what) { before_first_move_ = std::move(what); }
   /// Blocks until done or stopped. Callbacks come from this thread. Once.
   CollectorResult run(const std::stop_token& stop);
 
@@ -173,6 +181,12 @@ class Collector {
       std::size_t index, const std::stop_token& here, const std::stop_token& stop);
   tl::expected<RobotState, RobotFault> move(
       const Eigen::VectorXd& q, const std::stop_token& here);
+  /// robot_.move_to, with an eye on the dials that surely touch all the way.
+  tl::expected<RobotState, RobotFault> guarded_move(
+      const Eigen::VectorXd& q, const std::stop_token& here);
+  [[nodiscard]] std::vector<std::size_t> sure_contacts(const Eigen::VectorXd& q) const;
+  Outcome lost_contact(std::size_t index, const std::stop_token& stop);
+  bool asked_before_first_move(const std::stop_token& stop);
   [[nodiscard]] std::optional<Eigen::VectorXd> pre_position(
       const session::PlanPoint& point) const;
   std::optional<Outcome> change_branch(
@@ -211,6 +225,7 @@ class Collector {
   Clock& clock_;
   Callbacks callbacks_;
   CollectorSettings settings_;
+  std::string before_first_move_;  // empty: it begins at once
   Plausibility plausibility_;
   CollectorResult result_;
 
@@ -224,6 +239,7 @@ class Collector {
   std::vector<ExpectedDial> last_expected_;
   std::vector<int> last_move_;  // sign of each joint's; 0: not known
   std::optional<Eigen::VectorXd> last_q_;
+  std::vector<std::string> lost_;          // dials that lost the cuboid on the last move
   std::optional<session::Branch> branch_;  // the legs stand in; empty: nobody knows yet
   std::vector<std::string> remarks_;       // of the point in hand
   DeviceTime started_{0};

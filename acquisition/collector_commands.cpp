@@ -42,6 +42,10 @@ std::string_view to_string(PauseReason reason) {
       return "robot";
     case PauseReason::kStore:
       return "store";
+    case PauseReason::kFirstMove:
+      return "first_move";
+    case PauseReason::kLostContact:
+      return "lost_contact";
   }
   return "unknown";
 }

@@ -58,6 +58,9 @@ struct DialProtocol {
   /// Whole-line match of one frame, its end included. `channel` is the one that was asked.
   tl::expected<DialFrame, FaultKind> (*parse)(std::string_view frame, int channel) noexcept =
       nullptr;
+  /// What a code means that comes instead of a value, such as "911"; empty: it is none. Null:
+  /// this dialect has no codes.
+  std::string_view (*says)(std::string_view frame) noexcept = nullptr;
   /// A line that a dial sends by itself (power-on) and that answers no question.
   bool (*unasked)(std::string_view frame) noexcept = nullptr;
 

@@ -24,15 +24,19 @@ std::optional<Fault> fault_of_status(std::uint16_t status) {
     case kStatusLowBattery:
       return std::nullopt;
     case 18:
-      return Fault{FaultKind::kRange, "status 18, under range"};
+      return Fault{FaultKind::kRange, "the plunger is below the probe's range (status 18)"};
     case 19:
-      return Fault{FaultKind::kRange, "status 19, over range"};
+      return Fault{FaultKind::kRange, "the plunger is beyond the probe's range (status 19)"};
     case 246:
-      return Fault{FaultKind::kWrongDial, "status 246, wrong probe"};
+      return Fault{
+          FaultKind::kWrongDial,
+          "another probe is plugged in than the box expects (status 246)"};
     case 247:
-      return Fault{FaultKind::kNoDial, "status 247, no probe"};
+      return Fault{FaultKind::kNoDial, "no probe is plugged in there (status 247)"};
     default:
-      return Fault{FaultKind::kDevice, fmt::format("status {}", status)};
+      return Fault{
+          FaultKind::kDevice,
+          fmt::format("the box reports status {}, which its manual explains", status)};
   }
 }
 

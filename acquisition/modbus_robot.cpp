@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "acquisition/bus.h"
+#include "acquisition/longest_silence.h"
 #include "acquisition/robot.h"
 
 namespace sixdial::acquisition {
@@ -43,7 +44,9 @@ RobotFault controller_fault(int code) {
     case 2:
       return {RobotFaultKind::kHalted, "the robot was stopped on its way"};
     default:
-      return {RobotFaultKind::kController, fmt::format("controller fault {}", code)};
+      return {
+          RobotFaultKind::kController,
+          fmt::format("fault {}, which its manual explains", code)};
   }
 }
 
@@ -104,8 +107,14 @@ tl::expected<Words, Fault> ModbusRobot::read(
     DeviceTime next_try{0};
     {
       const std::lock_guard lock(mutex_);
+      const DeviceTime asked = clock_.monotonic();
+      const bool really = link_.next_try() <= asked;  // else it only backs off
       auto words = link_.read(unit_, function, address, count, stop);
-      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries) {
+      note_answer(words || words.error().kind == FaultKind::kDevice, asked);
+      // Nobody waits through long back-offs for a controller that is gone: a person is told.
+      const bool given_up = really && silent_for() >= longest_silence(clock_);
+      if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries ||
+          given_up) {
         return words;
       }
       next_try = link_.next_try();
@@ -119,7 +128,30 @@ tl::expected<Words, Fault> ModbusRobot::read(
 tl::expected<void, Fault> ModbusRobot::write(
     int address, const Words& words, const std::stop_token& stop) {
   const std::lock_guard lock(mutex_);
-  return link_.write(unit_, address, words, stop);
+  const DeviceTime asked = clock_.monotonic();
+  auto written = link_.write(unit_, address, words, stop);
+  note_answer(written || written.error().kind == FaultKind::kDevice, asked);
+  return written;
+}
+
+void ModbusRobot::note_answer(bool came, DeviceTime asked) {
+  if (came) {
+    silent_since_ = 0;
+  } else if (silent_since_ == 0) {
+    silent_since_ = std::max<DeviceTime::rep>(1, asked.count());
+  }
+}
+
+milliseconds ModbusRobot::silent_for() const {
+  const DeviceTime::rep since = silent_since_;
+  if (since == 0) return milliseconds(0);
+  return std::chrono::duration_cast<milliseconds>(clock_.monotonic() - DeviceTime(since));
+}
+
+tl::expected<std::optional<int>, RobotFault> ModbusRobot::speed(const std::stop_token& stop) {
+  const auto words = read(kHolding, kSpeed, 1, stop);
+  if (!words) return tl::unexpected(link_fault(words.error()));
+  return std::optional<int>(words->front());
 }
 
 tl::expected<RobotState, RobotFault> ModbusRobot::state(const std::stop_token& stop) {

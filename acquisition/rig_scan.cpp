@@ -10,6 +10,7 @@
 #include "acquisition/connection.h"
 #include "acquisition/dial_bank.h"
 #include "acquisition/plausibility.h"
+#include "acquisition/port_rights.h"
 #include "acquisition/serial_port.h"
 #include "session/reason.h"
 
@@ -215,12 +216,12 @@ std::vector<PortName> serial_ports(const std::filesystem::path& by_id) {
 
 namespace {
 
-std::string fix_of(PortTrouble trouble) {
+std::string fix_of(PortTrouble trouble, const std::string& device) {
   switch (trouble) {
     case PortTrouble::kInUse:
       return "end what uses it (a collection that is running shows its dials live)";
     case PortTrouble::kNoRights:
-      return "add yourself to the group dialout and log in again";
+      return rights_advice(device);
     case PortTrouble::kOther:
       break;
   }
@@ -237,7 +238,7 @@ ScannedPlace scan_serial(const std::string& device, Clock& clock, const std::sto
     auto port = SerialPort::open(device, protocol->line);
     if (!port) {
       place.trouble = port.error().detail;
-      place.fix = fix_of(port.error().trouble);
+      place.fix = fix_of(port.error().trouble, device);
       return place;
     }
     bool understood = false;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <mutex>
@@ -51,6 +52,30 @@ class RobotPort {
   [[nodiscard]] virtual tl::expected<RobotState, RobotFault> move_to(
       const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) = 0;
+  /// Stops the robot where it is. Any thread, also while another moves it. An error: it could
+  /// not be told, and may be moving on.
+  [[nodiscard]] virtual tl::expected<void, RobotFault> halt(const std::stop_token&) {
+    return tl::unexpected(RobotFault{
+        RobotFaultKind::kController, "this robot has no controller that could stop it"});
+  }
+  /// How long the controller has not answered [device time]; 0: it does, or there is none.
+  [[nodiscard]] virtual std::chrono::milliseconds silent_for() const {
+    return std::chrono::milliseconds(0);
+  }
+  /// Percent of full speed, 1..100; empty where there is no controller.
+  [[nodiscard]] virtual tl::expected<std::optional<int>, RobotFault> speed(
+      const std::stop_token&) {
+    return std::optional<int>();
+  }
+  [[nodiscard]] virtual tl::expected<void, RobotFault> set_speed(
+      int /*percent*/, const std::stop_token&) {
+    return {};
+  }
+  /// A person moves it, who is asked; see ManualRobot.
+  [[nodiscard]] virtual bool by_hand() const { return false; }
+  /// Of a robot moved by hand, before move_to(): where each joint is brought first, so that it
+  /// arrives from the side that is asked for; empty: as it comes.
+  virtual void announce_approach(const std::optional<Eigen::VectorXd>& /*from*/) {}
 };
 
 /// Angles on the wire are int32 of 1e-8 rad; what does not fit is refused as unreachable.
@@ -66,10 +91,12 @@ class ModbusRobot final : public RobotPort {
   [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
       const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) override;
-  /// Percent of full speed, 1..100.
+  [[nodiscard]] tl::expected<std::optional<int>, RobotFault> speed(
+      const std::stop_token& stop) override;
   [[nodiscard]] tl::expected<void, RobotFault> set_speed(
-      int percent, const std::stop_token& stop);
-  [[nodiscard]] tl::expected<void, RobotFault> halt(const std::stop_token& stop);
+      int percent, const std::stop_token& stop) override;
+  [[nodiscard]] tl::expected<void, RobotFault> halt(const std::stop_token& stop) override;
+  [[nodiscard]] std::chrono::milliseconds silent_for() const override;
   [[nodiscard]] LinkState link_state() const;
 
  private:
@@ -81,10 +108,13 @@ class ModbusRobot final : public RobotPort {
   tl::expected<RobotState, RobotFault> wait_in_position(
       std::uint16_t moves_before, DeviceTime deadline, const std::stop_token& stop);
 
+  void note_answer(bool came, DeviceTime asked);
+
   int unit_;
   Clock& clock_;
   mutable std::mutex mutex_;
   ModbusLink link_;
+  std::atomic<DeviceTime::rep> silent_since_{0};  // 0: it answers
 };
 
 /// What a person says after moving the robot.
@@ -107,10 +137,23 @@ class ManualRobot final : public RobotPort {
   [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
       const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
       const std::stop_token& stop) override;
+  [[nodiscard]] bool by_hand() const override { return true; }
+  void announce_approach(const std::optional<Eigen::VectorXd>& from) override {
+    approach_from_ = from;
+  }
+  /// Where the person said last that it is; empty: nobody has.
+  [[nodiscard]] std::optional<Eigen::VectorXd> stands_at() const {
+    return state_.q.size() > 0 ? std::optional(state_.q) : std::nullopt;
+  }
+  /// For what asks: from its call on.
+  [[nodiscard]] const std::optional<Eigen::VectorXd>& approach_from() const {
+    return approach_from_;
+  }
 
  private:
   Ask ask_;
   RobotState state_;
+  std::optional<Eigen::VectorXd> approach_from_;
 };
 
 }  // namespace sixdial::acquisition

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "session/reason.h"
+#include "session/reason_words.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -30,6 +31,15 @@ bool answer_may_still_come(FaultKind kind) {
 std::string_view without_stray_line_feed(std::string_view frame) {
   if (frame.starts_with('\n')) frame.remove_prefix(1);
   return frame;
+}
+
+/// "no data: the dial moves fast, ... (C answered '911\r')".
+std::string answered_in_words(
+    const DialProtocol& protocol, const std::string& id, std::string_view line,
+    FaultKind kind) {
+  std::string_view words = protocol.says == nullptr ? "" : protocol.says(line);
+  if (words.empty()) words = session::reason_words(reason(kind));
+  return fmt::format("{} ({} answered {})", words, id, printable(line));
 }
 
 }  // namespace
@@ -226,7 +236,8 @@ tl::expected<double, Fault> SerialBus::listen(
         parsed ? displacement_mm(*parsed, dial.limits.resolution_mm, dial.limits.travel_mm)
                : tl::expected<double, FaultKind>(tl::unexpected(parsed.error()));
     if (value) return *value;
-    Fault fault{value.error(), fmt::format("{} answered {}", dial.limits.id, printable(line))};
+    Fault fault{
+        value.error(), answered_in_words(protocol_, dial.limits.id, line, value.error())};
     if (!worth_listening_on(fault.kind)) return tl::unexpected(fault);
     if (!noted) noted = fault;
   }

@@ -8,15 +8,18 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/manual.h"
+#include "cli/shared_options.h"
 #include "geometry/rig.h"
 #include "geometry/units.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "session/csv.h"
 #include "session/rig_file.h"
 
 namespace {
@@ -26,6 +29,7 @@ using namespace sixdial;
 struct Arguments {
   mock_devices::MockRigOptions rig;
   std::string rig_file;
+  std::string write_rig;
   std::string robot = "table2";
   std::optional<double> clamp_deg;
   std::vector<std::string> hide;
@@ -89,8 +93,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--speed", rig.clock_speed, "Mock seconds a second")->capture_default_str();
   app.add_option("--start-time", rig.start_time, "Mock UTC at the start")
       ->capture_default_str();
-  app.add_option("--seed", world.seed, "Seed of everything that is drawn")
-      ->capture_default_str();
+  cli::add_seed(app, world.seed, "Seed of everything that is drawn");
   app.add_option("--robot", arguments.robot, "The true robot")
       ->check(CLI::IsMember({"table2", "drawn", "nominal"}))
       ->capture_default_str();
@@ -110,10 +113,14 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--warp-wavelength", world.warp.wavelength_mm, "Its wavelength [mm]")
       ->capture_default_str();
   app.add_option("--hide", arguments.hide, "Hidden effect, cause[:where[:amplitude]]");
-  app.add_option("--hide-seed", arguments.hide_seed, "Hide an effect drawn from this seed");
+  app.add_option("--hide-seed", arguments.hide_seed, "Hide an effect drawn from this seed")
+      ->check(cli::seed_number());
   app.add_option("--hide-pool", arguments.hide_pool, "What --hide-seed draws from")
       ->check(CLI::IsMember({"catalogue", "outside", "all"}))
       ->capture_default_str();
+  app.add_option(
+      "--write-rig", arguments.write_rig,
+      "When ready, write a rig file here that leads to this rig's Modbus TCP ports");
   app.add_option("--reveal", arguments.reveal_file, "Write what is hidden to this JSON file");
   CLI::Option* bundle = app.add_option(
       "--bundle", arguments.bundle,
@@ -153,6 +160,13 @@ std::string ready_line(const mock_devices::MockRig& rig, const Arguments& argume
   return line.dump();
 }
 
+/// The exit code after output: a full disk or a closed pipe is no success.
+int printed() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  fmt::print(stderr, "sixdial-mock-rig: the output could not be written whole\n");
+  return 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -166,10 +180,16 @@ int main(int argc, char** argv) {
   add_options(app, arguments);
   bool print_manual = false;
   app.add_flag("--print-manual", print_manual, "Print the man page and end");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    std::cout.flush();
+    return code == 0 && !std::cout ? 1 : code;
+  }
   if (print_manual) {
     fmt::print("{}", cli::manual_page(app, 1, false));
-    return 0;
+    return printed();
   }
   try {
     // Blocked before any thread starts, so that only sigwait sees them.
@@ -185,8 +205,12 @@ int main(int argc, char** argv) {
     }
     mock_devices::MockRig rig(arguments.rig);
     rig.start();
+    if (!arguments.write_rig.empty()) {
+      session::write_file(
+          arguments.write_rig, session::write_rig(rig.connected_rig("modbus-tcp")));
+    }
     fmt::print("{}\n", ready_line(rig, arguments));
-    std::fflush(stdout);
+    if (printed() != 0) return 1;
     int received = 0;
     sigwait(&signals, &received);
     return 0;

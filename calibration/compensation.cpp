@@ -137,11 +137,8 @@ tl::expected<Compensation, CompensationTrouble> compensate(
     const std::optional<VectorXd>& near, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
   const geometry::Tool& tool = model.tool;
-  const Position target_mm = model.frame ? Position((*model.frame)(asked_mm)) : asked_mm;
-  const auto measured = model.measured_at.find(mode.number);
-  const auto nominal = tool.inverse(
-      model.nominal, target_mm, mode,
-      measured != model.measured_at.end() ? std::optional(measured->second) : near);
+  const Position target_mm = model.in_frame(asked_mm);
+  const auto nominal = tool.inverse(model.nominal, target_mm, mode, model.turn_in(mode, near));
   if (!nominal) {
     return trouble(
         Kind::kNominalUnreachable, asked_mm,

@@ -34,6 +34,16 @@ struct CompensationModel {
   std::map<int, Eigen::VectorXd> measured_at{};
   /// Brings targets into the frame of v; empty: they are in it.
   std::optional<geometry::Similarity> frame{};
+
+  [[nodiscard]] geometry::Position in_frame(const geometry::Position& target_mm) const {
+    return frame ? geometry::Position((*frame)(target_mm)) : target_mm;
+  }
+  /// What an inverse is asked to be near: the turn that was measured, else `near`.
+  [[nodiscard]] std::optional<Eigen::VectorXd> turn_in(
+      geometry::WorkingMode mode, const std::optional<Eigen::VectorXd>& near) const {
+    const auto measured = measured_at.find(mode.number);
+    return measured != measured_at.end() ? std::optional(measured->second) : near;
+  }
 };
 
 inline constexpr double kClosure_mm = 1e-9;

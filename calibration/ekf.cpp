@@ -5,8 +5,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "geometry/long_work.h"
+
 namespace sixdial::calibration {
 namespace {
+
+constexpr int kLookEvery = 256;  // samples, whether the work is to end
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -67,6 +71,7 @@ FilterRun run_filter_from(
   const bool linear = settings.linearisation == Linearisation::kNominal;
   FilterRun run;
   for (int i = 0; i < space.samples(); ++i) {
+    if (i % kLookEvery == 0) geometry::check_end();
     filter.predict(Q);
     const Eigen::VectorXd x = filter.x();
     const int rows = space.rows(i);
@@ -101,6 +106,7 @@ VectorXd filter_errors(
   VectorXd e;
   MatrixXd J;
   for (int i = 0; i < space.samples(); ++i) {
+    if (i % kLookEvery == 0) geometry::check_end();
     P.diagonal() += q;
     const int rows = space.rows(i);
     e.resize(rows);

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/sandwich.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -69,111 +71,74 @@ Averaged averaged(const ObservationSpace& space, const LeastSquaresFit& fit) {
   return result;
 }
 
-/// -2 log of the restricted likelihood for gamma = tau^2 / sigma^2, sigma profiled out.
-struct Likelihood {
-  VectorXd size;     // of the modes of structure
-  VectorXd squared;  // residual along each, squared
-  double rest = 0.0;
-  double freedom = 0.0;
-  [[nodiscard]] double variance(double gamma) const {
-    return (rest + (squared.array() / (1.0 + gamma * size.array())).sum()) / freedom;
-  }
-  [[nodiscard]] double log(double gamma) const {
-    return -0.5 *
-           (freedom * std::log(variance(gamma)) + (1.0 + gamma * size.array()).log().sum());
-  }
-  /// gamma in which the structure that is seen is as large as the noise.
-  [[nodiscard]] double unit() const { return 1.0 / size.mean(); }
-  /// gamma of the largest likelihood; 0: structure explains nothing.
-  [[nodiscard]] double best() const {
-    const double unit = this->unit();
-    double best_log10 = -4.0;
-    for (double at = -4.0; at <= 4.0; at += 0.25) {
-      if (log(unit * std::pow(10.0, at)) > log(unit * std::pow(10.0, best_log10))) {
-        best_log10 = at;
-      }
-    }
-    for (double step = 0.125; step > 0.01; step *= 0.5) {
-      for (const double at : {best_log10 - step, best_log10 + step}) {
-        if (log(unit * std::pow(10.0, at)) > log(unit * std::pow(10.0, best_log10))) {
-          best_log10 = at;
-        }
-      }
-    }
-    return unit * std::pow(10.0, best_log10);
-  }
-};
-
-Likelihood likelihood(const MatrixXd& Phi, const VectorXd& r, double freedom) {
-  // The same modes from the smaller side.
-  const bool wide = Phi.cols() > Phi.rows();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(
-      wide ? MatrixXd(Phi * Phi.transpose()) : MatrixXd(Phi.transpose() * Phi));
-  const double least = 1e-9 * modes.eigenvalues().maxCoeff();
-  const auto count = (modes.eigenvalues().array() > least).count();
-  Likelihood result;
-  result.size = modes.eigenvalues().tail(count);
-  const VectorXd along =
-      (modes.eigenvectors().transpose() * (wide ? r : VectorXd(Phi.transpose() * r)))
-          .tail(count);
-  result.squared = wide ? VectorXd(along.cwiseAbs2())
-                        : VectorXd(along.cwiseAbs2().cwiseQuotient(result.size));
-  result.rest = std::max(r.squaredNorm() - result.squared.sum(), 0.0);
-  result.freedom = freedom;
-  return result;
-}
-
-/// Weight of each row by the fit's loss.
-VectorXd loss_weights(const LeastSquaresFit& fit) {
-  const Index rows = fit.residual.size();
-  const auto blocks = static_cast<Index>(fit.block_weight.size());
-  VectorXd result = VectorXd::Ones(rows);
-  if (blocks == 0) return result;
-  const Index block = rows / blocks;
-  for (Index i = 0; i < rows; ++i) {
-    result[i] = fit.block_weight[static_cast<std::size_t>(i / block)];
-  }
-  return result;
-}
-
-/// W of one sample.
-MatrixXd weight_of(const std::vector<MatrixXd>& weights, int sample, Index rows) {
-  return weights.empty() ? MatrixXd::Identity(rows, rows)
-                         : weights[static_cast<std::size_t>(sample)];
-}
-
-/// Covariance of a sample's rows, in any unit.
-MatrixXd known_covariance(const ObservationSpace& space, int sample) {
-  const auto k = static_cast<std::size_t>(sample);
-  const Index rows = space.rows(sample);
-  if (k < space.covariance_mm2.size() && space.covariance_mm2[k].rows() == rows) {
-    return space.covariance_mm2[k];
-  }
-  const VectorXd sigma = space.sigma_mm.segment(space.first_row[k], rows);
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
-/// d(row)/d(what the structure moves): a channel's own function, or the tool's coordinates.
-class Moves {
+/// Log of the restricted likelihood for gamma = tau^2 / sigma^2, sigma profiled out. With
+/// structure Phi the residuals' covariance is sigma^2 (I + gamma Phi Phi'). Tridiagonal in the
+/// right coordinates, so that each gamma costs next to nothing.
+class Likelihood {
  public:
-  Moves(const ObservationSpace& space, const VectorXd& x, SmoothActs acts) : space_(space) {
-    if (acts == SmoothActs::kChannels) return;
-    for (int i = 0; i < space.samples(); ++i) by_tool_.push_back(space.by_tool(i, x));
+  Likelihood(const MatrixXd& Phi, const VectorXd& r, double freedom)
+      : wide_(Phi.cols() > Phi.rows()), rr_(r.squaredNorm()), freedom_(freedom) {
+    const MatrixXd A =
+        wide_ ? MatrixXd(Phi * Phi.transpose()) : MatrixXd(Phi.transpose() * Phi);
+    const VectorXd b = wide_ ? r : VectorXd(Phi.transpose() * r);
+    if (A.rows() < 2 || !(A.trace() > 0.0)) return;
+    const Eigen::Tridiagonalization<MatrixXd> T(A);
+    diagonal_ = T.diagonal();
+    beside_ = T.subDiagonal();
+    b_ = T.matrixQ().adjoint() * b;
   }
-  [[nodiscard]] Index functions() const {
-    return by_tool_.empty() ? space_.channels() : by_tool_.front().cols();
+  [[nodiscard]] bool empty() const { return diagonal_.size() == 0; }
+
+  [[nodiscard]] double variance(double gamma) const { return at(gamma).variance; }
+  [[nodiscard]] double log(double gamma) const { return at(gamma).log; }
+
+  struct At {
+    double variance, log;
+  };
+  [[nodiscard]] At at(double gamma) const {
+    // L D L' of I + gamma T, and b' (I + gamma T)^-1 b.
+    double log_det = 0.0, quadratic = 0.0, pivot = 1.0, y = 0.0;
+    for (Index i = 0; i < diagonal_.size(); ++i) {
+      const double beside = i > 0 ? gamma * beside_[i - 1] : 0.0;
+      const double factor = i > 0 ? beside / pivot : 0.0;
+      pivot = std::max(1.0 + gamma * diagonal_[i] - factor * beside, 1e-12);
+      y = b_[i] - factor * y;
+      log_det += std::log(pivot);
+      quadratic += y * y / pivot;
+    }
+    const double left = wide_ ? quadratic : rr_ - gamma * quadratic;
+    const double variance = std::max(left, 1e-12 * rr_) / freedom_;
+    return {variance, -0.5 * (freedom_ * std::log(variance) + log_det)};
   }
-  /// Of row `row` of a sample: derivative by function f.
-  [[nodiscard]] double by(int sample, Index row, Index f) const {
-    const auto k = static_cast<std::size_t>(sample);
-    if (!by_tool_.empty()) return by_tool_[k](row, f);
-    const auto at = static_cast<std::size_t>(space_.first_row[k] + row);
-    return space_.channel[at] == f ? 1.0 : 0.0;
+
+  /// gamma in which the structure that is seen is as large as the noise.
+  [[nodiscard]] double unit() const {
+    return static_cast<double>(diagonal_.size()) / diagonal_.sum();
+  }
+  /// gamma of the largest likelihood.
+  [[nodiscard]] double best() const {
+    double best_log10 = -4.0;
+    const auto value = [&](double log10) { return log(unit() * std::pow(10.0, log10)); };
+    double top = value(best_log10);
+    const auto look = [&](double log10) {
+      const double here = value(log10);
+      if (here <= top) return;
+      top = here;
+      best_log10 = log10;
+    };
+    for (double log10 = -4.0; log10 <= 4.0; log10 += 0.25) look(log10);
+    for (double step = 0.125; step > 0.01; step *= 0.5) {
+      const double middle = best_log10;
+      look(middle - step);
+      look(middle + step);
+    }
+    return unit() * std::pow(10.0, best_log10);
   }
 
  private:
-  const ObservationSpace& space_;
-  std::vector<MatrixXd> by_tool_;
+  bool wide_;
+  double rr_, freedom_;
+  VectorXd diagonal_, beside_, b_;
 };
 
 /// The averaged residuals without what a change of the parameters explains.
@@ -227,9 +192,8 @@ std::optional<Remainder> remainder_of(
   return result;
 }
 
-/// Of structure of one kind in what is left.
-Likelihood likelihood_of(const Remainder& of, const StructurePart& kind, const Moves& moves) {
-  const MatrixXd phi = SmoothBasis(of.space, kind.over, kind.length)(of.space);
+/// Of structure with the shapes `phi` (samples x shapes) in what is left.
+Likelihood likelihood_of(const Remainder& of, const MatrixXd& phi, const Moves& moves) {
   MatrixXd Phi(of.r.size(), phi.cols() * moves.functions());
   for (Index i = 0; i < Phi.rows(); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -240,7 +204,7 @@ Likelihood likelihood_of(const Remainder& of, const StructurePart& kind, const M
     }
   }
   Phi -= of.Q * (of.Q.transpose() * Phi);
-  return likelihood(Phi, of.r, of.freedom);
+  return {Phi, of.r, of.freedom};
 }
 
 /// All sizes of a kind that the residuals leave possible: its weight so far is the logarithm of
@@ -298,12 +262,15 @@ Structure smooth_structure(
   const auto left = remainder_of(space, fit, weighting);
   if (!left) return found;
   std::vector<StructurePart> parts;
-  for (const SmoothActs acts : acts_of(space)) {
-    const Moves moves(space, fit.x, acts);
-    for (const auto& [over, length] : kLengths) {
-      const StructurePart kind{.over = over, .acts = acts, .length = length};
-      const Likelihood of = likelihood_of(*left, kind, moves);
-      if (of.size.size() == 0) continue;
+  const std::vector<SmoothActs> all_acts = acts_of(space);
+  std::vector<Moves> moves;
+  for (const SmoothActs acts : all_acts) moves.emplace_back(space, fit.x, acts);
+  for (const auto& [over, length] : kLengths) {
+    const MatrixXd phi = SmoothBasis(space, over, length)(space);
+    for (std::size_t k = 0; k < all_acts.size(); ++k) {
+      const StructurePart kind{.over = over, .acts = all_acts[k], .length = length};
+      const Likelihood of = likelihood_of(*left, phi, moves[k]);
+      if (of.empty()) continue;
       parts.push_back(over_all_sizes(kind, of));
       const double gamma = of.best();
       const double gain = of.log(gamma) - of.log(0.0);
@@ -315,7 +282,7 @@ Structure smooth_structure(
           .length = length,
           .noise_mm = std::sqrt(sigma2),
           .log_gain = gain,
-          .acts = acts};
+          .acts = all_acts[k]};
     }
   }
   if (!(found.sd_mm > 0.0)) return found;
@@ -324,75 +291,18 @@ Structure smooth_structure(
   return found;
 }
 
-namespace {
-
-/// A of the sandwich with the weights that each row has, sample by sample.
-struct Sandwich {
-  std::vector<MatrixXd> AW;  // parameters x rows of the sample
-  MatrixXd noise;            // A S A' for weighted rows of mean variance 1
-};
-
-Sandwich sandwich_of(
-    const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting) {
-  const MatrixXd unit = fit.unit_covariance();
-  const std::vector<MatrixXd> weights = space.weights(weighting);
-  const VectorXd loss = loss_weights(fit);
-  Sandwich result{{}, MatrixXd::Zero(unit.rows(), unit.cols())};
-  double trace = 0.0;
-  for (int i = 0; i < space.samples(); ++i) {
-    const int first = space.first_row[static_cast<std::size_t>(i)];
-    const Index count = space.rows(i);
-    const MatrixXd W = weight_of(weights, i, count);
-    result.AW.emplace_back(
-        unit * fit.J.middleRows(first, count).transpose() *
-        loss.segment(first, count).asDiagonal() * W);
-    const MatrixXd C = known_covariance(space, i);
-    result.noise += result.AW.back() * C * result.AW.back().transpose();
-    trace += (W * C * W.transpose()).trace();
-  }
-  if (trace > 0.0) {
-    result.noise *= space.rows() / trace;
-  } else {
-    result.noise.setZero();
-  }
-  return result;
-}
-
-/// By how much structure of unit size moves the parameters: A K A'.
-MatrixXd moved_by(
-    const ObservationSpace& space, const Sandwich& sandwich, const StructurePart& part,
-    const Moves& moves) {
-  const MatrixXd phi = SmoothBasis(space, part.over, part.length)(space);
-  MatrixXd moved = MatrixXd::Zero(sandwich.noise.rows(), phi.cols() * moves.functions());
-  for (int i = 0; i < space.samples(); ++i) {
-    const MatrixXd& AW = sandwich.AW[static_cast<std::size_t>(i)];
-    for (Index f = 0; f < moves.functions(); ++f) {
-      VectorXd by = VectorXd::Zero(AW.rows());
-      for (Index row = 0; row < AW.cols(); ++row) by += AW.col(row) * moves.by(i, row, f);
-      moved.middleCols(f * phi.cols(), phi.cols()) += by * phi.row(i);
-    }
-  }
-  return moved * moved.transpose();
-}
-
-}  // namespace
-
 MatrixXd fit_covariance(
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
     double sigma_mm, const Structure& structure) {
   const Sandwich sandwich = sandwich_of(space, fit, weighting);
   if (!(structure.sd_mm > 0.0)) return sigma_mm * sigma_mm * sandwich.noise;
-  std::vector<StructurePart> parts = structure.parts;
-  if (parts.empty()) {
-    parts.push_back(
-        {structure.over, structure.acts, structure.length, structure.sd_mm, structure.noise_mm,
-         1.0});
-  }
   MatrixXd result = MatrixXd::Zero(sandwich.noise.rows(), sandwich.noise.cols());
-  for (const StructurePart& part : parts) {
+  for (const StructurePart& part : parts_of(structure)) {
     const Moves moves(space, fit.x, part.acts);
+    const MatrixXd moved =
+        moved_by(space, sandwich, moves, SmoothBasis(space, part.over, part.length)(space));
     result += part.weight * (part.noise_mm * part.noise_mm * sandwich.noise +
-                             part.sd_mm * part.sd_mm * moved_by(space, sandwich, part, moves));
+                             part.sd_mm * part.sd_mm * moved * moved.transpose());
   }
   return result;
 }

@@ -11,6 +11,7 @@
 #include "calibration/position_judge.h"
 #include "calibration/reading_judge.h"
 #include "calibration/rig_spaces.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -130,6 +131,7 @@ struct DialErrors {
 
   /// Error less the median of its nearest neighbours: what smooth misfit does not explain.
   [[nodiscard]] double against_neighbours(std::size_t i) const {
+    geometry::check_end();
     std::vector<std::pair<double, double>> others;
     for (std::size_t k = 0; k < q.size(); ++k) {
       if (k != i) others.emplace_back((q[k] - q[i]).squaredNorm(), error_mm[k]);

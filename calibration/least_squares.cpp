@@ -7,6 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "geometry/long_work.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -158,6 +160,7 @@ class Solver {
     SmallVector u(n);
     int iterations = 0;
     for (; iterations < settings_.max_iterations; ++iterations) {
+      geometry::check_end();
       if (!well_determined(at)) return;
       int refused = 0;
       while (true) {

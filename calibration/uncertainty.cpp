@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
+
+#include "calibration/predicted_position.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -33,6 +36,24 @@ std::vector<ParameterEstimate> estimates_with_noise(
   return result;
 }
 
+Eigen::MatrixXd held_covariance(
+    const LeastSquaresFit& fit, std::span<const geometry::ParameterInfo> infos) {
+  const auto n = static_cast<Eigen::Index>(infos.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  if (fit.held == 0 || fit.directions.rows() != n) return covariance;
+  Eigen::VectorXd variance(n);  // before any sample, in scaled parameters
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const geometry::ParameterInfo& info = infos[static_cast<std::size_t>(i)];
+    const double known_to = info.known_to > 0.0 ? info.known_to : info.change;
+    variance[i] = std::pow(known_to / fit.scale[i], 2);
+  }
+  // P = S D D' V D D' S, D the held directions
+  const Eigen::MatrixXd D = fit.directions.rightCols(fit.held);
+  const Eigen::MatrixXd SD = fit.scale.asDiagonal() * D;
+  covariance = SD * (D.transpose() * variance.asDiagonal() * D) * SD.transpose();
+  return covariance;
+}
+
 std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Workspace box;
@@ -52,10 +73,16 @@ std::optional<Workspace> workspace_of(std::span<const Trial> trials) {
   return box;
 }
 
-PositionUncertainty position_uncertainty(
-    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& covariance,
+namespace {
+
+/// Covariance of the position at joint values with the derivative J_v there [mm^2].
+using CovarianceThere =
+    std::function<Eigen::MatrixXd(const Eigen::VectorXd& joints, const Eigen::MatrixXd& J_v)>;
+
+PositionUncertainty map_of(
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const CovarianceThere& covariance,
     const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
-    double quantile, double structure_mm, int columns, int rows) {
+    double quantile, int columns, int rows) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   PositionUncertainty map;
   map.columns = columns;
@@ -69,7 +96,6 @@ PositionUncertainty position_uncertainty(
   for (int i = 0; i < rows; ++i) {
     map.y_mm.push_back(at(workspace.low_mm.y(), workspace.high_mm.y(), i, rows));
   }
-  const Eigen::MatrixXd C = covariance.topLeftCorner(v.size(), v.size());
   const double radius_of = circle_over_interval(tool.axes()) * quantile;
   geometry::Position p = 0.5 * (workspace.low_mm + workspace.high_mm);
   map.held_effect_mm.assign(static_cast<std::size_t>(fit.held), 0.0);
@@ -90,8 +116,7 @@ PositionUncertainty position_uncertainty(
         map.radius_95_mm.push_back(kNone);
         continue;
       }
-      Eigen::MatrixXd P = d->J_v * C * d->J_v.transpose();
-      P.diagonal().array() += structure_mm * structure_mm;
+      const Eigen::MatrixXd P = covariance(*q, d->J_v);
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(P);
       const double longest = std::sqrt(std::max(axes.eigenvalues()[tool.axes() - 1], 0.0));
       map.sd_mm.push_back(P.diagonal().cwiseMax(0.0).cwiseSqrt());
@@ -114,6 +139,31 @@ PositionUncertainty position_uncertainty(
   }
   map.mean_sd_mm = count > 0 ? std::sqrt(sum / count) : kNone;
   return map;
+}
+
+}  // namespace
+
+PositionUncertainty position_uncertainty(
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& covariance,
+    const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
+    double quantile, double structure_mm, int columns, int rows) {
+  const Eigen::MatrixXd C = covariance.topLeftCorner(v.size(), v.size());
+  const auto there = [&](const Eigen::VectorXd&, const Eigen::MatrixXd& J_v) {
+    Eigen::MatrixXd P = J_v * C * J_v.transpose();
+    P.diagonal().array() += structure_mm * structure_mm;
+    return P;
+  };
+  return map_of(tool, v, there, fit, mode, workspace, quantile, columns, rows);
+}
+
+PositionUncertainty position_uncertainty(
+    const geometry::Tool& tool, const Eigen::VectorXd& v, const PredictedPosition& predicted,
+    const LeastSquaresFit& fit, geometry::WorkingMode mode, const Workspace& workspace,
+    double quantile, int columns, int rows) {
+  const auto there = [&](const Eigen::VectorXd& joints, const Eigen::MatrixXd& J_v) {
+    return predicted.covariance(joints, J_v);
+  };
+  return map_of(tool, v, there, fit, mode, workspace, quantile, columns, rows);
 }
 
 }  // namespace sixdial::calibration

@@ -27,6 +27,11 @@ namespace sixdial::calibration {
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
     const NoiseEstimate& noise, const Structure& structure, Eigen::MatrixXd& covariance);
 
+/// What is held at nominal is no better known than before any sample: the covariance that the
+/// held directions keep, n x n; zero if nothing is held. `infos`: of all fitted parameters.
+[[nodiscard]] Eigen::MatrixXd held_covariance(
+    const LeastSquaresFit& fit, std::span<const geometry::ParameterInfo> infos);
+
 struct Workspace {
   geometry::Position low_mm, high_mm;  // in W
 };

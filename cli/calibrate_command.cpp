@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/calibration_json.h"
 #include "report/documents/summary.h"
@@ -33,7 +34,8 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
     cli.console.print_json("calibration", report::document_summary(document));
     return code;
   }
-  cli.console.out << report::headline_text(result) << report::table_6_text(result);
+  cli.console.out << for_terminal(report::headline_text(result))
+                  << for_terminal(report::table_6_text(result));
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
       cli.console.warn(line);
@@ -41,7 +43,7 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
   }
   if (result.assessment) {
     for (const std::string& line : report::assessment_lines(*result.assessment)) {
-      cli.console.out << line << '\n';
+      cli.console.out << for_terminal(line) << '\n';
     }
   }
   if (result.precision) {
@@ -55,8 +57,8 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
 service::ExitCode calibrate_bundle(Cli& cli, const CalibrateOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::CalibrationResult result =
-      run_here(cli.console, "the calibration", [&](const auto& progress, std::stop_token stop) {
+  const studies::CalibrationResult result = run_on(
+      cli.console, session, "the calibration", [&](const auto& progress, std::stop_token stop) {
         return studies::calibrate(session, options.request, progress, std::move(stop));
       });
   return print_calibration(cli, report::to_json(result), options.output);
@@ -99,10 +101,8 @@ void add_calibrate_command(CLI::App& app, Cli& cli) {
           "how: an identifier (lm), or one with a residual model (lm+gp)")
       ->capture_default_str();
   add_profile(*command, request.profile);
-  command
-      ->add_option(
-          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
-      ->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_fixed_parameters(*command, request.fix, request.free);

@@ -4,10 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "cli/usage.h"
@@ -45,6 +48,19 @@ service::Client& Cli::client() {
 
 namespace {
 
+/// What was printed is out, or the command has failed: a full disk, a closed pipe.
+service::ExitCode after_output(Cli& cli, service::ExitCode so_far) {
+  errno = 0;
+  cli.console.out.flush();
+  if (cli.console.out) return so_far;
+  cli.console.json = false;  // nobody reads it
+  const std::string why = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+  cli.console.error(service::to_error_object(std::make_exception_ptr(service::Error(
+      service::ErrorCode::kFile, "the output could not be written whole" + why, {},
+      "Make room, or send it elsewhere."))));
+  return so_far == service::ExitCode::kOk ? service::ExitCode::kFailed : so_far;
+}
+
 /// All commands and their options.
 void add_commands(CLI::App& app, Cli& cli) {
   app.require_subcommand(1);
@@ -57,11 +73,14 @@ void add_commands(CLI::App& app, Cli& cli) {
   add_session_commands(app, cli);
   add_plan_commands(app, cli);
   add_collect_command(app, cli);
+  add_dials_command(app, cli);
+  add_robot_commands(app, cli);
   add_calibrate_command(app, cli);
   add_compare_command(app, cli);
   add_diagnose_command(app, cli);
   add_report_command(app, cli);
   add_rig_commands(app, cli);
+  add_recommend_command(app, cli);
   add_compensate_commands(app, cli);
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);
@@ -91,6 +110,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   add_commands(app, cli);
   cli.console.terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) != 0;
   cli.console.colour = cli.console.terminal && colour_wanted();
+  cli.console.out_terminal = &out == &std::cout && ::isatty(STDOUT_FILENO) != 0;
   // "sixdial help plan" as "sixdial plan --help".
   std::vector<const char*> words(argv, argv + argc);
   if (words.size() > 1 && std::string_view(words[1]) == "help") {
@@ -100,7 +120,10 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
   try {
     app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error, out, err);  // help, version
+    if (error.get_exit_code() == 0) {  // help, version
+      app.exit(error, out, err);
+      return code(after_output(cli, service::ExitCode::kOk));
+    }
     const auto last = argv + argc;
     cli.console.json = std::any_of(
         argv, last, [](const char* word) { return std::string_view(word) == "--json"; });
@@ -108,7 +131,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err)
     return code(service::ExitCode::kUsage);
   }
   try {
-    return code(cli.action());
+    return code(after_output(cli, cli.action()));
   } catch (const service::Interrupted&) {
     cli.console.note("interrupted");
     return code(service::ExitCode::kInterrupted);

@@ -56,9 +56,13 @@ void add_compare_command(CLI::App& app, Cli& cli);      // compare
 void add_diagnose_command(CLI::App& app, Cli& cli);     // diagnose
 void add_report_command(CLI::App& app, Cli& cli);       // report
 void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
+void add_rig_adopt(CLI::App& group, Cli& cli);          // rig adopt
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
+void add_recommend_command(CLI::App& app, Cli& cli);    // recommend
 void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
+void add_dials_command(CLI::App& app, Cli& cli);        // dials
+void add_robot_commands(CLI::App& app, Cli& cli);       // robot stop
 
 /// The method table's words for a command's help.
 [[nodiscard]] std::string summary_of(std::string_view method);

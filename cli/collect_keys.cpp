@@ -19,6 +19,7 @@ constexpr std::array kKeys{
     Key{'p', "collect.pause", "pausing after this point"},
     Key{'c', "collect.resume", "going on with the plan"},
     Key{'a', "collect.accept", "stored with the fault"},
+    Key{'h', "robot.stop", "the robot is told to stop; the collection pauses"},
     Key{'m', "collect.moved", "the robot is there"},
     Key{'r', "collect.retake", "measuring it again",
         "Withdraw this sample and measure it again?"},

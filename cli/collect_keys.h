@@ -13,7 +13,7 @@
 namespace sixdial::cli {
 
 inline constexpr const char* kKeyHelp =
-    "keys: p pause, c continue, r retake, s skip, a accept, m moved, q stop";
+    "keys: p pause, c continue, r retake, s skip, a accept, m moved, h halt the robot, q stop";
 
 class CollectKeys {
  public:

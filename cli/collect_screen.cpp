@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "cli/printable.h"
 #include "geometry/units.h"
 #include "report/documents/estimate_json.h"
 #include "report/words/estimate_words.h"
@@ -49,7 +50,8 @@ std::string value_text(const Json& dial) {
 std::string state_text(const Json& dial) {
   const auto state = dial.value("state", "");
   if (state == "free") return "no contact";
-  if (state == "lost") return "LOST: " + dial.value("reason", "");
+  if (state == "waiting") return "moving";
+  if (state == "lost") return "LOST: " + dial.value("words", dial.value("reason", ""));
   return state == "stale" ? "STALE" : state;
 }
 
@@ -58,7 +60,27 @@ std::string caption(const std::string& id, const Json& dial) {
   return fmt::format("{} {:.3f} mm  {}", id, dial["value_mm"].get<double>(), state_text(dial));
 }
 
+/// What a person has to know at once: a silent controller, and what lost dials say.
+std::vector<std::string> warnings_of(const Json& live) {
+  constexpr double kSilent_s = 0.5;
+  std::vector<std::string> lines;
+  const double silent_s = live.value("robot_silent_s", 0.0);
+  if (silent_s >= kSilent_s) {
+    lines.push_back(fmt::format(
+        "THE ROBOT'S CONTROLLER HAS NOT ANSWERED FOR {:.0f} s: the robot may be moving. "
+        "Emergency stop if in doubt.",
+        std::max(1.0, silent_s)));
+  }
+  for (const auto& [id, dial] : live["dials"].items()) {
+    if (dial.value("state", "") != "lost" || !dial.contains("detail")) continue;
+    lines.push_back(fmt::format("{}: {}", id, dial["detail"].get<std::string>()));
+  }
+  return lines;
+}
+
 std::string pose_line(const Json& live) {
+  if (live.value("stage", "") == "watching")
+    return "nothing is collected: readings as they are";
   const Json& pose = live["pose"];
   std::string text = pose.is_object()
                          ? fmt::format(
@@ -71,21 +93,6 @@ std::string pose_line(const Json& live) {
     text += fmt::format(
         "   {}: {:.3f} of {:.3f} mm", settle["settled"] == true ? "settled" : "settling",
         settle["spread_mm"].get<double>(), settle["limit_mm"].get<double>());
-  }
-  return text;
-}
-
-/// "shoulder 1.500000, elbow 3.000000 rad": the unit where it changes, and at the end.
-std::string joints_text(const Json& joints) {
-  std::string text;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Json& each = joints[i];
-    text += fmt::format(
-        "{}{} {:.6f}", i > 0 ? ", " : "", each["joint"].get<std::string>(),
-        each["value"].get<double>());
-    if (i + 1 == joints.size() || joints[i + 1]["unit"] != each["unit"]) {
-      text += ' ' + each["unit"].get<std::string>();
-    }
   }
   return text;
 }
@@ -150,6 +157,9 @@ std::vector<std::string> dial_lines(const Json& live, std::size_t width) {
   }
   flush();
   for (const std::string& each : wrapped(pose_line(live), width)) lines.push_back(each);
+  for (const std::string& told : warnings_of(live)) {
+    for (const std::string& each : wrapped(told, width)) lines.push_back(each);
+  }
   return lines;
 }
 
@@ -165,7 +175,7 @@ std::string ScreenBlock::drawn() {
   const std::size_t width = terminal_width();
   std::string bytes;
   for (const std::string& line : lines_) {
-    const std::string shown = line.substr(0, width);
+    const std::string shown = for_terminal(line).substr(0, width);
     bytes += shown + '\n';
     on_screen_.push_back(shown.size());
   }
@@ -189,10 +199,10 @@ void Screen::show_state(const Json& state) {
   }
   if (type == "clock_step") note("warning: " + message);
   if (type == "skipped" && state["point"].is_object()) map_.mark(state["point"], "left");
-  if (type == "move" && state["move_to"].is_array()) {
+  if (type == "move" && state["move"].is_object()) {
     note(fmt::format(
-        "{}move the robot to {}, then: m, or sixdial collection moved", point_text(state),
-        joints_text(state["move_to"])));
+        "{}{} Then: m, or sixdial collection moved (--at tells where it really stands)",
+        point_text(state), state["move"]["words"].get<std::string>()));
   }
   if (type == "estimate" && state["estimate"].is_object() && !console_.json) {
     estimate_ = report::estimate_from_json(state["estimate"]);
@@ -216,7 +226,7 @@ std::string Screen::drawn() {
   if (!state_.is_object()) return bytes;
   std::string remark;
   if (console_.terminal) {
-    remark = point_text(state_) + state_.value("stage", "");
+    remark = for_terminal(point_text(state_) + state_.value("stage", ""));
   } else if (estimate_) {
     remark = report::estimate_summary(*estimate_);
   }
@@ -301,7 +311,9 @@ void Screen::show_block() {
 void Screen::note(const std::string& text) {
   if (!console_.terminal) return console_.note(text);
   std::string bytes = erased();
-  for (const std::string& each : wrapped(text, terminal_width())) bytes += each + '\n';
+  for (const std::string& each : wrapped(for_terminal(text), terminal_width())) {
+    bytes += each + '\n';
+  }
   send(bytes + drawn());
 }
 

@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/comparison_json.h"
 #include "report/words/calibration_words.h"
@@ -28,14 +29,14 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
   }
   const studies::ComparisonResult result = report::comparison_from_json(document);
   if (const auto line = report::far_from_noise_line(result.assessment.noise)) {
-    cli.console.out << "Careful: " << *line << ".\n";
+    cli.console.out << for_terminal("Careful: " + *line + ".\n");
   }
-  cli.console.out << report::comparison_text(result) << '\n';
+  cli.console.out << for_terminal(report::comparison_text(result)) << '\n';
   for (const std::string& line : report::gross_error_lines(result.gross_errors)) {
     cli.console.warn(line);
   }
   for (const std::string& line : report::assessment_lines(result.assessment)) {
-    cli.console.out << line << '\n';
+    cli.console.out << for_terminal(line) << '\n';
   }
   if (result.precision) {
     cli.console.out << report::precision_line(*result.precision) << '\n';
@@ -48,8 +49,8 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
 service::ExitCode compare_bundle(Cli& cli, const CompareOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::ComparisonResult result =
-      run_here(cli.console, "the comparison", [&](const auto& progress, std::stop_token stop) {
+  const studies::ComparisonResult result = run_on(
+      cli.console, session, "the comparison", [&](const auto& progress, std::stop_token stop) {
         return studies::compare(session, options.request, progress, std::move(stop));
       });
   print_comparison(cli, report::to_json(result), options.output);
@@ -100,10 +101,8 @@ void add_compare_command(CLI::App& app, Cli& cli) {
   add_subject(*command, options->subject);
   add_compare_options(*command, request);
   add_profile(*command, request.profile);
-  command
-      ->add_option(
-          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
-      ->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   add_threads(*command, request.threads);
   add_search_sizes(*command, request);
   add_count(*command, "--bpnn-epochs", request.bpnn_epochs, "instead of 40000");

@@ -8,6 +8,7 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/validation_json.h"
 #include "report/documents/warnings_document.h"
@@ -18,38 +19,62 @@
 #include "studies/compensate.h"
 #include "studies/diagnose.h"
 #include "studies/extended_command.h"
+#include "studies/recommendation.h"
 
 namespace sixdial::cli {
 namespace {
 
 struct CompensateOptions {
   std::string calibration_method{studies::kPaperMethod};
-  std::string subject, plan_file, output, result_file, diagnosis_file, by = "full", mode;
+  std::string subject, plan_file, output, result_file, diagnosis_file, by = "recommended", mode;
   std::vector<double> target_mm;
   std::vector<int> approach{0, 0};
   std::optional<double> temperature_c;
   std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
   bool skip_bad_rows = false;
+  bool from_other_session = false;
 };
+
+constexpr std::string_view kOtherSession =
+    "Use one of this session, or say --from-other-session where the robot is the same.";
 
 struct ValidateOptions {
   std::string session, set = "G2", rig_file, name, output;
   std::vector<std::string> by;
   std::int64_t result = 0, diagnosis = 0;
+  bool from_other_session = false;
 };
 
+/// What speaks against the data, and what of the answer was not measured.
 void tell_warnings(Cli& cli, const Json& answer) {
   if (cli.console.json) return;
   for (const std::string& line : report::warning_lines(report::warnings_in(answer))) {
     cli.console.warn(line);
   }
+  const Json outside = answer.value("outside_measured", Json::object());
+  const auto words = outside.value("words", std::string());
+  if (!words.empty()) cli.console.warn(words);
 }
 
 /// The document of a target, with what speaks against the data.
 Json with_warnings(Json document, const std::vector<studies::Warning>& warnings) {
   document["warnings"] = report::warnings_json(warnings);
   return document;
+}
+
+/// As the service's answers say it.
+Json with_outside(
+    Json answer, const session::Session& session, const geometry::Position& target_mm,
+    geometry::WorkingMode mode) {
+  answer["outside_measured"] = report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), target_mm, mode), 1);
+  return answer;
+}
+Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
+  return report::outside_json(
+      studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+      asked.points.size());
 }
 
 /// `answer`: the document, as the service gave it or made here.
@@ -69,18 +94,20 @@ void print_target(Cli& cli, const Json& answer) {
           at.closure_mm));
 }
 
+/// `by`: what it was solved by.
 void print_plan(
-    Cli& cli, const CompensateOptions& options, std::size_t points, const std::string& text,
-    const Json& warnings) {
-  tell_warnings(cli, {{"warnings", warnings}});
+    Cli& cli, const CompensateOptions& options, std::string_view by, std::size_t points,
+    const std::string& text, const Json& warnings, const Json& outside) {
+  tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
-    Json answer{{"points", points}, {"by", options.by}, {"warnings", warnings}};
+    Json answer{
+        {"points", points}, {"by", by}, {"warnings", warnings}, {"outside_measured", outside}};
     answer[options.output.empty() ? "plan_csv" : "file"] =
         options.output.empty() ? text : options.output;
     cli.console.print_json("plan", answer);
   } else if (options.output.empty()) {
-    cli.console.out << text;
+    cli.console.print_data(text);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, options.output));
   }
@@ -111,13 +138,14 @@ geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::R
 
 /// With the extended model of a diagnosis that is made now or read.
 service::ExitCode extend_bundle(
-    Cli& cli, const CompensateOptions& options, session::Session session) {
+    Cli& cli, const CompensateOptions& options, session::Session session,
+    studies::CompensateBy by) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
     request.seed = options.seed;
     request.bootstrap = 0;
-    request.with_gain = false;
+    request.with_gain = by == studies::CompensateBy::kExtendedFull;  // trains what it needs
     diagnosis = made_first(
         cli.console, "the diagnosis", "--diagnosis-file",
         [&](const auto& progress, std::stop_token stop) {
@@ -125,18 +153,21 @@ service::ExitCode extend_bundle(
         });
   } else {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(diagnosis.inputs, session, "diagnosis", kOtherSession);
+    }
   }
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
-  const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig);
+  const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
   if (!options.plan_file.empty()) {
+    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
     const session::Plan plan = studies::extended_plan(
-        session::read_plan(options.plan_file, session.rig), command, session.rig, "",
-        options.temperature_c);
+        asked, command, session.rig, {.temperature_c = options.temperature_c});
     print_plan(
-        cli, options, plan.points.size(),
+        cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings));
+        report::warnings_json(warnings), outside_of_plan(session, asked));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
@@ -145,10 +176,11 @@ service::ExitCode extend_bundle(
   const studies::CommandMoment moment{
       .approach = {options.approach[0], options.approach[1]},
       .temperature_c = options.temperature_c};
-  const studies::CommandedTarget commanded = studies::commanded_target(
-      command.solve(target_mm, mode, moment), studies::CompensateBy::kExtended, target_mm,
-      mode);
-  print_target(cli, with_warnings(report::to_json(commanded), warnings));
+  const studies::CommandedTarget commanded =
+      studies::commanded_target(command.solve(target_mm, mode, moment), by, target_mm, mode);
+  print_target(
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -156,7 +188,12 @@ service::ExitCode extend_bundle(
 studies::CalibrationResult calibration_of(
     Cli& cli, const CompensateOptions& options, const session::Session& session) {
   if (!options.result_file.empty()) {
-    return report::calibration_from_json(read_document(options.result_file));
+    studies::CalibrationResult stored =
+        report::calibration_from_json(read_document(options.result_file));
+    if (!options.from_other_session) {
+      studies::check_same_data(stored.inputs, session, "calibration", kOtherSession);
+    }
+    return stored;
   }
   studies::CalibrationRequest request;
   request.seed = options.seed;
@@ -168,30 +205,46 @@ studies::CalibrationResult calibration_of(
       });
 }
 
+/// By the calibration, and by the causes of a diagnosis that is given.
+studies::CompensateBy recommended_of(
+    const studies::CalibrationResult& calibration, const CompensateOptions& options) {
+  if (options.diagnosis_file.empty()) return studies::recommend(calibration).by;
+  const studies::DiagnosisResult diagnosis =
+      report::diagnosis_from_json(read_document(options.diagnosis_file));
+  return studies::recommend(calibration, &diagnosis).by;
+}
+
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  if (options.by == "extended") return extend_bundle(cli, options, std::move(session));
-  const studies::CompensateBy by = *studies::compensate_by_from(options.by);
+  const std::optional<studies::CompensateBy> asked = studies::compensate_by_from(options.by);
+  if (asked && is_extended(*asked)) {
+    return extend_bundle(cli, options, std::move(session), *asked);
+  }
   const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
+  const studies::CompensateBy by = asked ? *asked : recommended_of(calibrated, options);
+  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by);
   const Warnings warnings = calibrated.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan plan = studies::compensated_plan(
-        session::read_plan(options.plan_file, session.rig), model, session.rig);
+    const session::Plan given = session::read_plan(options.plan_file, session.rig);
+    const session::Plan plan = studies::compensated_plan(given, model, session.rig);
     print_plan(
-        cli, options, plan.points.size(),
+        cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings));
+        report::warnings_json(warnings), outside_of_plan(session, given));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const studies::CommandedTarget commanded = studies::compensated_target(
-      model, by, Eigen::Vector2d(options.target_mm[0], options.target_mm[1]), mode);
-  print_target(cli, with_warnings(report::to_json(commanded), warnings));
+  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  const studies::CommandedTarget commanded =
+      studies::compensated_target(model, by, target_mm, mode);
+  print_target(
+      cli, with_outside(
+               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -199,12 +252,11 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   Json params{{"session", options.subject}, {"by", options.by}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
-    if (options.by == "extended") {
-      params["approach1"] = options.approach[0];
-      params["approach2"] = options.approach[1];
-    }
+    params["approach1"] = options.approach[0];
+    params["approach2"] = options.approach[1];
     params["x_mm"] = options.target_mm[0];
     params["y_mm"] = options.target_mm[1];
     if (!options.mode.empty()) params["mode"] = options.mode;
@@ -215,8 +267,8 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   if (options.output.empty()) {
     const Json answer = cli.call("compensate.plan", params);
     print_plan(
-        cli, options, answer["points"].get<std::size_t>(),
-        answer["plan_csv"].get<std::string>(), answer["warnings"]);
+        cli, options, answer["by"].get<std::string>(), answer["points"].get<std::size_t>(),
+        answer["plan_csv"].get<std::string>(), answer["warnings"], answer["outside_measured"]);
     return service::ExitCode::kOk;
   }
   params["path"] = absolute(options.output);
@@ -225,9 +277,10 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   cli.console.print(
       "plan",
       {{"points", answer["points"]},
-       {"by", options.by},
+       {"by", answer["by"]},
        {"file", options.output},
-       {"warnings", answer["warnings"]}},
+       {"warnings", answer["warnings"]},
+       {"outside_measured", answer["outside_measured"]}},
       "");
   if (!cli.console.json) {
     cli.console.note(fmt::format("{} points in {}", answer["points"].dump(), options.output));
@@ -239,6 +292,7 @@ service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
   Json params{{"session", options.session}, {"set", options.set}};
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
+  if (options.from_other_session) params["from_other_session"] = true;
   if (!options.by.empty()) params["by"] = options.by;
   if (!options.name.empty()) params["name"] = options.name;
   if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
@@ -278,13 +332,16 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method,--model", options->by,
-          "what commands the robot; extended: robot and named causes of a diagnosis")
-      ->check(compensation_words())
+          "what commands the robot; extended: robot and named causes of a diagnosis; "
+          "extended_full: with what a residual model learned of the rest; recommended: what "
+          "`sixdial recommend` says")
+      ->check(compensation_words(true))
       ->capture_default_str();
   command->add_option("--mode", options->mode, "working mode; default: the rig's")
       ->check(working_mode_words())
       ->excludes(plan);
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   command->add_option(
       "--calibration", options->result_file,
       "of a bundle: result file of `calibrate -o` instead of calibrating now");
@@ -312,8 +369,7 @@ void add_compensate(CLI::App& app, Cli& cli) {
   command->add_option(
       "--temperature", options->temperature_c,
       "of extended, in degC; default: as at the end of the session");
-  command->add_option("--seed", options->seed, "of a bundle's calibration")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
     if (options->target_mm.empty() && options->plan_file.empty()) {
@@ -336,8 +392,9 @@ void add_validate(CLI::App& app, Cli& cli) {
   command
       ->add_option(
           "--method,--model", options->by,
-          "one or more of before, kinematics, full (default: these three) and extended, by the "
-          "session's diagnosis")
+          "one or more of before, kinematics, full, and by the session's diagnosis extended "
+          "and "
+          "extended_full; default: all of them, the last two where causes are named")
       ->check(compensation_words())
       ->delimiter(',');
   command->add_option(
@@ -346,6 +403,7 @@ void add_validate(CLI::App& app, Cli& cli) {
       ->check(existing_file());
   command->add_option("--name", options->name, "of the new session");
   add_stored_result(*command, options->result);
+  add_from_other_session(*command, options->from_other_session);
   add_result_file(*command, options->output);
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/printable.h"
 #include "service/socket/request.h"
 
 namespace sixdial::cli {
@@ -37,7 +38,7 @@ void Console::print_json(std::string_view schema, const Json& document) const {
     whole["schema"] = name;
     whole["schema_version"] = kSchemaVersion;
   }
-  out << service::to_line(whole) << '\n';
+  out << json_for_terminal(service::to_line(whole)) << '\n';
 }
 
 void Console::print(
@@ -45,8 +46,12 @@ void Console::print(
   if (json) {
     print_json(schema, document);
   } else {
-    out << text;
+    out << for_terminal(text);
   }
+}
+
+void Console::print_data(std::string_view text) const {
+  out << (out_terminal ? for_terminal(text) : std::string(text));
 }
 
 void Console::send(std::string_view text) const {
@@ -56,15 +61,14 @@ void Console::send(std::string_view text) const {
   err.flush();
 }
 
-void Console::note(const std::string& text) const { send(text + '\n'); }
+void Console::note(const std::string& text) const { send(for_terminal(text) + '\n'); }
 
 void Console::warn(const std::string& text) const {
-  send((colour ? "\x1b[33mwarning:\x1b[0m " : "warning: ") + text + '\n');
+  send((colour ? "\x1b[33mwarning:\x1b[0m " : "warning: ") + for_terminal(text) + '\n');
 }
 
 void Console::error(const Json& error_object) const {
-  std::string text = (colour ? "\x1b[31merror:\x1b[0m " : "error: ") +
-                     error_object.value("message", std::string("without words")) + '\n';
+  std::string text = error_object.value("message", std::string("without words")) + '\n';
   const Json data = error_object.value("data", Json::object());
   const Json at = data.value("at", Json::object());
   for (const auto& [key, value] : at.items()) {
@@ -77,7 +81,7 @@ void Console::error(const Json& error_object) const {
   const bool said =
       error_object.value("message", std::string()).find(hint) != std::string::npos;
   if (!hint.empty() && !said) text += fmt::format("  {}\n", hint);
-  send(text);
+  send((colour ? "\x1b[31merror:\x1b[0m " : "error: ") + for_terminal(text));
   if (json) print_json("error", {{"error", error_object}});
 }
 
@@ -168,7 +172,7 @@ std::string ProgressLine::drawn(
   const double fraction =
       total > 0 ? std::clamp(static_cast<double>(done) / static_cast<double>(total), 0.0, 1.0)
                 : 0.0;
-  std::string text = fmt::format("{} {}/{}", stage, done, total);
+  std::string text = fmt::format("{} {}/{}", for_terminal(stage), done, total);
   constexpr double kNotWorthSaying_s = 1.0;
   if (eta_s && *eta_s >= kNotWorthSaying_s)
     text += fmt::format("  {} left", duration_text(*eta_s));

@@ -18,17 +18,21 @@ namespace sixdial::cli {
 struct Console {
   std::ostream& out;
   std::ostream& err;
-  bool json = false;      // --json
-  bool quiet = false;     // --quiet: no progress
-  bool terminal = false;  // stderr is one
-  bool colour = false;    // ... and NO_COLOR is not set
+  bool json = false;          // --json
+  bool quiet = false;         // --quiet: no progress
+  bool terminal = false;      // stderr is one
+  bool colour = false;        // ... and NO_COLOR is not set
+  bool out_terminal = false;  // stdout is one
 
   /// --json: {"schema": name, "schema_version": 1, ...document} on one line.
   void print_json(std::string_view schema, const Json& document) const;
-  /// Writes the whole text to stderr in one write, so that nobody sees half of it.
+  /// Writes the whole text to stderr in one write, so that nobody sees half of it. As it is:
+  /// what files say goes through for_terminal() first, as it does in all others.
   void send(std::string_view text) const;
   /// The text (ended by a newline) in the human form, the document with --json.
   void print(std::string_view schema, const Json& document, const std::string& text) const;
+  /// What a program may read (a plan): byte by byte, but to a terminal as text.
+  void print_data(std::string_view text) const;
   void note(const std::string& text) const;
   void warn(const std::string& text) const;
   /// An error object as a person wants it: what, where, what to do. With --json also as JSON.

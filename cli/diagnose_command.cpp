@@ -5,6 +5,7 @@
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
+#include "cli/printable.h"
 #include "cli/shared_options.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/sections/sections_of_studies.h"
@@ -33,7 +34,7 @@ void print_diagnosis(
     cli.console.print_json("diagnosis", document);
     return;
   }
-  cli.console.out << report::diagnosis_text(result);
+  cli.console.out << for_terminal(report::diagnosis_text(result));
   if (!options.report.empty()) {
     cli.console.note(fmt::format("report in {}", options.report));
   }
@@ -43,8 +44,8 @@ void print_diagnosis(
 service::ExitCode diagnose_bundle(Cli& cli, const DiagnoseOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::DiagnosisResult result =
-      run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+  const studies::DiagnosisResult result = run_on(
+      cli.console, session, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
         return studies::diagnose(session, options.request, progress, std::move(stop));
       });
   if (!options.report.empty()) {
@@ -84,10 +85,8 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
   const auto options = std::make_shared<DiagnoseOptions>();
   studies::DiagnosisRequest& request = options->request;
   add_subject(*command, options->subject);
-  command
-      ->add_option(
-          "--seed", request.seed, "of the random numbers; the same seed gives the same result")
-      ->capture_default_str();
+  add_seed(
+      *command, request.seed, "of the random numbers; the same seed gives the same result");
   command
       ->add_option(
           "--bootstrap", request.bootstrap,

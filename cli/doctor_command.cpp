@@ -1,6 +1,7 @@
 // sixdial doctor, rig scan: ports, rights, socket, database, disk, the rig's devices; for each
 // line what to do. Works without a service.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "acquisition/connection.h"
 #include "acquisition/rig_scan.h"
@@ -8,6 +9,7 @@
 #include "cli/health.h"
 #include "service/daemon.h"
 #include "service/socket/server.h"
+#include "session/reason.h"
 #include "session/rig_file.h"
 
 namespace sixdial::cli {
@@ -109,9 +111,26 @@ struct RigOutcome {
   bool good = true;
 };
 
+/// Of a line of the rig file whose port is not there: which ports are.
+std::string ports_instead(const acquisition::CheckedDial& dial, const std::string& by_id) {
+  const bool serial =
+      dial.connection.starts_with("serial:") || dial.connection.starts_with("modbus-rtu:");
+  if (dial.reading.reason != session::reason::kDisconnected || !serial) return "";
+  std::vector<std::string> names;
+  for (const acquisition::PortName& port : acquisition::serial_ports(by_id)) {
+    std::error_code ignored;
+    if (std::filesystem::exists(port.device, ignored)) names.push_back(port.name);
+  }
+  if (names.empty()) {
+    return "; no serial port is there at all: plug the adapter in (dmesg tells whether it is "
+           "seen)";
+  }
+  return fmt::format("; the ports that are there: {}", fmt::join(names, ", "));
+}
+
 RigOutcome checked_rig(
     const geometry::Rig& rig, const std::vector<acquisition::ScannedPlace>& found,
-    acquisition::Clock& clock) {
+    acquisition::Clock& clock, const std::string& by_id) {
   const acquisition::CheckedRig checked = acquisition::check_rig(rig, found, clock, {});
   RigOutcome outcome{.json = Json::object(), .text = {}, .good = checked.good()};
   outcome.json = {
@@ -131,14 +150,15 @@ RigOutcome checked_rig(
     row["connection"] = dial.connection;
     row["good"] = dial.good;
     row["trouble"] = dial.trouble;
-    row["fix"] = dial.fix;
+    const std::string fix = dial.fix + (dial.good ? "" : ports_instead(dial, by_id));
+    row["fix"] = fix;
     outcome.json["dials"].push_back(std::move(row));
     outcome.text += line(
         dial.good ? "ok" : "failed",
         fmt::format(
             "dial {}: {}  {}", dial.id, dial.good ? reading_text(dial.reading) : dial.trouble,
             dial.connection),
-        dial.fix);
+        fix);
   }
   if (checked.robot) {
     outcome.json["robot"] = {
@@ -193,7 +213,7 @@ service::ExitCode scan(Cli& cli, const DoctorOptions& options) {
   Json document{{"found", places}, {"rig", nullptr}};
   bool good = anything;
   if (rig) {
-    RigOutcome outcome = checked_rig(*rig, found, clock);
+    RigOutcome outcome = checked_rig(*rig, found, clock, options.by_id);
     document["rig"] = std::move(outcome.json);
     text += fmt::format("rig file {}:\n{}", options.rig_file, outcome.text);
     good = outcome.good;
@@ -237,7 +257,8 @@ service::ExitCode examine(Cli& cli, const DoctorOptions& options) {
   Json document{{"checks", rows}, {"rig", nullptr}};
   if (!options.rig_file.empty()) {
     acquisition::SystemClock clock;
-    RigOutcome outcome = checked_rig(session::read_rig_file(options.rig_file), {}, clock);
+    RigOutcome outcome =
+        checked_rig(session::read_rig_file(options.rig_file), {}, clock, options.by_id);
     document["rig"] = std::move(outcome.json);
     text += fmt::format("rig file {}:\n{}", options.rig_file, outcome.text);
     if (!outcome.good && code == service::ExitCode::kOk) code = service::ExitCode::kDevice;

@@ -2,14 +2,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
 #include <system_error>
 
+#include "acquisition/port_rights.h"
 #include "acquisition/rig_scan.h"
 #include "calibration/rig_spaces.h"
 #include "calibration/space_fit.h"
@@ -39,13 +38,6 @@ Check failed(std::string name, std::string what, std::string fix, service::ExitC
 }
 
 std::string said(int error_number) { return std::generic_category().message(error_number); }
-
-std::string group_of(const std::string& device) {
-  struct stat about {};
-  if (::stat(device.c_str(), &about) != 0) return "dialout";
-  const group* entry = ::getgrgid(about.st_gid);
-  return entry == nullptr ? "dialout" : entry->gr_name;
-}
 
 std::filesystem::path nearest_folder(std::filesystem::path path) {
   path = std::filesystem::absolute(path).parent_path();
@@ -82,10 +74,7 @@ std::vector<Check> check_ports(const std::filesystem::path& by_id) {
       if (errno == ENOENT) continue;  // the kernel's driver has it, the machine does not
       checks.push_back(failed(
           "port", fmt::format("{}: {}", what, said(errno)),
-          fmt::format(
-              "sudo usermod -aG {} $USER, then log in again; the service needs the same",
-              group_of(port.device)),
-          service::ExitCode::kDevice));
+          acquisition::rights_advice(port.device), service::ExitCode::kDevice));
     } else {
       checks.push_back(ok("port", what));
     }

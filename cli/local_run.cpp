@@ -7,8 +7,10 @@
 #include <mutex>
 #include <thread>
 
+#include "report/words/warning_words.h"
 #include "service/socket/client.h"
 #include "studies/error.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::cli {
 
@@ -25,6 +27,7 @@ void run_with_progress(const Console& console, const std::string& what, const Lo
     while (!ended.wait_for(lock, over, kLookForSignal, [&] { return over.stop_requested(); })) {
       if (!service::take_interruption()) continue;
       interrupted = true;
+      service::end_soon("\ninterrupted; nothing of it is kept\n");
       interruption.request_stop();
       return;
     }
@@ -49,6 +52,12 @@ void run_with_progress(const Console& console, const std::string& what, const Lo
   }
   end_watch();
   if (interrupted) give_up();
+}
+
+void tell_why(const Console& console, const session::Session& session) {
+  for (const std::string& line : report::warning_lines(studies::plausible(session).warnings)) {
+    console.warn(line);
+  }
 }
 
 }  // namespace sixdial::cli

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "session/session.h"
+#include "studies/error.h"
 #include "studies/progress.h"
 
 namespace sixdial::cli {
@@ -18,6 +20,9 @@ using LocalWork = std::function<void(const studies::ProgressCallback&, std::stop
 /// `what` names the work for the person who interrupts it ("the calibration"). Throws
 /// Interrupted after a signal, and says that nothing was kept; else what the work throws.
 void run_with_progress(const Console& console, const std::string& what, const LocalWork& work);
+
+/// Warns of what speaks against a session.
+void tell_why(const Console& console, const session::Session& session);
 
 /// The same, and gives what the work returns.
 template <class Work>
@@ -29,6 +34,19 @@ template <class Work>
         result.emplace(work(progress, std::move(stop)));
       });
   return *std::move(result);
+}
+
+/// The same with a session: what speaks against it is told where the work gives up, too.
+template <class Work>
+[[nodiscard]] auto run_on(
+    const Console& console, const session::Session& session, const std::string& what,
+    const Work& work) {
+  try {
+    return run_here(console, what, work);
+  } catch (const studies::StudyError& error) {
+    if (error.code() == studies::StudyErrorCode::kBadData) tell_why(console, session);
+    throw;
+  }
 }
 
 }  // namespace sixdial::cli

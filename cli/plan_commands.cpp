@@ -9,6 +9,7 @@
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
+#include "session/usual_approach.h"
 
 namespace sixdial::cli {
 namespace {
@@ -37,21 +38,24 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("--repeats", plan.options.repeats, "how often each point is measured")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command
-      .add_option(
-          "--seed", plan.options.seed,
-          "of the random numbers; the same seed gives the same plan")
-      ->capture_default_str();
+  add_seed(
+      command, plan.options.seed, "of the random numbers; the same seed gives the same plan");
   command
       .add_option(
           "--margin", plan.options.margin_mm,
           "mm to stay away from the edge of what can be measured")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--first-point", plan.options.first_point, "number of the first point");
+  command.add_option("--first-point", plan.options.first_point, "number of the first point")
+      ->check(CLI::NonNegativeNumber);
   command
       .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
       ->expected(4);
-  command.add_option("--approach", plan.approach, "from which side points are reached")
+  command
+      .add_option(
+          "--approach", plan.approach,
+          "from which side points are reached; default: as it comes, alternate where the robot "
+          "is "
+          "moved by hand")
       ->check(CLI::IsMember({"as-it-comes", "alternate", "both-sides"}));
   add_modes(
       command, plan.modes,
@@ -66,8 +70,9 @@ std::vector<geometry::WorkingMode> modes_of(const std::vector<std::string>& word
   return modes;
 }
 
-session::PlanOptions finished(const PlanCommand& plan) {
+session::PlanOptions finished(const PlanCommand& plan, const geometry::Rig& rig) {
   session::PlanOptions options = plan.options;
+  options.approach = session::usual_approach(rig);
   if (plan.rectangle_mm.size() == 4) {
     options.rectangle.min_mm = {plan.rectangle_mm[0], plan.rectangle_mm[1]};
     options.rectangle.max_mm = {plan.rectangle_mm[2], plan.rectangle_mm[3]};
@@ -94,7 +99,7 @@ service::ExitCode write(
     return service::ExitCode::kOk;
   }
   if (output.empty()) {
-    cli.console.out << plan_csv;
+    cli.console.print_data(plan_csv);
   } else {
     cli.console.note(fmt::format("{} points in {}", points, output));
   }
@@ -228,7 +233,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
     cli.action = [&cli, plan] {
       const auto rig = session::read_rig_file(plan->rig_file);
       return write(
-          cli, *plan, rig, session::plan_grid(rig, plan->nx, plan->ny, finished(*plan)));
+          cli, *plan, rig, session::plan_grid(rig, plan->nx, plan->ny, finished(*plan, rig)));
     };
   });
 
@@ -241,7 +246,8 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
   random->callback([&cli, plan] {
     cli.action = [&cli, plan] {
       const auto rig = session::read_rig_file(plan->rig_file);
-      return write(cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan)));
+      return write(
+          cli, *plan, rig, session::plan_random(rig, plan->count, finished(*plan, rig)));
     };
   });
 }

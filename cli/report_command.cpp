@@ -86,11 +86,12 @@ service::ExitCode report_bundle(
   }
   std::optional<studies::DiagnosisResult> diagnosis;
   if (options.diagnose) {
-    ProgressLine line(cli.console);
     studies::DiagnosisRequest request;
     request.seed = options.seed;
-    diagnosis = studies::diagnose(
-        session, request, [&](const studies::Progress& progress) { line.show(progress); });
+    diagnosis =
+        run_here(cli.console, "the diagnosis", [&](const auto& progress, std::stop_token stop) {
+          return studies::diagnose(session, request, progress, std::move(stop));
+        });
   }
   std::vector<report::Section> more;
   if (!options.against.empty()) {
@@ -138,8 +139,7 @@ void add_report_command(CLI::App& app, Cli& cli) {
       "--diagnose", options->diagnose,
       "look for the physical cause of what is left now, and show it; a stored diagnosis is "
       "shown anyway");
-  command->add_option("--seed", options->seed, "of a bundle's calibration, and of --compare")
-      ->capture_default_str();
+  add_seed(*command, options->seed, "of a bundle's calibration, and of --compare");
   command->add_option(
       "--against", options->against,
       "another calibrated session (of a bundle: another bundle), shown beside: as found, as "

@@ -1,4 +1,4 @@
-// sixdial rig draw: the picture of a rig file.
+// sixdial rig draw: the picture of a rig file; rig adopt stands in rig_adopt.cpp.
 #include <fmt/format.h>
 
 #include <memory>
@@ -14,6 +14,7 @@ namespace sixdial::cli {
 void add_rig_commands(CLI::App& app, Cli& cli) {
   CLI::App* group = app.add_subcommand("rig", "The rig file and its devices.");
   group->require_subcommand(1);
+  add_rig_adopt(*group, cli);
   CLI::App* draw = group->add_subcommand(
       "draw", "Draws robot, cuboid, dials and frames of a rig file as SVG.");
   const auto rig_file = std::make_shared<std::string>();

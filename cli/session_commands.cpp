@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include "cli/cli.h"
+#include "report/documents/warnings_document.h"
+#include "report/words/warning_words.h"
 #include "session/csv.h"
 
 namespace sixdial::cli {
@@ -22,6 +24,7 @@ std::string info_text(const Json& info) {
       info["plan_points"].get<std::int64_t>(), info["rig_name"].get<std::string>(),
       info["rig_hash"].get<std::string>().substr(0, 12), info["created_utc"].get<std::string>(),
       info["operator"].get<std::string>());
+  text += report::warnings_text(report::warnings_in(info));
   for (const Json& each : info.value("collections", Json::array())) {
     text += fmt::format(
         "  collecting ended {}: {}\n", each["time_utc"].get<std::string>(),

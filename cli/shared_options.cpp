@@ -1,6 +1,10 @@
 #include "cli/shared_options.h"
 
+#include <fmt/format.h>
+
+#include <charconv>
 #include <filesystem>
+#include <limits>
 
 #include "studies/compensate.h"
 
@@ -8,6 +12,25 @@ namespace sixdial::cli {
 
 void add_subject(CLI::App& command, std::string& subject) {
   command.add_option("SESSION|BUNDLE", subject, "name, or folder with session.csv")->required();
+}
+
+CLI::Validator seed_number() {
+  return {
+      [](const std::string& text) {
+        std::int64_t value = -1;
+        const auto [end, trouble] =
+            std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool whole = trouble == std::errc() && end == text.data() + text.size();
+        return whole && value >= 0 ? std::string()
+                                   : fmt::format(
+                                         "{} is no seed: give a whole number from 0 to {}",
+                                         text, std::numeric_limits<std::int64_t>::max());
+      },
+      "SEED"};
+}
+
+CLI::Option* add_seed(CLI::App& command, std::uint64_t& seed, const std::string& words) {
+  return command.add_option("--seed", seed, words)->check(seed_number())->capture_default_str();
 }
 
 CLI::Validator existing_file() {
@@ -40,7 +63,14 @@ void add_tolerance(CLI::App& command, std::optional<double>& tolerance_mm) {
 }
 
 void add_stored_result(CLI::App& command, std::int64_t& result) {
-  command.add_option("--result", result, "number of a stored result; default: the newest");
+  command.add_option("--result", result, "number of a stored result; default: the newest")
+      ->check(CLI::PositiveNumber);
+}
+
+void add_from_other_session(CLI::App& command, bool& allowed) {
+  command.add_flag(
+      "--from-other-session", allowed,
+      "take a calibration or diagnosis that was made from other data than this session's");
 }
 
 void add_point_count(CLI::App& command, int& points) {
@@ -57,8 +87,10 @@ CLI::IsMember working_mode_words() {
   return CLI::IsMember(words);
 }
 
-CLI::IsMember compensation_words() {
-  return CLI::IsMember({"before", "kinematics", "full", "extended"});
+CLI::IsMember compensation_words(bool with_recommended) {
+  std::vector<std::string> words{"before", "kinematics", "full", "extended", "extended_full"};
+  if (with_recommended) words.insert(words.begin(), "recommended");
+  return CLI::IsMember(words);
 }
 
 void add_profile(CLI::App& command, calibration::Profile& profile) {

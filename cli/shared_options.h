@@ -16,15 +16,22 @@ void add_subject(CLI::App& command, std::string& subject);   // SESSION|BUNDLE
 void add_result_file(CLI::App& command, std::string& file);  // -o: the result as JSON
 void add_skip_bad_rows(CLI::App& command, bool& skip_bad_rows);
 void add_stored_result(CLI::App& command, std::int64_t& result);  // --result
+void add_from_other_session(CLI::App& command, bool& allowed);    // --from-other-session
 void add_point_count(CLI::App& command, int& points);             // --points of a plan
+
+/// --seed: a whole number from 0 on. CLI11 would make 18446744073709551615 of -1.
+CLI::Option* add_seed(CLI::App& command, std::uint64_t& seed, const std::string& words);
+/// The same for another option of this kind.
+[[nodiscard]] CLI::Validator seed_number();
 
 /// A file that is there.
 [[nodiscard]] CLI::Validator existing_file();
 
 /// "++", "+-", "-+" or "--".
 [[nodiscard]] CLI::IsMember working_mode_words();
-/// "before", "kinematics", "full" or "extended".
-[[nodiscard]] CLI::IsMember compensation_words();
+/// "before", "kinematics", "full", "extended" or "extended_full"; "recommended" too where a
+/// choice may be left to the program.
+[[nodiscard]] CLI::IsMember compensation_words(bool with_recommended = false);
 
 void add_profile(CLI::App& command, calibration::Profile& profile);
 void add_fixed_parameters(

@@ -21,10 +21,12 @@ struct Example {
 };
 constexpr std::array kExamples{
     Example{"collect", "sixdial collect plan.csv --session monday --rig rig.toml"},
+    Example{"dials", "sixdial dials --rig rig.toml --check"},
     Example{"calibrate", "sixdial calibrate monday"},
     Example{"compare", "sixdial compare monday"},
     Example{"diagnose", "sixdial diagnose monday"},
     Example{"report", "sixdial report monday -o monday-report"},
+    Example{"recommend", "sixdial recommend monday"},
     Example{"compensate", "sixdial compensate monday --target 28,48"},
     Example{"validate", "sixdial validate monday"},
     Example{"plan random", "sixdial plan random --rig rig.toml --count 100 -o plan.csv"},
@@ -43,13 +45,30 @@ constexpr std::array kExamples{
 /// What a newcomer may type for a command of another name.
 const std::map<std::string, std::string, std::less<>>& synonyms() {
   static const std::map<std::string, std::string, std::less<>> kSynonyms{
-      {"measure", "collect"},   {"start", "collect"},         {"run", "collect"},
-      {"resume", "collection"}, {"pause", "collection"},      {"stop", "collection"},
-      {"status", "collection"}, {"watch", "collection"},      {"sessions", "session"},
-      {"jobs", "job"},          {"check", "doctor"},          {"analyse", "diagnose"},
-      {"analyze", "diagnose"},  {"causes", "diagnose"},       {"correct", "compensate"},
-      {"import", "session"},    {"export", "session"},        {"undo", "session"},
-      {"verify", "validate"},   {"calibration", "calibrate"}, {"diagnosis", "diagnose"}};
+      {"measure", "collect"},
+      {"start", "collect"},
+      {"run", "collect"},
+      {"resume", "collection"},
+      {"pause", "collection"},
+      {"stop", "collection"},
+      {"status", "collection"},
+      {"watch", "collection"},
+      {"sessions", "session"},
+      {"jobs", "job"},
+      {"check", "doctor"},
+      {"analyse", "diagnose"},
+      {"analyze", "diagnose"},
+      {"causes", "diagnose"},
+      {"correct", "compensate"},
+      {"import", "session"},
+      {"export", "session"},
+      {"undo", "session"},
+      {"live", "dials"},
+      {"dial", "dials"},
+      {"push", "dials"},
+      {"verify", "validate"},
+      {"calibration", "calibrate"},
+      {"diagnosis", "diagnose"}};
   return kSynonyms;
 }
 

@@ -9,6 +9,8 @@
 
 #include "calibration/pose_groups.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/command_fit.h"
+#include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -121,19 +123,17 @@ class Diagnoser {
 
   void describe_remainder() {
     add_dependence();
+    // Something smooth without a name counts as left over.
+    result_.commanding = command_fit(readings_, found());
+    const JointFit& names = result_.commanding;
     add_parameters();
     result_.not_testable = found().not_testable;
     const JointFit& extended = found().extended;
     const bool smooth = !found().unknown.empty();
-    // Something smooth without a name counts as left over.
-    names_ = smooth ? fit_jointly(
-                          readings_, extended.model, extended.effects, nullptr,
-                          random_columns(readings_.count(), found().background))
-                    : extended;
     Remainder& left = result_.unexplained;
     left.rms_mm = std::sqrt(
-        names_.weight.dot(residual_at_rest_mm(readings_, names_).cwiseAbs2()) /
-        std::max(1.0, names_.weight.sum()));
+        names.weight.dot(residual_at_rest_mm(readings_, names).cwiseAbs2()) /
+        std::max(1.0, names.weight.sum()));
     left.depends_on = found().depends_on();
     Scatter scatter = scatter_of(readings_, extended, result_.noise);
     const bool shared = extended.shared != nullptr;
@@ -157,6 +157,10 @@ class Diagnoser {
       how.table = settings_.with_gain;
       study = study_gain(question, how, stop_);
       result_.gain = study.rows;
+      if (settings_.with_gain && !stop_.stop_requested()) {
+        result_.choice = cross_validated(question, how, stop_);
+        result_.on_top = trained_on(readings_, result_.commanding, settings_.seed, stop_);
+      }
     }
     for (std::size_t i = 0; i < found().findings.size(); ++i) {
       result_.causes.push_back(cause_of(i, study));
@@ -178,7 +182,7 @@ class Diagnoser {
             [&](const Cause& cause) { return cause.finding.hypothesis == each; });
         if (!named) open.push_back(each);
       }
-      result_.limits = limits_of(readings_, names_, open, settings_.search);
+      result_.limits = limits_of(readings_, result_.commanding, open, settings_.search);
       for (const Limit& limit : result_.limits) {
         if (limit.detect < kBelievableSizes * limit.plausible) continue;
         result_.not_testable.push_back({limit.hypothesis, WhyNotTestable::kAbsorbed});
@@ -211,7 +215,7 @@ class Diagnoser {
     const simulation::ForwardModel& model = readings_.model();
     const simulation::ModelVector nominal = model.nominal();
     const JointFit& baseline = found().baseline;
-    const JointFit& extended = found().extended;
+    const JointFit& extended = result_.commanding;
     const auto sd = [](const JointFit& fit, Eigen::Index i) {
       return std::sqrt(std::max(0.0, fit.covariance(i, i)));
     };
@@ -290,7 +294,6 @@ class Diagnoser {
   std::optional<FittedAndJudged> sides_;  // of readings_
   bool enough_g1_ = false;
   std::optional<NamedCauses> alone_;  // what G1 alone shows
-  JointFit names_;                    // robot and named causes, without anything smooth
 };
 
 }  // namespace

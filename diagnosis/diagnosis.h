@@ -19,9 +19,11 @@
 #include <string>
 #include <vector>
 
+#include "calibration/residual_model.h"
 #include "diagnosis/estimates.h"
 #include "diagnosis/gain.h"
 #include "diagnosis/limits.h"
+#include "diagnosis/model_choice.h"
 #include "diagnosis/naming.h"
 #include "diagnosis/scatter.h"
 
@@ -87,6 +89,11 @@ struct Diagnosis {
   std::vector<Limit> limits;
   std::vector<ParameterChange> parameters;
   std::vector<GainRow> gain;  // empty without points to judge on
+  JointFit commanding;        // robot and named causes alone (command_fit.h)
+  /// What a residual model learned of all that `commanding` leaves; empty without a table of
+  /// the gain.
+  std::optional<calibration::TrainedResidual> on_top;
+  std::vector<CandidateErrors> choice;  // by G1 alone; empty without a table of the gain
   int g1_samples = 0, g2_samples = 0;
   bool held_out_by_program = false;      // the session has no G2: every third point was
   double false_alarm_probability = 1.0;  // of the strongest finding, by the simulated null

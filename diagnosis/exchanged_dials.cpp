@@ -44,8 +44,12 @@ std::optional<Hypothesis> find_exchanged_dials(
   std::optional<Readings> best_readings;
   JointFit best = fit_with_mounting(readings, baseline.model);
   double best_likelihood = best.log_likelihood + kExchangeLogOdds;
+  // With nothing left but noise no exchange can be better, and none is tried.
+  constexpr double kNearlyNoise = 3.0;
+  const bool explained =
+      best.left_out() < kMuchGross && best.s_mm < kNearlyNoise * readings.rig_noise_mm();
   for (const Hypothesis& each : hypotheses) {
-    if (!each.effect->exchanges_dials) continue;
+    if (explained || !each.effect->exchanges_dials) continue;
     Readings swapped = readings.with_swapped_dials(each.place.dial, each.place.other_dial);
     JointFit fit = fit_with_mounting(swapped, baseline.model);
     if (fit.log_likelihood <= best_likelihood) continue;

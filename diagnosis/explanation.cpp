@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "diagnosis/thresholds.h"
@@ -29,6 +30,12 @@ double implausibility(const ActiveEffect& active) {
     if (parameter) sum += std::pow(active.x[k] / (kBelievedWidth * parameter->sigma), 2);
   }
   return std::isfinite(sum) ? std::log1p(sum) : kNever;
+}
+
+JointFit without_sharing(JointFit fit) {
+  fit.shared = nullptr;
+  fit.shift_mm.setZero();
+  return fit;
 }
 
 /// A searched value that the fit moved out of the range of the search.
@@ -124,17 +131,28 @@ std::vector<Explanation> Search::with_one_more(
     const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
     bool afresh) const {
   std::vector<Explanation> result;
-  for (const Candidate& candidate : candidates) {
-    if (result.size() >= list.most ||
-        candidate.evidence < candidates.front().evidence - list.within) {
-      break;
+  const auto add_best_of = [&](const std::vector<Candidate>& scored, std::size_t most) {
+    std::size_t looked = 0;
+    for (const Candidate& candidate : scored) {
+      if (looked++ >= most || candidate.evidence < scored.front().evidence - list.within) break;
+      const bool known = std::ranges::any_of(result, [&](const Explanation& each) {
+        return each.chosen.back().candidate.hypothesis == candidate.hypothesis;
+      });
+      if (known) continue;
+      std::vector<Chosen> chosen = before.chosen;
+      chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
+      std::vector<ActiveEffect> sizes = before.fit.effects;
+      sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
+      result.push_back(
+          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
     }
-    std::vector<Chosen> chosen = before.chosen;
-    chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
-    std::vector<ActiveEffect> sizes = before.fit.effects;
-    sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
-    result.push_back(
-        explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
+  };
+  add_best_of(candidates, list.most);
+  if (before.fit.shared && !candidates.empty()) {
+    // What passes for a scatter of arrivals may be the cause itself: as if nothing were shared.
+    std::vector<Hypothesis> open;
+    for (const Candidate& each : candidates) open.push_back(each.hypothesis);
+    add_best_of(score_all(readings_, without_sharing(before.fit), open), (list.most + 1) / 2);
   }
   std::stable_sort(
       result.begin(), result.end(),
@@ -161,16 +179,24 @@ Explanation Search::with_unknown(const Explanation& names) const {
   constexpr std::size_t kMostUnknown = 2;
   Explanation best = names;
   while (best.unknown_findings() < kMostUnknown) {
-    auto candidates = score_unknown(readings_, best.fit);
-    const auto first = std::ranges::find_if(candidates, [](const UnknownCandidate& each) {
-      return !each.is_background();
-    });
-    if (first == candidates.end() || first->evidence <= settings_.unknown_log_odds) break;
-    std::vector<UnknownCandidate> unknown = best.unknown;
-    unknown.push_back(std::move(*first));
-    Explanation next = explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
-    if (next.evidence <= best.evidence) break;
-    best = std::move(next);
+    std::optional<Explanation> next;
+    const auto try_best_of = [&](std::vector<UnknownCandidate> candidates) {
+      std::erase_if(candidates, [](const auto& each) { return each.is_background(); });
+      if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds)
+        return;
+      std::vector<UnknownCandidate> unknown = best.unknown;
+      unknown.push_back(std::move(candidates.front()));
+      Explanation tried =
+          explained(best.fit, best.chosen, best.fit.effects, std::move(unknown));
+      if (!next || tried.evidence > next->evidence) next = std::move(tried);
+    };
+    try_best_of(score_unknown(readings_, best.fit));
+    if (best.fit.shared) {
+      // What passes for a scatter of arrivals may be the very thing that is smooth.
+      try_best_of(score_unknown(readings_, without_sharing(best.fit)));
+    }
+    if (!next || next->evidence <= best.evidence) break;
+    best = std::move(*next);
   }
   return best;
 }

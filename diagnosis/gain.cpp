@@ -9,7 +9,7 @@
 
 #include "calibration/pose_groups.h"
 #include "calibration/random.h"
-#include "calibration/residual_model.h"
+#include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -25,75 +25,11 @@ std::vector<simulation::ActiveEffect> less(
   return result;
 }
 
-/// A fitted model's answer to other readings of the same session.
-JointFit applied(const Readings& readings, const JointFit& fitted) {
-  JointFit result = fitted;
-  const simulation::ExtendedModel extended(readings.model(), fitted.effects);
-  result.residual_mm = readings.measured_mm() - readings.simulate(fitted.model, extended);
-  result.noise = readings.relative_noise().cwiseAbs2();
-  result.noise += (readings.doubt_mm(fitted.model, extended) / fitted.s_mm).cwiseAbs2();
-  result.noise = result.noise.cwiseSqrt();
-  // The rig's own geometry is that of G1; what is smooth was fitted at G1's readings only.
-  result.random = readings.nuisance().leftCols(
-      std::min(fitted.known, readings.nuisance().cols()));
-  result.known = result.random.cols();
-  result.u = fitted.u.head(result.known);
-  result.residual_mm -= result.random * result.u;
-  result.shared = readings.shareable_like(fitted.shared.get());
-  result.shift_mm = Eigen::VectorXd::Zero(readings.count());
-  return result;
-}
-
 double log_density(double e, double s_mm, double gross_share) {
   const double z = e / s_mm;
   return std::log(
       (1 - gross_share) * std::exp(-0.5 * z * z) / (s_mm * std::sqrt(2 * std::numbers::pi)) +
       gross_share / kGrossRange_mm);
-}
-
-/// Effects that these readings cannot tell: even at a plausible size, nothing of it is left
-/// above the noise once everything else that was fitted has taken over what it can (a step that
-/// comes after the last fitted point).
-std::vector<bool> not_determined(const Readings& readings, const JointFit& fit) {
-  const Eigen::MatrixXd J = fit.whitening()(fit.J);
-  std::vector<bool> result;
-  Eigen::Index at = readings.model().parameter_count();
-  for (const simulation::ActiveEffect& each : fit.effects) {
-    const Eigen::Index own = fitted_count(*each.effect);
-    Eigen::MatrixXd others(J.rows(), J.cols() - own);
-    others << J.leftCols(at), J.rightCols(J.cols() - at - own);
-    const Eigen::MatrixXd Q = orthonormal_basis(others);
-    double most = 0.0;
-    for (Eigen::Index k = 0; k < linear_count(*each.effect); ++k) {
-      const Eigen::VectorXd column = J.col(at + k);
-      const double left = (column - Q * (Q.transpose() * column)).norm();
-      most = std::max(
-          most, left * each.effect->parameters[static_cast<std::size_t>(k)].sigma / fit.s_mm);
-    }
-    result.push_back(most < 1.0);
-    at += own;
-  }
-  return result;
-}
-
-/// Robot and causes fitted on G1. What G1 cannot tell of is not there: the size that all
-/// readings gave it would bring G2's own readings in, and praise the model for them.
-JointFit extended_on_g1(const Readings& g1, const JointFit& extended) {
-  JointFit fit = fit_jointly(g1, extended.model, extended.effects);
-  const std::vector<bool> unknown = not_determined(g1, fit);
-  if (std::ranges::find(unknown, true) == unknown.end()) return fit;
-  std::vector<simulation::ActiveEffect> effects = fit.effects;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    if (!unknown[i]) continue;
-    const auto linear = static_cast<std::ptrdiff_t>(linear_count(*effects[i].effect));
-    std::fill(effects[i].x.begin(), effects[i].x.begin() + linear, 0.0);
-  }
-  // A fit leaves what it cannot determine at the start, up to rounding.
-  JointFit without = fit_jointly(g1, fit.model, effects);
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    if (unknown[i]) without.effects[i].x = effects[i].x;
-  }
-  return without;
 }
 
 /// The fits on G1: robot, robot and all causes, and less each cause in turn.
@@ -102,7 +38,7 @@ GainStudy fits_on_g1(const GainQuestion& question) {
   const JointFit& extended = question.extended;
   GainStudy study;
   study.calibrated = fit_jointly(g1, question.baseline.model, {}, &question.baseline);
-  study.extended = extended.effects.empty() ? study.calibrated : extended_on_g1(g1, extended);
+  study.extended = extended.effects.empty() ? study.calibrated : extended_on(g1, extended);
   for (std::size_t i = 0; i < extended.effects.size(); ++i) {
     // Also from the start: beside the causes that stay, readings that only this one explains
     // look gross, and a fit that starts there leaves them out.
@@ -114,43 +50,6 @@ GainStudy fits_on_g1(const GainQuestion& question) {
                                                          : std::move(from_here));
   }
   return study;
-}
-
-/// 0 for each reading of G2 that the fit to the whole session called gross, else 1. Every model
-/// is judged on the same readings.
-Eigen::VectorXd weights_on_g2(const GainQuestion& question, double s_mm) {
-  const Readings& all = question.all;
-  const Readings& g2 = question.explained.judged;
-  const JointFit& extended = question.extended;
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(g2.count());
-  Eigen::Index at = 0;
-  for (Eigen::Index row = 0; row < all.count() && at < g2.count(); ++row) {
-    const Row& each = all.rows()[static_cast<std::size_t>(row)];
-    const Row& here = g2.rows()[static_cast<std::size_t>(at)];
-    if (each.trial != here.trial || each.dial != here.dial) continue;
-    const double own_mm = extended.residual_mm[row] - extended.shift_mm[row];
-    const double size_mm = std::abs(own_mm) / extended.noise[row];
-    if (extended.weight[row] < kGoodWeight && size_mm > kGrossSigma * s_mm) weight[at] = 0.0;
-    ++at;
-  }
-  return weight;
-}
-
-/// Samples of G2; those with a gross reading say nothing about the robot and are counted only.
-std::vector<std::size_t> poses_of(
-    const Readings& g2, const Eigen::VectorXd& weight, int& excluded) {
-  std::vector<std::size_t> poses;
-  for (std::size_t t = 0; t < g2.trials().size(); ++t) {
-    const Eigen::Index first = g2.first_row(t);
-    const Eigen::Index rows = g2.first_row(t + 1) - first;
-    if (rows == 0) continue;
-    if (weight.segment(first, rows).minCoeff() > 0) {
-      poses.push_back(t);
-    } else {
-      ++excluded;
-    }
-  }
-  return poses;
 }
 
 /// Shifts that the readings of an arrival share, found in these readings: fills shift_mm. What
@@ -203,78 +102,6 @@ std::vector<double> odds_on_g2(
   const double with_all = likelihood(study.extended);
   std::vector<double> result;
   for (const JointFit& each : study.without) result.push_back(with_all - likelihood(each));
-  return result;
-}
-
-/// One side of the comparison: where a model is fitted and judged.
-struct Side {
-  const FittedAndJudged& readings;
-  const Eigen::VectorXd& weight;  // on the judged ones
-};
-
-/// A model's errors on G2.
-struct Judged {
-  GainModel model;
-  bool network;
-  std::optional<Hypothesis> without;
-  const Readings* readings;
-  Eigen::VectorXd error_mm;  // by pose
-  Eigen::VectorXd residual_mm;
-};
-
-/// A network on joint angles for what the model leaves on G1; empty with too few samples.
-std::optional<calibration::TrainedResidual> trained_on(
-    const Readings& g1, const JointFit& fit, std::uint64_t seed, const std::stop_token& stop) {
-  const Eigen::Matrix2Xd shift = tool_shift(g1, fit, fit.residual_mm, fit.weight);
-  std::vector<std::size_t> usable;
-  for (std::size_t t = 0; t < g1.trials().size(); ++t) {
-    const Eigen::Index rows = g1.first_row(t + 1) - g1.first_row(t);
-    if (rows == 0 || !shift.col(static_cast<Eigen::Index>(t)).allFinite()) continue;
-    if (fit.weight.segment(g1.first_row(t), rows).minCoeff() > kGoodWeight) {
-      usable.push_back(t);
-    }
-  }
-  constexpr std::size_t kFewest = 12;
-  if (usable.size() < kFewest) return std::nullopt;
-  Eigen::MatrixXd q(static_cast<Eigen::Index>(usable.size()), g1.trials()[usable[0]].q.size());
-  Eigen::MatrixXd target(q.rows(), 2);
-  for (std::size_t i = 0; i < usable.size(); ++i) {
-    q.row(static_cast<Eigen::Index>(i)) = g1.trials()[usable[i]].q.transpose();
-    target.row(static_cast<Eigen::Index>(i)) =
-        shift.col(static_cast<Eigen::Index>(usable[i])).transpose();
-  }
-  calibration::ResidualSettings how;
-  how.seed = seed;
-  return calibration::train_residual(
-      *calibration::find_residual_model("anfis"), q, target, how, stop);
-}
-
-Judged judged_on(
-    const Side& side, const std::vector<std::size_t>& poses, const JointFit& fit,
-    const calibration::TrainedResidual* network) {
-  const Readings& test = side.readings.judged;
-  const JointFit here = applied(test, fit);
-  const Eigen::Matrix2Xd shift = tool_shift(test, here, here.residual_mm, side.weight);
-  Judged result{
-      GainModel::kNominal,
-      network != nullptr,
-      std::nullopt,
-      &test,
-      Eigen::VectorXd(static_cast<Eigen::Index>(poses.size())),
-      here.residual_mm};
-  const ToolColumns columns = tool_columns(test, here);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const std::size_t t = poses[i];
-    Eigen::Vector2d error = shift.col(static_cast<Eigen::Index>(t));
-    if (network) {
-      const Eigen::Vector2d said = network->correction(test.trials()[t].q);
-      error -= said;
-      const Eigen::Index first = test.first_row(t);
-      const Eigen::Index rows = test.first_row(t + 1) - first;
-      result.residual_mm.segment(first, rows) -= columns.shift.middleRows(first, rows) * said;
-    }
-    result.error_mm[static_cast<Eigen::Index>(i)] = error.norm();
-  }
   return result;
 }
 
@@ -456,8 +283,8 @@ GainStudy study_gain(
   GainStudy study = fits_on_g1(question);
   const Readings& g2 = question.explained.judged;
   const double s_mm = std::max(study.extended.s_mm, settings.noise_mm);
-  const Eigen::VectorXd weight = weights_on_g2(question, s_mm);
-  const std::vector<std::size_t> poses = poses_of(g2, weight, study.excluded);
+  const Eigen::VectorXd weight = weights_to_judge(question.all, question.extended, g2, s_mm);
+  const std::vector<std::size_t> poses = poses_to_judge(g2, weight, study.excluded);
   if (poses.empty()) return study;
   study.g2_log_odds = odds_on_g2(g2, weight, study);
   if (!settings.table) return study;

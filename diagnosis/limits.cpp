@@ -10,6 +10,8 @@
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/thresholds.h"
+#include "diagnosis/unknown.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -25,6 +27,7 @@ struct Columns {
   Eigen::MatrixXd projected;
   Eigen::MatrixXd noise;    // projected' x noise, one column a draw
   Eigen::VectorXd sizes;    // a plausible size of each column's parameter
+  bool one_sided = false;   // none of them can be negative
   Eigen::MatrixXd inverse;  // of projected' x projected
   MarginalEvidence evidence;
 };
@@ -47,6 +50,13 @@ std::vector<double> few_of(std::vector<double> values) {
   }
   return result;
 }
+
+/// Something smooth at one length, off everything fitted.
+struct SmoothColumns {
+  Eigen::MatrixXd projected;
+  Eigen::MatrixXd noise;  // projected' x noise, one column a draw
+  MarginalEvidence evidence;
+};
 
 /// Smallest size in [low, high] at which `enough` holds, by bisection of its logarithm.
 template <typename Test>
@@ -99,17 +109,23 @@ class LimitStudy {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
     for (const Hypothesis& each : hypotheses) {
+      geometry::check_end();
       if (each.effect->exchanges_dials) continue;  // no size to be told
       Seen seen = seen_of(each, extended, simulated);
       if (!seen.values.empty()) all_.push_back(std::move(seen));
     }
+    for (const Seen& each : all_) needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
+    if (needs_time_) add_smooth_in_time();
     // The prior of one among so many.
     prior_cost_ = std::log(static_cast<double>(std::max<std::size_t>(2, all_.size())));
   }
 
   [[nodiscard]] std::vector<Limit> limits() const {
     std::vector<Limit> result;
-    for (const Seen& own : all_) result.push_back(limit_of(own));
+    for (const Seen& own : all_) {
+      geometry::tell_step("limits of causes", std::ssize(result), std::ssize(all_));
+      result.push_back(limit_of(own));
+    }
     return result;
   }
 
@@ -118,6 +134,7 @@ class LimitStudy {
   void draw_noise() {
     noise_.resize(readings_.count(), kDraws);
     for (Eigen::Index draw = 0; draw < kDraws; ++draw) {
+      geometry::check_end();
       for (Eigen::Index row = 0; row < noise_.rows(); ++row) {
         noise_(row, draw) = calibration::random_normal(
             1, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0,
@@ -128,6 +145,54 @@ class LimitStudy {
     noise_ -= Q * (Q.transpose() * noise_);
     noise_ *= std::sqrt(projector_.squares() / projector_.freedom());
     noise_squares_ = noise_.colwise().squaredNorm();
+  }
+
+  void add_smooth_in_time() {
+    const SmoothInTime smooth = smooth_in_time(readings_, fit_);
+    const Eigen::MatrixXd& Q = projector_.Q();
+    for (const Eigen::MatrixXd& each : smooth.columns) {
+      const Eigen::MatrixXd weighted = projector_.whitening()(each);
+      SmoothColumns columns;
+      columns.projected = weighted - Q * (Q.transpose() * weighted);
+      columns.noise = columns.projected.transpose() * noise_;
+      columns.evidence = MarginalEvidence(columns.projected.transpose() * columns.projected);
+      smooth_.push_back(std::move(columns));
+    }
+    smooth_cost_ = settings_.name_preference + std::log(static_cast<double>(smooth.tried)) +
+                   std::log(static_cast<double>(std::max<std::size_t>(1, smooth_.size())));
+  }
+
+  /// Lengths at which a smooth function of time does best what one value of an effect does.
+  struct SmoothRival {
+    const SmoothColumns* at = nullptr;
+    Eigen::MatrixXd cross;  // its columns' x those of the effect
+  };
+  [[nodiscard]] std::vector<SmoothRival> smooth_rivals(const Seen& own) const {
+    std::vector<SmoothRival> result;
+    if (!own.hypothesis.effect->in_time) return result;
+    constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
+    for (const Columns& at : own.values) {
+      const double s2 = projector_.squares() / projector_.freedom();
+      const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
+      const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
+      SmoothRival best;
+      double top = -1e300;
+      for (const SmoothColumns& each : smooth_) {
+        Eigen::MatrixXd cross = each.projected.transpose() * at.projected;
+        double sum = 0.0;
+        for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
+          sum += each.evidence(
+              scale * at.sizes[k] * cross.col(k),
+              projector_.squares() + std::pow(scale * signal.col(k).norm(), 2),
+              projector_.freedom());
+        }
+        if (sum <= top) continue;
+        top = sum;
+        best = {&each, std::move(cross)};
+      }
+      result.push_back(std::move(best));
+    }
+    return result;
   }
 
   [[nodiscard]] Seen seen_of(
@@ -155,6 +220,7 @@ class LimitStudy {
         kept.rightCols(1) = raw.col(i);
         columns.sizes.conservativeResize(kept.cols());
         columns.sizes[kept.cols() - 1] = here->sigma;
+        columns.one_sided = columns.one_sided || here->never_negative;
       }
       if (kept.cols() == 0) continue;
       if (seen.raw.size() == 0) seen.raw = kept.col(0);
@@ -193,6 +259,7 @@ class LimitStudy {
 
   void find_sizes(const Seen& own, Limit& limit) const {
     const std::vector<Rival> rivals = hardest_rivals(own);
+    const std::vector<SmoothRival> smooth = smooth_rivals(own);
     double most = 0.0;  // signal of a plausible size, in any direction
     for (const Columns& each : own.values) {
       most = std::max(most, (each.projected * each.sizes.asDiagonal()).norm());
@@ -202,16 +269,16 @@ class LimitStudy {
     const double high = 1e7 * low;
     std::vector<int> lost(rivals.size());
     limit.detect = least_size(low, high, [&](double size) {
-      return counted(own, rivals, size / limit.plausible, lost).detected >= kPower;
+      return counted(own, rivals, smooth, size / limit.plausible, lost).detected >= kPower;
     });
     limit.name = least_size(low, high, [&](double size) {
-      return counted(own, rivals, size / limit.plausible, lost).named >= kPower;
+      return counted(own, rivals, smooth, size / limit.plausible, lost).named >= kPower;
     });
     limit.name = std::max(limit.name, limit.detect);
     // The rival that most often stands in the way, just below the limit.
     const double near = std::isfinite(limit.name) ? 0.8 * limit.name : high;
     std::ranges::fill(lost, 0);
-    (void)counted(own, rivals, near / limit.plausible, lost);
+    (void)counted(own, rivals, smooth, near / limit.plausible, lost);
     const auto worst = std::ranges::max_element(lost);
     if (worst != lost.end()) {
       limit.rival = rivals[static_cast<std::size_t>(worst - lost.begin())].seen->hypothesis;
@@ -224,14 +291,15 @@ class LimitStudy {
   };
   /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
   [[nodiscard]] Power counted(
-      const Seen& own, const std::vector<Rival>& rivals, double times,
-      std::vector<int>& lost) const {
+      const Seen& own, const std::vector<Rival>& rivals, const std::vector<SmoothRival>& smooth,
+      double times, std::vector<int>& lost) const {
     Power power;
     const double implausible = std::log1p(std::pow(times / kBelievedWidth, 2));
     for (int draw = 0; draw < kDraws; ++draw) {
       const std::size_t v = static_cast<std::size_t>(draw) % own.values.size();
       const Columns& at = own.values[v];
-      const Eigen::VectorXd x = times * at.sizes.cwiseProduct(direction(at.sizes.size(), draw));
+      Eigen::VectorXd x = times * at.sizes.cwiseProduct(direction(at.sizes.size(), draw));
+      if (at.one_sided) x = x.cwiseAbs();
       const Eigen::VectorXd signal = at.projected.transpose() * (at.projected * x);
       const Eigen::VectorXd right = signal + at.noise.col(draw);
       const double sse = noise_squares_[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
@@ -248,6 +316,13 @@ class LimitStudy {
         if (evidence - rival >= settings_.tie_log_odds) continue;
         tied = true;
         ++lost[r];
+      }
+      if (!tied && !smooth.empty() && smooth[v].at != nullptr) {
+        const SmoothColumns& other = *smooth[v].at;
+        const double rival =
+            other.evidence(smooth[v].cross * x + other.noise.col(draw), sse, freedom) -
+            smooth_cost_;
+        tied = evidence - prior_cost_ - rival < settings_.tie_log_odds;
       }
       power.detected += best - prior_cost_ >= settings_.least_log_odds;
       power.named += !tied;
@@ -316,6 +391,9 @@ class LimitStudy {
   Eigen::MatrixXd noise_;  // count x draws
   Eigen::RowVectorXd noise_squares_;
   double prior_cost_ = 0.0;
+  bool needs_time_ = false;
+  std::vector<SmoothColumns> smooth_;  // functions of time, by length
+  double smooth_cost_ = 0.0;           // of one of them, in log evidence
 };
 
 }  // namespace

@@ -296,7 +296,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
-  tie_alike_sets(search, settings, found, result.findings);
+  tie_alike_sets(readings, search, settings, found, result.findings);
   for (Finding& finding : result.findings) {
     if (!slow || slow->log_odds >= settings.tie_log_odds || !is_slow(finding.hypothesis)) {
       continue;

@@ -8,11 +8,17 @@
 #include <utility>
 
 #include "diagnosis/rig_columns.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 constexpr double kFinestNoise_mm = 1e-6;
+/// Long sessions: looked at every so many samples.
+void check_end_at(std::size_t trial) {
+  constexpr std::size_t kEvery = 256;
+  if (trial % kEvery == 0) geometry::check_end();
+}
 
 }  // namespace
 
@@ -153,7 +159,10 @@ std::shared_ptr<const ScatterColumns> Readings::rows_of(
 std::shared_ptr<const ScatterColumns> Readings::shareable_like(
     const ScatterColumns* other) const {
   for (const auto& each : shareable_) {
-    if (other && each->of == other->of && each->of_stops == other->of_stops) return each;
+    if (other && each->of == other->of && each->of_stops == other->of_stops &&
+        each->columns.cols() == other->columns.cols()) {
+      return each;
+    }
   }
   return nullptr;
 }
@@ -182,6 +191,7 @@ Eigen::VectorXd Readings::simulate(
       Eigen::VectorXd::Constant(count(), std::numeric_limits<double>::quiet_NaN());
   simulation::Scene scene;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     if (extended.run(at, trials_[t], circumstances_[t], scene, extra)) pick(scene, t, result);
   }
   return result;
@@ -192,6 +202,7 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   simulation::Prediction seen;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     const auto reached = model_->predict(
         at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
         false, seen);
@@ -217,6 +228,7 @@ Eigen::MatrixXd Readings::jacobian(
   simulation::Scene scene;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
   for (std::size_t t = 0; t < trials_.size(); ++t) {
+    check_end_at(t);
     if (first_row_[t] == first_row_[t + 1]) continue;
     if (!slopes.at(at, trials_[t], circumstances_[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
@@ -237,6 +249,7 @@ Eigen::VectorXd Readings::doubt_mm(
   std::size_t last = trials_.size();
   for (const simulation::Doubt& doubt : doubts_) {
     const std::size_t t = doubt.trial;
+    check_end_at(t);
     const Eigen::Index first = first_row_[t];
     const Eigen::Index rows = first_row_[t + 1] - first;
     if (rows == 0) continue;
@@ -266,6 +279,7 @@ const Eigen::MatrixXd& Readings::reading_columns(
   simulation::Scene scene;
   scene.reading_mm.assign(model_->rig().dials.size(), 0.0);
   for (int i = 0; i < count; ++i) {
+    geometry::check_end();
     const auto k = static_cast<std::size_t>(i);
     simulation::ActiveEffect moved = candidate;
     const double step = 1e-3 * candidate.effect->parameters[k].sigma;

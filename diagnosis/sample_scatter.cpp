@@ -283,8 +283,14 @@ std::optional<ScatterSize> scatter_size(
   constexpr double kHalfChi2_95 = 1.92;
   constexpr double kFar = 12.0;
   const double level = most - kHalfChi2_95;
-  size.low = sd(crossing(best, best - kFar, level, value));
-  size.high = sd(crossing(best, best + kFar, level, value));
+  // Along the ridge of the best s for each ratio; s itself is known to 1 / sqrt(2 freedom).
+  const double of_s = kHalfChi2_95 / left.freedom;
+  const auto wider = [&](double bound) {
+    const double ridge = std::log(bound / size.sd);
+    return size.sd * std::exp(std::copysign(std::sqrt(ridge * ridge + of_s), ridge));
+  };
+  size.low = wider(sd(crossing(best, best - kFar, level, value)));
+  size.high = wider(sd(crossing(best, best + kFar, level, value)));
   return size;
 }
 

@@ -12,6 +12,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
 #include "diagnosis/thresholds.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -39,6 +40,8 @@ struct Projected {
   Eigen::MatrixXd normal;
   double before = 0.0;  // squared norm without projection
 };
+
+constexpr std::size_t kLookEvery = 1024;  // samples, whether the work is to end
 
 class Scorer {
  public:
@@ -87,6 +90,7 @@ class Scorer {
       }
     } else {
       for (const double value : result.values) {
+        geometry::check_end();
         result.columns.push_back(columns_of(at_rest(hypothesis, value)));
         result.projected.push_back(projected(result.columns.back()));
       }
@@ -115,6 +119,7 @@ class Scorer {
     std::vector<double> evidences;
     double most = -1.0;
     for (std::size_t i = 0; i < prepared.values.size(); ++i) {
+      geometry::check_end();
       const Projected& seen = prepared.projected[i];
       Candidate here;
       here.hypothesis = prepared.hypothesis;
@@ -210,6 +215,7 @@ class Scorer {
     std::vector<Eigen::VectorXd> result(readings_.trials().size());
     Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
     for (std::size_t t = result.size(); t-- > 0;) {
+      if (t % kLookEvery == 0) geometry::check_end();
       for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
         right += columns.values.row(row).transpose() * e[row];
       }
@@ -226,6 +232,7 @@ class Scorer {
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(Q_.cols(), k);
     std::vector<Projected> result(readings_.trials().size());
     for (std::size_t t = result.size(); t-- > 0;) {
+      if (t % kLookEvery == 0) geometry::check_end();
       for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
         plain += C.row(row).transpose() * C.row(row);
         shared += Q_.row(row).transpose() * C.row(row);
@@ -290,6 +297,7 @@ double simulated_false_alarm(
   const Projector& projector = scorer.projector();
   int as_good = 0;
   for (int draw = 0; draw < draws; ++draw) {
+    geometry::tell_step("sessions of noise alone", draw, draws);
     Eigen::VectorXd e(readings.count());
     for (Eigen::Index row = 0; row < e.size(); ++row) {
       e[row] = calibration::random_normal(
@@ -314,7 +322,9 @@ std::vector<Candidate> score_all(
   const Scorer::Left left =
       scorer.left(scorer.projector().residual(), scorer.projector().squares());
   std::vector<Candidate> result;
+  std::int64_t done = 0;
   for (const Hypothesis& each : hypotheses) {
+    geometry::tell_step("scoring causes", done++, std::ssize(hypotheses));
     if (each.effect->exchanges_dials) continue;  // tried on the readings themselves
     Candidate candidate = scorer.score(scorer.prepare(each), left);
     if (candidate.hypothesis.effect) result.push_back(std::move(candidate));

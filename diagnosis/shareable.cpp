@@ -68,11 +68,18 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
     result.push_back(std::make_shared<const ScatterColumns>(
         ScatterColumns{of, of_stops, columns, of_stops ? stops : samples}));
   };
-  add(ScatterOf::kTool, false, tool);
-  add(ScatterOf::kJoints, false, joints);
-  if (stops.size() == samples.size()) return result;
-  add(ScatterOf::kTool, true, tool);
-  add(ScatterOf::kJoints, true, joints);
+  // Both at once: half of the tool's variance from either. Which half it is matters little,
+  // that the cuboid turns with one of them does.
+  const double per_unit_mm = tool_motion_mm(readings, at, ScatterOf::kJoints);
+  Eigen::MatrixXd both(tool.rows(), tool.cols() + joints.cols());
+  both << tool, joints / std::max(1e-300, per_unit_mm);
+  both *= std::sqrt(0.5);
+  for (const bool of_stops : {false, true}) {
+    if (of_stops && stops.size() == samples.size()) break;
+    add(ScatterOf::kTool, of_stops, tool);
+    add(ScatterOf::kJoints, of_stops, joints);
+    if (per_unit_mm > 0) add(ScatterOf::kTool, of_stops, both);
+  }
   return result;
 }
 

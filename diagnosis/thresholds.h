@@ -26,7 +26,8 @@ inline constexpr double kMostGrossOfADial = 0.5;
 /// was left out may say something else.
 inline constexpr double kMostLeftOut = 0.08;
 /// With more gross readings than this (single gross errors are fewer than one in twenty), a fit
-/// may have settled on a part of the session: it is tried again from far away.
+/// may have settled on a part of the session: it is tried again from far away. The likelier of
+/// the two counts, so that this decides time and no verdict.
 inline constexpr double kSuspiciousGrossShare = 0.06;
 
 // ---- A baseline that looks wrong as a whole: dials exchanged, tips off their faces.
@@ -45,8 +46,9 @@ inline constexpr double kExchangeLogOdds = 50.0;
 /// is a maker's word and not a measurement, it must be larger by this factor as well.
 inline constexpr double kScatterLevel = 1e-3;
 inline constexpr double kMakersWord = 1.3;
-/// A dial scatters more than the others at this level (one of six, asked up to three times),
-/// by at least this factor: less would not change a verdict.
+/// A dial scatters more than the others at this level, by at least this factor: less would not
+/// change a verdict. Of six dials, 0.6 % of good sessions come so far by chance where a dial
+/// has few readings; with 150 a dial the factor alone is passed by chance once in 1e5.
 inline constexpr double kUnevenLevel = 1e-3;
 inline constexpr double kUnevenFactor = 1.3;
 inline constexpr double kFewestOfADial = 20.0;  // readings, less their share of the parameters

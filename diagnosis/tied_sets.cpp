@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace sixdial::diagnosis {
 namespace {
@@ -25,6 +26,67 @@ std::vector<std::vector<Hypothesis>> sets_of(
   } while (result.size() < kMostSets && std::prev_permutation(taken.begin(), taken.end()));
   return result;
 }
+
+/// What the places of one effect do to the readings, whitened and off all that is fitted
+/// besides: whether a set of them could stand for those that were found.
+class Spans {
+ public:
+  Spans(
+      const Readings& readings, const JointFit& fit, const Group& group,
+      const std::vector<Hypothesis>& places)
+      : places_(places), s_mm_(fit.s_mm) {
+    JointFit others = fit;
+    others.J.resize(fit.J.rows(), 0);
+    Eigen::Index column = fit.model.size();
+    const auto keep = [&](Eigen::Index first, Eigen::Index count) {
+      const Eigen::Index before = others.J.cols();
+      others.J.conservativeResize(Eigen::NoChange, before + count);
+      others.J.rightCols(count) = fit.J.middleCols(first, count);
+    };
+    keep(0, column);
+    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+      const int own = fitted_count(*fit.effects[k].effect);
+      if (std::ranges::find(group, k) == group.end()) keep(column, own);
+      column += own;
+    }
+    const Projector projector(others);
+    const simulation::ExtendedModel extended(readings.model(), fit.effects);
+    const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+    found_ = Eigen::VectorXd::Zero(readings.count());
+    for (const Hypothesis& place : places) {
+      Eigen::MatrixXd does = projector.whitening()(
+          effect_columns(readings, fit.model, extended, at_rest(place), simulated));
+      does -= projector.Q() * (projector.Q().transpose() * does);
+      for (const std::size_t i : group) {
+        if (fit.effects[i].place.name != place.place.name) continue;
+        for (Eigen::Index k = 0; k < does.cols(); ++k) {
+          found_ += fit.effects[i].x[static_cast<std::size_t>(k)] * does.col(k);
+        }
+      }
+      does_.push_back(std::move(does));
+    }
+  }
+
+  /// Log likelihood that the readings lose, about, if this set stands for what was found.
+  [[nodiscard]] double loss_of(const std::vector<Hypothesis>& set) const {
+    Eigen::MatrixXd columns(found_.size(), 0);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (std::ranges::find(set, places_[i]) == set.end()) continue;
+      const Eigen::Index before = columns.cols();
+      columns.conservativeResize(Eigen::NoChange, before + does_[i].cols());
+      columns.rightCols(does_[i].cols()) = does_[i];
+    }
+    const Eigen::MatrixXd Q = orthonormal_basis(columns);
+    const Eigen::VectorXd left = found_ - Q * (Q.transpose() * found_);
+    return 0.5 * left.squaredNorm() / (s_mm_ * s_mm_);
+  }
+
+ private:
+  const std::vector<Hypothesis>& places_;
+  double s_mm_;
+  std::vector<Eigen::MatrixXd> does_;  // by place
+  Eigen::VectorXd found_;              // of the group
+};
 
 bool holds(const std::vector<Hypothesis>& set, const Hypothesis& each) {
   return std::ranges::find(set, each) != set.end();
@@ -56,8 +118,8 @@ void tie(
 }  // namespace
 
 void tie_alike_sets(
-    const Search& search, const NamingSettings& settings, const Explanation& found,
-    std::vector<Finding>& findings) {
+    const Readings& readings, const Search& search, const NamingSettings& settings,
+    const Explanation& found, std::vector<Finding>& findings) {
   std::map<const simulation::Effect*, Group> groups;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     const simulation::Effect* effect = findings[i].hypothesis.effect;
@@ -69,7 +131,9 @@ void tie_alike_sets(
     for (const Hypothesis& each : search.hypotheses()) {
       if (each.effect == effect) places.push_back(each);
     }
+    const Spans spans(readings, found.fit, group, places);
     for (const auto& set : sets_of(places, group.size())) {
+      if (spans.loss_of(set) > kTies.within) continue;  // as any rival that is too far off
       const Explanation rival = search.at_places(found, group, set);
       const double log_odds = found.evidence - rival.evidence;
       if (log_odds < settings.tie_log_odds) tie(findings, group, rival, set, log_odds);

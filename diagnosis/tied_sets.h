@@ -12,7 +12,7 @@ namespace sixdial::diagnosis {
 /// Where another set of as many places explains the readings about as well, each finding that
 /// is not in it gets those of its places that were not found as rivals.
 void tie_alike_sets(
-    const Search& search, const NamingSettings& settings, const Explanation& found,
-    std::vector<Finding>& findings);
+    const Readings& readings, const Search& search, const NamingSettings& settings,
+    const Explanation& found, std::vector<Finding>& findings);
 
 }  // namespace sixdial::diagnosis

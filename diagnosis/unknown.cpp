@@ -8,9 +8,11 @@
 #include <numbers>
 #include <optional>
 
+#include "diagnosis/covariate.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/rig_columns.h"
 #include "diagnosis/stages.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -126,6 +128,7 @@ class UnknownSearch {
     if (!u) return;
     begin({name}, enters);
     for (const Box& box : kAlong) {
+      geometry::check_end();
       const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
       Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
       std::vector<std::array<int, 2>> order;
@@ -152,6 +155,7 @@ class UnknownSearch {
     if (!ux || !uy) return;
     begin({"x", "y"}, enters);
     for (const Box& box : kOver) {
+      geometry::check_end();
       const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
       const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
       Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
@@ -214,7 +218,9 @@ class UnknownSearch {
       const Eigen::MatrixXd& stage) {
     for (Eigen::Index joint = 0; joint < approach.cols(); ++joint) {
       if (!scaled(approach.col(joint))) continue;
-      begin({"approach" + std::to_string(joint + 1)}, enters);
+      begin(
+          {dependence_name({.on = DependsOn::kApproach, .joint = static_cast<int>(joint)})},
+          enters);
       Eigen::MatrixXd columns = stage;
       for (Eigen::Index row = 0; row < readings_.count(); ++row) {
         columns.row(row) *= approach(trial_of(row), joint);
@@ -255,6 +261,7 @@ class UnknownSearch {
     best_.enters = enters;
     top_ = -1e300;
     all_.clear();
+    geometry::check_end();
   }
   /// One box of kernels; without `order` the columns as they are.
   void score(
@@ -266,6 +273,7 @@ class UnknownSearch {
     const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
     for (const double length : box.lengths) {
+      geometry::check_end();
       Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
       for (std::size_t j = 0; j < order.size(); ++j) {
         double s = spectrum(order[j][0], box.half_width, length);
@@ -439,8 +447,10 @@ void along_dial(
   for (double& value : own) {
     if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
   }
-  const std::string name = "dial " + readings.model().rig().dials[dial].id;
-  search.along(name + " reading", name, own, rows, kFunctions);
+  const std::string& id = readings.model().rig().dials[dial].id;
+  const std::string name = "dial " + id;
+  search.along(
+      dependence_name({.on = DependsOn::kReading, .dial = id}), name, own, rows, kFunctions);
   search.along("time", name, at.time, rows, kFew);
   search.along("temperature", name, at.temperature, rows, kFew);
 }
@@ -458,6 +468,40 @@ Eigen::MatrixXd random_columns(
   return result;
 }
 
+SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Covariates at = covariates_of(readings, fit, extended);
+  SmoothInTime result;
+  // As score_unknown tries them, but for those whose covariate does not vary.
+  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  result.tried = static_cast<int>(
+      3 + 2 * at.q.cols() + 2 * readings.model().robot_parameter_count() +
+      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+  const auto u = scaled(at.time);
+  if (!u) return result;
+  const Eigen::MatrixXd tool = stage_columns(
+      readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kTool);
+  for (const Box& box : kAlong) {
+    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, kOfTime);
+    Eigen::MatrixXd columns(readings.count(), kOfTime * tool.cols());
+    for (Eigen::Index row = 0; row < columns.rows(); ++row) {
+      const auto trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+      for (Eigen::Index s = 0; s < tool.cols(); ++s) {
+        columns.block(row, s * kOfTime, 1, kOfTime) = tool(row, s) * basis.row(trial);
+      }
+    }
+    for (const double length : box.lengths) {
+      Eigen::VectorXd spread(columns.cols());
+      for (Eigen::Index k = 0; k < spread.size(); ++k) {
+        const int j = static_cast<int>(k) % kOfTime;
+        spread[k] = std::sqrt(spectrum(j, box.half_width, length));
+      }
+      result.columns.push_back(prominent(columns, spread));
+    }
+  }
+  return result;
+}
+
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
@@ -468,9 +512,9 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
 
   UnknownSearch search(readings, fit);
   for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
-    const std::string number = std::to_string(joint + 1);
     search.along(
-        "theta" + number, "joint" + number, at.q.col(joint), stage(Stage::kJointAngle, joint),
+        dependence_name({.on = DependsOn::kJointAngle, .joint = joint}),
+        "joint" + std::to_string(joint + 1), at.q.col(joint), stage(Stage::kJointAngle, joint),
         kFunctions);
   }
   const Eigen::MatrixXd tool = stage(Stage::kTool);

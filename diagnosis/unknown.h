@@ -20,7 +20,7 @@ enum class UnknownKind {
 
 struct UnknownCandidate {
   UnknownKind kind = UnknownKind::kSmooth;
-  std::vector<std::string> covariates;  // {"x", "y"}, {"time"}, {"dial A reading"}, a joint
+  std::vector<std::string> covariates;  // names of covariate.h: {"x", "y"}, {"time"}
   std::string enters;                   // "tool", "joint1", "dial A", "clamp"
   double evidence = 0.0;                // log Bayes factor against nothing
   double length = 0.0;                  // of the kernel, in half ranges of the covariate
@@ -34,6 +34,14 @@ struct UnknownCandidate {
 /// The columns of several, side by side.
 [[nodiscard]] Eigen::MatrixXd random_columns(
     Eigen::Index readings, const std::vector<UnknownCandidate>& of);
+/// A smooth function of time that moves the tool: the rival of every cause that changes with
+/// time alone.
+struct SmoothInTime {
+  std::vector<Eigen::MatrixXd> columns;  // random columns, n x any; one set a length
+  int tried = 1;                         // functions of all covariates that compete with it
+};
+/// Without columns where no time passes.
+[[nodiscard]] SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit);
 
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(

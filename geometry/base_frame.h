@@ -6,8 +6,12 @@
 //   f(with_base_moved(v, X), q) = X f(v, q)   for all q
 //
 // Example:
-//   const auto turned = with_base_moved(Tool(rig), rig.robot.nominal, X, poses);
-//   if (!turned) { /* this kind has no parameters for its base */ }
+//   Similarity X = Similarity::identity(2);
+//   X.t = Eigen::Vector2d(0.0, 250.0);
+//   std::vector<JointPose> poses;
+//   for (const auto& trial : trials) poses.push_back({trial.q, trial.assembly});
+//   const auto moved = with_base_moved(Tool(rig), rig.robot.nominal, X, poses);
+//   if (moved) show((*moved)[6]);  // y0, 250 mm further; empty: this kind has none
 #pragma once
 
 #include <Eigen/Core>

@@ -8,8 +8,12 @@
 // nothing of the turn; points on a line say nothing of the handedness.
 //
 // Example:
-//   const auto found = register_points(nominal_mm, measured_mm);  // axes x points
-//   if (found) show(found->X.turn_rad(), found->rms);
+//   Eigen::MatrixXd nominal_mm(2, 3);  // axes x points
+//   nominal_mm << 0, 60, 0, 0, 0, 40;
+//   const Eigen::MatrixXd measured_mm = -nominal_mm;  // half a turn
+//   const auto found = register_points(nominal_mm, measured_mm);
+//   if (found) show(found->X.turn_rad(), found->X.t, found->rms);
+//   found->X.mirrored();  // -> false
 #pragma once
 
 #include <Eigen/Core>

@@ -12,6 +12,8 @@
 namespace sixdial::report {
 namespace {
 
+/// Of an axis of errors: what a dial resolves. Less would make noise of rounding look dramatic.
+constexpr double kLeastSpan_mm = 0.001;
 constexpr double kFlat =
     0.02;  // a swarm that gains less than this in its last half has settled
 
@@ -290,6 +292,15 @@ std::optional<Figure> convergence(const ReportData& data) {
            .style = kStyleBefore,
            .y = {*data.least_squares_rmse_mm}});
     }
+    Extent drawn;
+    for (const Series& each : panel.series) {
+      for (const double y : each.y) drawn.add(y);
+    }
+    if (drawn.size() < kLeastSpan_mm) {
+      const double middle = 0.5 * (drawn.low + drawn.high);
+      panel.y.low = std::max(0.0, middle - 0.5 * kLeastSpan_mm);
+      panel.y.high = *panel.y.low + kLeastSpan_mm;
+    }
     out.chart.panels.push_back(std::move(panel));
   }
   if (out.chart.panels.empty()) return std::nullopt;
@@ -300,7 +311,9 @@ std::optional<Figure> convergence(const ReportData& data) {
       "paper's Fig. 8). QPSO-1 tunes the filter's noise matrices, QPSO-2 the parameters.";
   out.good =
       "The curve is flat long before its end, and QPSO-2 ends on the dashed line: no "
-      "parameters fit G1 better than the least-squares minimum.";
+      "parameters fit G1 better than the least-squares minimum. The scale shows at least 0.001 "
+      "mm, "
+      "the step of a dial.";
   out.here = (settled ? "Flat in their second half. " : "Still falling in the second half. ") +
              describe_convergence(data);
   out.table = convergence_table(data, true);

@@ -7,6 +7,7 @@
 
 #include "report/words/calibration_words.h"
 #include "report/words/warning_words.h"
+#include "report/words/wrapped.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -85,9 +86,12 @@ Verdict verdict_of(const studies::CalibrationResult& result) {
 
 std::string headline_text(const studies::CalibrationResult& result) {
   const Verdict said = verdict_of(result);
-  std::string text = fmt::format("{}. {}\n", said.title, said.headline);
-  if (!said.decision.empty()) text += said.decision + '\n';
+  // What forbids a verdict stands in the list below.
+  const bool listed = said.state == CalibrationState::kNotCalibrated;
+  std::string text =
+      wrapped(listed ? said.title + "." : fmt::format("{}. {}", said.title, said.headline));
   if (result.warnings) text += warnings_text(*result.warnings);
+  if (!said.decision.empty()) text += wrapped(said.decision);
   return text + "\n";
 }
 

@@ -119,6 +119,9 @@ class Page {
                            : "");
     fact("Instruments", instruments());
     fact(
+        "Traceability",
+        h.traced.empty() ? "" : fmt::format("{} parts, see the annex", h.traced.size()));
+    fact(
         "Software", h.software_version.empty()
                         ? ""
                         : "Sixdial " + h.software_version +
@@ -182,10 +185,12 @@ class Page {
     Opening out{.subject = "State of the robot", .title = v.title, .headline = v.headline};
     out.mood = mood_name(v.mood);
     out.decision = v.decision;
-    if (v.state != CalibrationState::kUnknown) {
+    if (v.state != CalibrationState::kUnknown && v.state != CalibrationState::kNotCalibrated) {
       out.before_mm = v.before_mm;
       out.after_mm = v.after_mm;
-      out.basis = "mean position error before and after, " + v.basis;
+      out.basis = fmt::format(
+          "mean {} before and after, {}", v.by_tool_shift ? "tool shift" : "position error",
+          v.basis);
     }
     out.lists.push_back(against);
     out.lists.insert(out.lists.end(), data_.also.begin(), data_.also.end());

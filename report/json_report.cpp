@@ -103,7 +103,9 @@ ordered_json head(const Head& h) {
 
 ordered_json state(const ReportData& data) {
   const Verdict v = verdict(data);
-  const bool known = v.state != CalibrationState::kUnknown;
+  // Figures of data that contradict themselves would only be believed.
+  const bool known =
+      v.state != CalibrationState::kUnknown && v.state != CalibrationState::kNotCalibrated;
   return {
       {"state", state_name(v.state)},
       {"mood", mood_name(v.mood)},

@@ -51,6 +51,9 @@ struct Head {
   std::vector<std::pair<std::string, std::string>>
       settings;  // name, value: what else was chosen
   std::vector<ShownDial> instruments{};
+  /// "dial A", "serial 12345, certificate K 4711 of 2026-01-15": what the figures can be traced
+  /// to, as far as the rig file says it.
+  std::vector<std::pair<std::string, std::string>> traced{};
 };
 
 /// One line of the paper's Table 2, in shown units (mm or deg).
@@ -136,6 +139,15 @@ struct Opening {
   std::vector<OpeningList> lists{};
 };
 
+/// The figures of the recommended model, which are read first.
+struct Headline {
+  std::string model{};                       // "robot and backlash of joint 2"
+  ErrorStatistics before{}, after{};         // on G2's targets
+  bool by_tool_shift = false;                // both are tool shifts, of a diagnosis
+  std::optional<double> predicted_mm{};      // mean, where it was measured again
+  std::optional<std::string> measured_in{};  // session that holds what was measured again
+};
+
 struct ReportData {
   Head head{};
   /// Instead of the state of the robot; the sections on a calibration are then left out.
@@ -146,6 +158,11 @@ struct ReportData {
   std::vector<std::string> headline_more{};
   /// More of what to do and of what could not be judged, in the same box.
   std::vector<std::string> to_do{}, not_judged{};
+  /// What to do first: how to use what is recommended. Empty: by the delivered method.
+  std::vector<std::string> first_to_do{};
+  /// Instead of the figures of the delivered method; empty: these.
+  std::optional<Headline> headline{};
+  std::string parameters_note{};  // above the table of identified parameters
 
   std::vector<ShownParameter> parameters{};
   std::vector<ShownCorrelation> correlations{};  // those above 0.9 in absolute value

@@ -13,10 +13,13 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
 #include "report/documents/diagnosis_json.h"
+#include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
+#include "report/documents/validation_json.h"
 #include "report/headline.h"
 #include "report/html_report.h"
 #include "report/json_report.h"
+#include "report/recommended.h"
 #include "report/rig_picture.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/words/diagnosis_verdict.h"
@@ -24,6 +27,7 @@
 #include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/csv.h"
+#include "session/traceability.h"
 #include "session/trials.h"
 #include "studies/compensate.h"
 #include "studies/dial_residuals.h"
@@ -37,18 +41,6 @@ namespace {
 
 std::optional<double> if_finite(double value) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
-}
-
-void check_belongs_together(
-    const studies::CalibrationResult& result, const session::Session& session) {
-  if (result.inputs.data_hash ==
-      std::string(studies::kHashPrefix) + session::data_sha256(session)) {
-    return;
-  }
-  throw studies::StudyError(
-      studies::StudyErrorCode::kBadData,
-      fmt::format("the session {} has other data than the result was made from", session.name),
-      {{"session", session.name}}, "Samples came after the calibration: calibrate again.");
 }
 
 void add_times_and_temperatures(report::Head& head, const session::Session& session) {
@@ -260,7 +252,16 @@ report::Head report_head(
   head.rig_name = session.rig.name;
   head.robot = fmt::format(
       "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
-  head.operator_name = operator_name;
+  const session::Traceability traced = session::traceability_of(session.rig_text);
+  head.operator_name = traced.operator_name.empty()
+                           ? operator_name
+                           : fmt::format("{} (as {})", traced.operator_name, operator_name);
+  for (const session::TracedPart& part : traced.parts) {
+    head.traced.emplace_back(part.what, part.words());
+  }
+  if (const auto* robot = traced.find("robot"); robot != nullptr && !robot->serial.empty()) {
+    head.robot += ", serial " + robot->serial;
+  }
   head.reported = made ? session::to_iso8601(*made) : session::now_utc_text();
   head.software_version = inputs.version;
   head.data_hash = inputs.data_hash;
@@ -276,6 +277,7 @@ report::Head report_head(
     instrument.id = dial.id;
     instrument.description = "digital dial indicator";
     instrument.connection = dial.connection;
+    if (const auto* known = traced.find("dial " + dial.id)) instrument.serial = known->serial;
     instrument.resolution_mm = dial.resolution_mm;
     instrument.accuracy_mm = dial.accuracy_mm;
     instrument.repeatability_mm = dial.repeatability_mm;
@@ -286,10 +288,45 @@ report::Head report_head(
   return head;
 }
 
+namespace {
+
+studies::Recommendation recommended(
+    const studies::CalibrationResult& result, const Companions& companions) {
+  return studies::recommend(result, companions.diagnosis, companions.validation);
+}
+
+/// The tolerance is asked of the model whose figures are read first. Empty: none is stated.
+std::optional<studies::Conformity> conformity_of(
+    const ReportData& data, const studies::Recommendation& best,
+    const studies::CalibrationResult& result, const session::Session& session,
+    const Companions& companions) {
+  const std::optional<double> tolerance_mm =
+      companions.tolerance_mm ? companions.tolerance_mm
+      : result.conformity     ? std::optional(result.conformity->tolerance_mm)
+                              : session.rig.tolerance_mm;
+  if (!tolerance_mm) return std::nullopt;
+  if (data.headline && (data.headline->by_tool_shift || data.measured_again)) {
+    const ErrorStatistics& after = data.headline->after;
+    return studies::conformity_of_largest(session, after.max_mm, after.points, *tolerance_mm);
+  }
+  const bool alone = best.by == studies::CompensateBy::kKinematics;
+  return studies::conformity_of(
+      result, session, *tolerance_mm,
+      alone ? studies::without_residual_model(result.result_method) : result.result_method);
+}
+
+}  // namespace
+
 report::ReportData report_data(
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions) {
-  check_belongs_together(result, session);
+  studies::check_same_data(
+      result.inputs, session, "calibration",
+      "A report shows the samples that were calibrated: calibrate this session.");
+  if (companions.diagnosis != nullptr) {
+    studies::check_same_data(
+        companions.diagnosis->inputs, session, "diagnosis", "Diagnose this session.");
+  }
   report::ReportData data = headline_data(result);
   data.head = report_head(
       result.inputs, settings_rows(settings_json(result.settings)), session, operator_name,
@@ -308,11 +345,6 @@ report::ReportData report_data(
   data.points = points_of(result, used);
   data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
-  if (const auto tolerance_mm = companions.tolerance_mm ? companions.tolerance_mm
-                                : result.conformity     ? std::nullopt
-                                                        : session.rig.tolerance_mm) {
-    data.conformity = studies::conformity_of(result, used, *tolerance_mm);
-  }
   data.facts.check = result.gross_errors;
   data.facts.fits = fits_of(result, companions.diagnosis);
   data.facts.stand_out = stand_out_of(result.gross_errors, companions.diagnosis);
@@ -330,6 +362,9 @@ report::ReportData report_data(
   }
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
+  const studies::Recommendation best = recommended(result, companions);
+  add_recommendation(data, best, result, robot, companions.diagnosis, companions.validation);
+  data.conformity = conformity_of(data, best, result, used, companions);
   return data;
 }
 
@@ -362,12 +397,19 @@ std::vector<std::string> write_report(
     write_text(folder, table.name, table.text, files);
   }
   write_text(folder, "calibration.json", to_json(result).dump(1) + "\n", files);
+  write_text(
+      folder, "recommendation.json", to_json(recommended(result, companions)).dump(1) + "\n",
+      files);
   if (companions.comparison != nullptr) {
     write_text(
         folder, "comparison.json", to_json(*companions.comparison).dump(1) + "\n", files);
   }
   if (companions.diagnosis != nullptr) {
     write_text(folder, "diagnosis.json", to_json(*companions.diagnosis).dump(1) + "\n", files);
+  }
+  if (companions.validation != nullptr) {
+    write_text(
+        folder, "validation.json", to_json(*companions.validation).dump(1) + "\n", files);
   }
   session::write_bundle(session, folder / "bundle");
   files.insert(files.end(), {"bundle/session.csv", "bundle/rig.toml"});

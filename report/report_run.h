@@ -18,6 +18,7 @@
 #include "studies/calibration_result.h"
 #include "studies/compare.h"
 #include "studies/diagnosis_result.h"
+#include "studies/validate.h"
 
 namespace sixdial::report {
 
@@ -32,6 +33,7 @@ namespace sixdial::report {
 struct Companions {
   const studies::ComparisonResult* comparison = nullptr;
   const studies::DiagnosisResult* diagnosis = nullptr;
+  const studies::ValidationResult* validation = nullptr;
   std::optional<double> tolerance_mm{};      // instead of the result's or the rig file's
   std::optional<session::TimePoint> made{};  // by the clock of the samples; else this machine's
 };
@@ -41,8 +43,9 @@ struct Companions {
     const studies::CalibrationResult& result, const session::Session& session,
     const std::string& operator_name, const Companions& companions = {});
 
-/// report.html, report.json, the CSV tables, calibration.json (the result), comparison.json
-/// and diagnosis.json (where there are such) and, in bundle/, session.csv and rig.toml. The
+/// report.html, report.json, the CSV tables, calibration.json (the result), recommendation.json
+/// (which model to command by, and its parameters), comparison.json, diagnosis.json and
+/// validation.json (where there are such) and, in bundle/, session.csv and rig.toml. The
 /// folder is made if absent; files of these names are replaced. `more`: sections that come
 /// before all others. Returns the files, relative to the folder. Throws StudyError file.
 [[nodiscard]] std::vector<std::string> write_report(

@@ -146,6 +146,20 @@ Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
   return panel;
 }
 
+void say_what_it_shows(const std::string& method, Figure& out) {
+  out.shows = fmt::format(
+      "Measured minus modelled position with the parameters of {} alone, both components, "
+      "against "
+      "everything that was recorded with it. One scale for all.",
+      method);
+  out.good =
+      "A level cloud about zero in every panel. A slope or a wave over an angle comes from a "
+      "joint "
+      "or a link, over time from a drift, over temperature from thermal growth; two levels by "
+      "the "
+      "side of arrival are backlash.";
+}
+
 }  // namespace
 
 std::optional<Figure> residual_by(const ReportData& data) {
@@ -214,17 +228,7 @@ std::optional<Figure> residual_by(const ReportData& data) {
     panel.y.low = low_mm - air_mm;
     panel.y.high = high_mm + air_mm;
   }
-  out.shows = fmt::format(
-      "Measured minus modelled position with the parameters of {} alone, both components, "
-      "against "
-      "everything that was recorded with it. One scale for all.",
-      data.methods[*method].name);
-  out.good =
-      "A level cloud about zero in every panel. A slope or a wave over an angle comes from a "
-      "joint "
-      "or a link, over time from a drift, over temperature from thermal growth; two levels by "
-      "the "
-      "side of arrival are backlash.";
+  say_what_it_shows(data.methods[*method].name, out);
   out.here = most.empty() ? "Nothing to compare."
                           : fmt::format(
                                 "{}: {}.", most,

@@ -30,8 +30,6 @@ Section accuracy(const ReportData& data) {
   out.blocks.emplace_back(accuracy_table(data, false));
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
   if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));
-  Table worst = worst_points_table(data, kWorstPoints);
-  if (!worst.rows.empty()) out.blocks.emplace_back(std::move(worst));
   return out;
 }
 
@@ -41,6 +39,8 @@ Section accuracy_details(const ReportData& data) {
   if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
   if (Table t = dial_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
+  Table worst = worst_points_table(data, kWorstPoints);
+  if (!worst.rows.empty()) out.blocks.emplace_back(std::move(worst));
   return out;
 }
 
@@ -50,6 +50,7 @@ Section parameters(const ReportData& data) {
     out.blocks.emplace_back("No parameters were identified.");
     return out;
   }
+  if (!data.parameters_note.empty()) out.blocks.emplace_back(data.parameters_note);
   out.blocks.emplace_back(parameter_table(data, false));
   if (data.condition_number) {
     out.blocks.emplace_back(fmt::format(
@@ -225,7 +226,6 @@ Section conditions(const ReportData& data) {
         column("dial", "dial"),
         column("instrument", "instrument"),
         column("serial", "serial number"),
-        column("connection", "connection"),
         column("resolution_mm", "resolution", "mm"),
         column("accuracy_mm", "largest error by its maker", "mm"),
         column("repeatability_mm", "repeatability (k = 1)", "mm"),
@@ -233,9 +233,9 @@ Section conditions(const ReportData& data) {
         column("tip_radius_mm", "tip radius", "mm")};
     for (const ShownDial& i : head.instruments) {
       t.rows.push_back(
-          {i.id, text_cell(i.description), text_cell(i.serial), text_cell(i.connection),
-           number(i.resolution_mm, 4), number(i.accuracy_mm, 4), number(i.repeatability_mm, 4),
-           number(i.travel_mm, 1), number(i.tip_radius_mm, 3)});
+          {i.id, text_cell(i.description), text_cell(i.serial), number(i.resolution_mm, 4),
+           number(i.accuracy_mm, 4), number(i.repeatability_mm, 4), number(i.travel_mm, 1),
+           number(i.tip_radius_mm, 3)});
     }
     out.blocks.emplace_back(std::move(t));
   }
@@ -274,6 +274,7 @@ Section conditions(const ReportData& data) {
   add("seed of all random numbers", head.seed ? fmt::format("{}", *head.seed) : "");
   add("hash of the measured data", head.data_hash);
   add("hash of the rig file", head.rig_hash);
+  for (const auto& [part, words] : head.traced) add("traced to: " + part, words);
   out.blocks.emplace_back(std::move(t));
   return out;
 }
@@ -283,7 +284,13 @@ Section settings(const ReportData& data) {
   Table t{.id = "settings", .caption = "What was chosen, or left as it is by default"};
   t.columns = {column("what", "what"), column("value", "value")};
   for (const auto& [name, value] : data.head.settings) t.rows.push_back({name, value});
-  out.blocks.emplace_back(std::move(t));
+  if (!t.rows.empty()) out.blocks.emplace_back(std::move(t));
+  Table connections{.id = "connections", .caption = "How the dials were connected"};
+  connections.columns = {column("dial", "dial"), column("connection", "connection")};
+  for (const ShownDial& each : data.head.instruments) {
+    connections.rows.push_back({each.id, text_cell(each.connection)});
+  }
+  if (!connections.rows.empty()) out.blocks.emplace_back(std::move(connections));
   return out;
 }
 
@@ -304,9 +311,14 @@ std::vector<Section> sections_of(const ReportData& data) {
     }
   }
   all.insert(all.end(), data.sections.begin(), data.sections.end());
+  // Which model to use stands before the parameters of one of them.
+  const auto recommended = std::ranges::find(all, std::string("recommendation"), &Section::id);
+  if (recommended != all.end() && !data.opening) {
+    std::rotate(all.begin() + 1, recommended, recommended + 1);
+  }
   if (!data.opening) all.push_back(measured_data(data));
   all.push_back(conditions(data));
-  if (!data.head.settings.empty()) all.push_back(settings(data));
+  if (Section chosen = settings(data); !chosen.blocks.empty()) all.push_back(std::move(chosen));
   if (!data.opening && !data.points.empty()) all.push_back(positions(data));
   std::stable_partition(
       all.begin(), all.end(), [](const Section& each) { return !each.in_annex; });

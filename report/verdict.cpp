@@ -77,9 +77,22 @@ bool is_far_from_noise(const ReportData& data, double after_mm) {
          after_mm > kFarFromNoise * *data.position_noise_mm;
 }
 
+/// "50 targets, commanded again and measured (session demo.validation); predicted were 3.0 µm".
+std::string basis_of_measured(const Headline& headline) {
+  std::string basis = fmt::format(
+      "{}, commanded again and measured (session {})",
+      counted(headline.after.points, "target", "targets"), headline.measured_in.value());
+  if (headline.predicted_mm && std::isfinite(*headline.predicted_mm)) {
+    basis += fmt::format(
+        "; predicted were {}, reached are {}", length(*headline.predicted_mm),
+        length(headline.after.mean_mm));
+  }
+  return basis;
+}
+
 void judge(const ReportData& data, const Compared& c, Verdict& out) {
-  const ErrorStatistics& before = c.of(*c.before);
-  const ErrorStatistics& after = c.of(*c.result);
+  const ErrorStatistics& before = data.headline ? data.headline->before : c.of(*c.before);
+  const ErrorStatistics& after = data.headline ? data.headline->after : c.of(*c.result);
   out.before_mm = before.mean_mm;
   out.after_mm = after.mean_mm;
   out.basis = fmt::format(
@@ -87,12 +100,15 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
       c.on_g2 ? counted(after.points, "validation point", "validation points")
               : counted(after.points, "calibration point", "calibration points"),
       c.on_g2 ? "G2" : "G1", c.on_g2 ? "not used in the fit" : "the ones that were fitted");
+  out.by_tool_shift = data.headline && data.headline->by_tool_shift;
+  if (data.measured_again) out.basis = basis_of_measured(*data.headline);
   const double factor = after.mean_mm > 0.0 ? before.mean_mm / after.mean_mm : HUGE_VAL;
   const std::string missed = fmt::format(
       "The robot missed its positions by {} on average and {} at worst", length(before.mean_mm),
       length(before.max_mm));
   const std::string_view now =
-      data.measured_again ? "Commanded with the result and measured again, it misses"
+      data.measured_again ? "Commanded by the recommended model and measured again, it misses"
+      : data.headline     ? "With the recommended model the remaining error is"
                           : "With the result of this calibration the remaining error is";
   if (!(factor > 1.0)) {
     out.state = CalibrationState::kNotImproved;
@@ -132,6 +148,10 @@ void judge(const ReportData& data, const Compared& c, Verdict& out) {
 
 void advise(const ReportData& data, const Compared& c, Verdict& out) {
   if (out.state == CalibrationState::kNotImproved) return;
+  if (!data.first_to_do.empty()) {
+    out.to_do.insert(out.to_do.end(), data.first_to_do.begin(), data.first_to_do.end());
+    return;
+  }
   out.to_do.emplace_back("Enter the identified parameters in the controller.");
   if (c.result->has_residual_model && c.kinematic != nullptr) {
     const double without = c.of(*c.kinematic).mean_mm;
@@ -257,12 +277,15 @@ void doubt(const ReportData& data, Verdict& out) {
   });
   if (first == data.warnings.end()) return;
   out.state = CalibrationState::kNotCalibrated;
-  out.title = "Not calibrated: the data contradict themselves";
+  out.title = first->code == studies::kTooFewPoses
+                  ? "Not calibrated: too few different poses"
+                  : "Not calibrated: the data are not plausible";
   out.headline = warning_text(*first);
   out.to_do = {
       "Do not use the result. Settle what is listed as not plausible first, then calibrate "
       "again."};
   out.cautions.clear();
+  out.decision.clear();
 }
 
 }  // namespace

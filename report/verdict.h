@@ -40,6 +40,7 @@ struct Verdict {
   std::string title{};     // "Calibrated"
   std::string headline{};  // one sentence with the figures
   double before_mm = 0.0, after_mm = 0.0;  // mean position errors behind it
+  bool by_tool_shift = false;              // they are mean tool shifts
   std::string basis{};                     // "50 validation points (G2), not used in the fit"
   std::vector<std::string> to_do{};        // what to do now
   std::vector<std::string> cautions{};     // what limits the result

@@ -15,6 +15,8 @@ import sys
 from statistics import median
 
 PEERS_BEGIN, PEERS_END = "<!-- peers: begin -->", "<!-- peers: end -->"
+# Hours of runs, with a reason beside each line outside its range: kept from the old page.
+COVERAGE_BEGIN, COVERAGE_END = "<!-- coverage: begin -->", "<!-- coverage: end -->"
 # Cao et al., IEEE Access 9 (2021): mean, std, max on G1 and G2 [mm], Table 6; seconds, Table 5.
 PAPER = {
     "before": ((3.051, 0.177, 3.367), (2.995, 0.179, 3.452)),
@@ -241,6 +243,7 @@ def peers(folder):
 
 def main(folder, page):
     old = open(page).read() if os.path.exists(page) else ""
+    covered = re.search(re.escape(COVERAGE_BEGIN) + r"\n(.*?)\n" + re.escape(COVERAGE_END), old, re.S)
     kept = re.search(re.escape(PEERS_BEGIN) + r"\n(.*?)\n" + re.escape(PEERS_END), old, re.S)
     theirs = peers(folder) or (kept.group(1) if kept else "Not run yet: `scripts/accuracy.sh --peers FOLDER`.")
     if not os.path.exists(os.path.join(folder, "stages.json")):
@@ -264,6 +267,9 @@ def main(folder, page):
         "## Memory and growth\n" + growth(folder),
         "## Certified (NIST)\n" + nist(folder),
         others(folder),
+        "## Coverage, false alarms and power\n" + COVERAGE_BEGIN + "\n"
+        + (covered.group(1) if covered else "Not run yet: `build/release/bin/coverage --file FILE`.")
+        + "\n" + COVERAGE_END,
         "## The swarm on the standard functions\n"
         "80 particles; goals as usual for 30 dimensions, and closer ones. `build/release/bin/qpso_study`\n\n"
         + text_of(folder, "qpso.txt").strip(),

@@ -71,7 +71,10 @@ say "Diagnosis: what the simulation gets wrong, and why"
 sixdial --quiet diagnose demo --report "$out/diagnosis.html" -o "$out/diagnosis.json" >"$out/diagnosis.txt" 2>/dev/null
 awk 'NF == 0 { exit } { print "   " $0 }' "$out/diagnosis.txt"
 
-say "Compensation, tried: the G2 targets commanded and measured again (Fig. 7)"
+say "Which model to command by, and why"
+sixdial recommend demo -o "$out/recommendation.json"
+
+say "Compensation, tried: the G2 targets commanded by each model and measured again (Fig. 7)"
 sixdial compensate demo --target 28,48
 validating=$SECONDS
 sixdial validate demo -o "$out/validation.json"

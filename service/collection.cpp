@@ -7,7 +7,7 @@
 
 #include "acquisition/connection.h"
 #include "service/collection_run.h"
-#include "service/live_dials.h"
+#include "service/first_pass.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
 
@@ -16,9 +16,7 @@ namespace {
 
 using acquisition::CollectorStage;
 
-constexpr auto kLiveEvery = std::chrono::milliseconds(200);  // on the wall
 constexpr std::size_t kMostTroubles = 50;
-constexpr std::size_t kMostClockSteps = 20;
 
 /// The plan must not name another place for a point that is measured already: it would be
 /// passed over as done.
@@ -47,8 +45,12 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
 
 Collection::Collection(
     EventHub& events, db::Store& store, acquisition::Clock& clock,
-    std::function<void()> changed)
-    : events_(events), store_(store), clock_(clock), changed_(std::move(changed)) {}
+    std::function<void()> changed, std::function<void()> take_ports)
+    : events_(events),
+      store_(store),
+      clock_(clock),
+      changed_(std::move(changed)),
+      take_ports_(std::move(take_ports)) {}
 
 Collection::~Collection() { stop_and_wait(); }
 
@@ -91,6 +93,8 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
   run->rig = store_.load_rig(run->id);
   run->settings = request.settings;
   run->stop_below_mm = request.stop_below_mm;
+  run->speed_percent = request.speed_percent;
+  run->first_pass = request.first_pass;
   run->caller = request.caller;
   const auto planned = store_.load_plan(run->id);
   if (request.plan) {
@@ -105,11 +109,16 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
         {{"session", request.session}, {"missing", "plan"}},
         "Give one: plan_csv, made by plan.grid or plan.random.");
   }
-  for (const db::PointKey& key : store_.done_points(run->id)) run->done.insert(key);
+  if (run->first_pass) {
+    prepare_first_pass(*run);
+  } else {
+    for (const db::PointKey& key : store_.done_points(run->id)) run->done.insert(key);
+  }
   return run;
 }
 
 void Collection::connect_devices(Run& run) {
+  if (take_ports_) take_ports_();
   const auto robot = acquisition::parse_robot_connection(run.rig.robot.connection);
   if (!robot) {
     throw Error(
@@ -117,12 +126,13 @@ void Collection::connect_devices(Run& run) {
         R"(In rig.toml: connection = "modbus-tcp://host:port" or "manual" under [robot].)");
   }
   if (const auto* modbus = std::get_if<acquisition::ModbusConnection>(&*robot)) {
-    run.robot = std::make_unique<acquisition::ModbusRobot>(*modbus, clock_);
+    run.robot = std::make_shared<acquisition::ModbusRobot>(*modbus, clock_);
   } else {
-    run.robot = std::make_unique<acquisition::ManualRobot>(
+    run.robot = std::make_shared<acquisition::ManualRobot>(
         [this](const Eigen::VectorXd& q, const std::stop_token& stop) {
           return ask_person(q, stop);
         });
+    run.settings.approach_rad = kApproachByHand_rad;
   }
   auto dials = acquisition::DialBank::open(run.rig, clock_);
   if (!dials) {
@@ -137,7 +147,11 @@ void Collection::make_collector(Run& run) {
   run.collector = std::make_unique<acquisition::Collector>(
       run.rig, run.plan, *run.robot, *run.dials, clock_,
       acquisition::Collector::Callbacks{
-          .store = [this, &run](const auto& sample) { on_sample(run, sample); },
+          .store =
+              [this, &run](const auto& sample) {
+                if (run.first_pass) return on_rehearsed(run, sample);
+                on_sample(run, sample);
+              },
           .progress = [this](const auto& progress) { on_progress(progress); },
           .done =
               [&run](const session::PlanPoint& point) {
@@ -149,6 +163,7 @@ void Collection::make_collector(Run& run) {
                        !run.estimate->below(*run.stop_below_mm);
               }},
       run.settings);
+  run.collector->ask_before_first_move(run.before_first_move);
 }
 
 void Collection::forget_last_run() {
@@ -163,6 +178,8 @@ void Collection::forget_last_run() {
   clock_remarks_.clear();
   error_ = nullptr;
   asked_q_.reset();
+  asked_from_.reset();
+  asked_via_.reset();
   answer_.reset();
 }
 
@@ -183,6 +200,7 @@ void Collection::run(Run& run, const std::stop_token& stop) {
       told = take_in(run, sample) || told;
     }
     if (told) show_estimate(run);
+    const ReducedSpeed speed(*run.robot, run.speed_percent);
     const acquisition::CollectorResult result = run.collector->run(stop);
     state = result.complete ? CollectState::kDone : CollectState::kStopped;
     why = why_ended(run, state, result);
@@ -203,6 +221,13 @@ void Collection::run(Run& run, const std::stop_token& stop) {
 std::string Collection::why_ended(
     const Run& run, CollectState state, const acquisition::CollectorResult& result) const {
   if (state == CollectState::kStopped) return "stopped by a command";
+  if (run.first_pass) {
+    return fmt::format(
+        "the first pass went to the {} outermost points; nothing was stored. Collect without "
+        "it "
+        "to measure",
+        run.plan.points.size());
+  }
   if (result.left_out == 0) return "every point of the plan was measured";
   return fmt::format(
       "the position uncertainty over the workspace is {:.4f} mm at worst, below the {} mm "
@@ -268,14 +293,16 @@ void Collection::finish(CollectState state, Json error, std::string why) {
   // Ports are let go before the end is told: who waits for it may start the next at once. The
   // collector goes first, under the lock, so that no command reaches it any more.
   std::unique_ptr<acquisition::Collector> collector;
+  std::shared_ptr<acquisition::RobotPort> robot;
   {
     const std::lock_guard lock(mutex_);
     collector = std::move(run_->collector);
+    robot = std::move(run_->robot);
     asked_q_.reset();
   }
   collector.reset();
   run_->dials.reset();
-  run_->robot.reset();
+  robot.reset();
   {
     const std::lock_guard lock(mutex_);
     state_ = state;
@@ -346,10 +373,13 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   try {
     store_sample(run, collected.sample, retaken);
   } catch (const db::StoreError& error) {
-    if (error.trouble != db::StoreTrouble::kDiskFull) throw;
+    // Both pass once a person has seen to them; the sample waits.
+    const bool full = error.trouble == db::StoreTrouble::kDiskFull;
+    if (!full && error.trouble != db::StoreTrouble::kLocked) throw;
     spdlog::warn("{}", error.what());
     throw acquisition::StoreLater(fmt::format(
-        "{}; nothing is lost: make room and resume, and this sample is stored", error.what()));
+        "{}; nothing is lost: {} and resume, and this sample is stored", error.what(),
+        full ? "make room" : "let the other program go"));
   }
   const bool told = take_in(run, collected.sample);
   std::size_t number = 0;
@@ -377,54 +407,6 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
   if (!told) return;
   show_estimate(run);
   publish("estimate");
-}
-
-// Stored times stay what the clock said; that it was changed is stored beside them.
-void Collection::watch_clock(Run& run) {
-  const auto step = run.clock_watch.look();
-  if (!step) return;
-  std::string told;
-  {
-    const std::lock_guard lock(mutex_);
-    told = fmt::format(
-        "{} after {} samples of this run: times before and after do not compare",
-        acquisition::describe(*step), stored_);
-    clock_remarks_.push_back(acquisition::describe(*step));
-    if (clock_steps_.size() < kMostClockSteps) {
-      clock_steps_.push_back(
-          {{"by_s", std::chrono::duration<double>(step->by).count()},
-           {"time_utc", session::to_iso8601(step->now)},
-           {"after_samples", stored_}});
-    }
-  }
-  spdlog::warn("{}", told);
-  try {
-    store_.record_action(to_operator(run.caller), kClockStep, run.id, told);
-  } catch (const std::exception& trouble) {
-    spdlog::error("a step of the clock is not in the store: {}", trouble.what());
-  }
-  publish("clock_step", {{"message", told}});
-}
-
-void Collection::publish_live(const std::stop_token& stop, Run& run) {
-  std::mutex mutex;
-  std::condition_variable_any over;
-  std::unique_lock lock(mutex);
-  const LiveDials shown(run.rig);
-  while (!over.wait_for(lock, stop, kLiveEvery, [&] { return stop.stop_requested(); })) {
-    acquisition::CollectorProgress now;
-    {
-      const std::lock_guard state_lock(mutex_);
-      now = progress_;
-    }
-    Json data = shown.show(
-        run.dials->latest(), now.plan_index ? &run.plan.points.at(*now.plan_index) : nullptr,
-        now);
-    data["type"] = "dials";
-    data["session"] = session_;
-    events_.publish(kLiveTopic, std::move(data));
-    watch_clock(run);
-  }
 }
 
 }  // namespace sixdial::service

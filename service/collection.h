@@ -46,15 +46,22 @@ struct CollectRequest {
   /// Points of G1 are left out once the position uncertainty at the worst place of the
   /// workspace (standard deviation, LiveEstimate) is below this.
   std::optional<double> stop_below_mm{};
+  /// Percent of the controller's full speed; as before again at the end. Empty: as it is.
+  std::optional<int> speed_percent{};
+  /// Only goes to the outermost points, slowly, and looks whether the dials show there what
+  /// they should; asks a person before the first move, and stores nothing.
+  bool first_pass = false;
   Caller caller{};
 };
+inline constexpr int kFirstPassSpeed_percent = 10;
 
 class Collection {
  public:
-  /// All must outlive the collection. `changed` is called after each change of the state.
+  /// All must outlive the collection. `changed` is called after each change of the state,
+  /// `take_ports` before the devices are opened: whoever else has them lets go.
   Collection(
       EventHub& events, db::Store& store, acquisition::Clock& clock,
-      std::function<void()> changed);
+      std::function<void()> changed, std::function<void()> take_ports = {});
   ~Collection();  // stop() and wait
   Collection(const Collection&) = delete;
   Collection& operator=(const Collection&) = delete;
@@ -81,6 +88,9 @@ class Collection {
   void accept();
   /// A person's answer to "move": the robot is there, or cannot go there.
   void moved(acquisition::ManualAnswer answer);
+  /// Stops the robot where it is, and pauses: resume goes to the point in hand again. Throws
+  /// Error device where the robot cannot be told.
+  void halt_robot();
   /// Ends it; the point in hand is rolled back. Does not wait.
   void stop();
   /// stop() and wait for the thread.
@@ -92,6 +102,7 @@ class Collection {
  private:
   struct Run;  // what one collection owns: robot, dials, collector
   std::shared_ptr<Run> made_run(CollectRequest& request);
+  static void prepare_first_pass(Run& run);
   void connect_devices(Run& run);
   void make_collector(Run& run);
   void forget_last_run();
@@ -104,6 +115,8 @@ class Collection {
   void publish(std::string_view type, Json more = Json::object());
   void on_progress(const acquisition::CollectorProgress& progress);
   void on_sample(Run& run, const acquisition::CollectedSample& sample);
+  void on_rehearsed(Run& run, const acquisition::CollectedSample& sample);
+  [[nodiscard]] Json move_json() const;
   void store_sample(Run& run, const session::Sample& sample, bool& retaken);
   void watch_clock(Run& run);
   void publish_live(const std::stop_token& stop, Run& run);
@@ -117,6 +130,7 @@ class Collection {
   db::Store& store_;
   acquisition::Clock& clock_;
   const std::function<void()> changed_;
+  const std::function<void()> take_ports_;
 
   mutable std::mutex mutex_;
   std::condition_variable_any answered_;
@@ -134,7 +148,9 @@ class Collection {
   std::vector<std::string> clock_remarks_;  // for the next sample
   Json troubles_ = Json::array();           // points without a sample, and why
   Json error_;
-  std::optional<Eigen::VectorXd> asked_q_;  // a person is to move the robot there
+  std::optional<Eigen::VectorXd> asked_q_;     // a person is to move the robot there
+  std::optional<Eigen::VectorXd> asked_from_;  // from here, as far as is known
+  std::optional<Eigen::VectorXd> asked_via_;   // by way of here
   std::optional<acquisition::ManualAnswer> answer_;
   /// Shared: samples_changed() may still look at the last one while start() makes the next.
   std::shared_ptr<Run> run_;

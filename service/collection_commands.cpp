@@ -6,17 +6,15 @@
 #include <stdexcept>
 #include <utility>
 
+#include "geometry/units.h"
 #include "report/documents/estimate_json.h"
+#include "report/words/move_words.h"
 #include "service/collection_run.h"
+#include "service/or_null.h"
 #include "session/sample_layout.h"
 
 namespace sixdial::service {
 namespace {
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 constexpr std::array kStates{
     std::pair{CollectState::kIdle, std::string_view("idle")},
@@ -53,6 +51,13 @@ std::optional<acquisition::ManualAnswer> Collection::ask_person(
   {
     const std::lock_guard lock(mutex_);
     asked_q_ = q;
+    asked_via_.reset();
+    asked_from_.reset();
+    if (const auto* by_hand =
+            dynamic_cast<acquisition::ManualRobot*>(run_ ? run_->robot.get() : nullptr)) {
+      asked_via_ = by_hand->approach_from();
+      asked_from_ = by_hand->stands_at();
+    }
     answer_.reset();
   }
   publish("move");
@@ -60,6 +65,41 @@ std::optional<acquisition::ManualAnswer> Collection::ask_person(
   answered_.wait(lock, stop, [&] { return answer_.has_value(); });
   asked_q_.reset();
   return std::exchange(answer_, std::nullopt);
+}
+
+/// What a person is to do, in the units that people read.
+Json Collection::move_json() const {
+  const session::SampleLayout layout = session::layout_of(run_->rig);
+  report::MoveByHand move;
+  if (progress_.plan_index)
+    move.target_mm = run_->plan.points.at(*progress_.plan_index).target_mm;
+  Json joints = Json::array();
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const geometry::ShownUnit shown = geometry::shown_unit(layout.joints[i].unit);
+    const auto figure = [&](const std::optional<Eigen::VectorXd>& q) {
+      return q && k < q->size() ? std::optional((*q)[k] * shown.per_unit) : std::nullopt;
+    };
+    const report::JointByHand joint{
+        .joint = layout.joints[i].name,
+        .unit = std::string(shown.name),
+        .to = *figure(asked_q_),
+        .from = figure(asked_from_),
+        .first = figure(asked_via_)};
+    joints.push_back(
+        {{"joint", joint.joint},
+         {"unit", joint.unit},
+         {"to", joint.to},
+         {"from", or_null(joint.from)},
+         {"first", or_null(joint.first)}});
+    move.joints.push_back(joint);
+  }
+  return {
+      {"target_mm", move.target_mm
+                        ? Json(std::vector(move.target_mm->begin(), move.target_mm->end()))
+                        : Json(nullptr)},
+      {"joints", std::move(joints)},
+      {"words", report::move_words(move)}};
 }
 
 Json Collection::status() const {
@@ -91,6 +131,7 @@ Json Collection::status_locked() const {
       {"point", nullptr},
       {"move_to_rad", nullptr},
       {"move_to", nullptr},
+      {"move", nullptr},
       {"error", error_}};
   if (progress_.plan_index && run_) {
     const session::PlanPoint& point = run_->plan.points.at(*progress_.plan_index);
@@ -111,6 +152,7 @@ Json Collection::status_locked() const {
            {"value", (*asked_q_)[static_cast<Eigen::Index>(i)]}});
     }
     status["move_to"] = std::move(joints);
+    status["move"] = move_json();
   }
   return status;
 }
@@ -161,6 +203,21 @@ void Collection::moved(acquisition::ManualAnswer answer) {
     answer_ = std::move(answer);
   });
   answered_.notify_all();
+}
+
+void Collection::halt_robot() {
+  std::shared_ptr<acquisition::RobotPort> robot;
+  command("halt of the robot", [&](acquisition::Collector& collector) {
+    robot = run_->robot;
+    collector.pause();
+  });
+  if (!robot) return;
+  const auto told = robot->halt({});
+  if (told) return;
+  throw Error(
+      ErrorCode::kDevice,
+      fmt::format("the robot could not be told to stop: {}", told.error().detail),
+      {{"field", "robot"}}, "Use the emergency stop if anything is in danger.");
 }
 
 void Collection::stop() {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <thread>
 
 #include "acquisition/clock_watch.h"
@@ -22,10 +23,15 @@ struct Collection::Run {
   std::set<db::PointKey> done;
   acquisition::CollectorSettings settings;
   std::optional<double> stop_below_mm;
+  std::optional<int> speed_percent;
+  bool first_pass = false;
+  std::string before_first_move;       // what a person looks at; empty: nobody is asked
+  std::optional<std::size_t> doubted;  // of a first pass: the point a person looks at
   Caller caller;
   std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
   acquisition::ClockWatch clock_watch;
-  std::unique_ptr<acquisition::RobotPort> robot;
+  /// Shared: halt_robot() may still be telling it to stop while the collection ends.
+  std::shared_ptr<acquisition::RobotPort> robot;
   std::unique_ptr<acquisition::DialBank> dials;
   std::unique_ptr<acquisition::Collector> collector;
   std::jthread live;  // last: it looks at the dials

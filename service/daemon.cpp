@@ -1,5 +1,7 @@
 #include "service/daemon.h"
 
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -29,7 +31,7 @@ struct DaemonOptions {
   std::string socket = default_socket_path().string();
   std::string database = default_database_path().string();
   double clock_speed = 1.0;
-  double longest_shut_down_s = 4.5;
+  double longest_shut_down_s = 0.9;
   std::string clock_start;
   std::string log_level = "info";
   bool print_protocol = false;
@@ -41,10 +43,32 @@ struct DaemonOptions {
   const CLI::Option* live = nullptr;  // --live, given or not
 };
 
+/// A message without control characters: names and errors quote what files and clients say.
+class PrintableText final : public spdlog::custom_flag_formatter {
+ public:
+  void format(
+      const spdlog::details::log_msg& message, const std::tm&,
+      spdlog::memory_buf_t& line) override {
+    for (const char c : message.payload) {
+      const auto code = static_cast<unsigned char>(c);
+      if (code >= 0x20 && code != 0x7f) {
+        line.push_back(c);
+      } else {
+        fmt::format_to(std::back_inserter(line), "\\x{:02x}", code);
+      }
+    }
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PrintableText>();
+  }
+};
+
 void start_log(const std::string& level) {
   // Synchronous: the asynchronous sink loses its last lines on a crash.
   const auto log = spdlog::stderr_logger_mt("sixdiald");
-  log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+  auto lines = std::make_unique<spdlog::pattern_formatter>();
+  lines->add_flag<PrintableText>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %*");
+  log->set_formatter(std::move(lines));
   log->set_level(spdlog::level::from_str(level));
   spdlog::set_default_logger(log);
 }
@@ -99,14 +123,20 @@ void add_options(CLI::App& app, DaemonOptions& options) {
       "print the example rig file of this dial's dialect and end");
 }
 
+/// The exit code after output: a full disk or a closed pipe is no success.
+int printed(std::ostream& out, std::ostream& err) {
+  if (out.flush()) return static_cast<int>(ExitCode::kOk);
+  err << "the output could not be written whole\n";
+  return static_cast<int>(ExitCode::kFailed);
+}
+
 int print_rig(const std::string& dialect, std::ostream& out, std::ostream& err) {
   const auto* protocol = acquisition::find_dial_protocol(dialect);
   if (protocol == nullptr) {
     err << "there is no dialect " << dialect << "; --print-dials lists them\n";
     return static_cast<int>(ExitCode::kUsage);
   }
-  out << acquisition::example_rig(*protocol);
-  return static_cast<int>(ExitCode::kOk);
+  return printed(out << acquisition::example_rig(*protocol), err);
 }
 
 /// Until a signal or the method shutdown ends it.
@@ -122,6 +152,7 @@ void serve(const DaemonOptions& options, std::ostream& out) {
   if (options.live->count() > 0) {
     page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});
     out << "Live page: " << page->url() << std::endl;
+    if (!out) spdlog::warn("the address of the live page could not be written to stdout");
   }
   server.run();
   spdlog::info("ended");
@@ -151,26 +182,14 @@ int run_daemon(
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? static_cast<int>(ExitCode::kOk)
+    return app.exit(error, out, err) == 0 ? printed(out, err)
                                           : static_cast<int>(ExitCode::kUsage);
   }
-  if (options.print_causes) {
-    out << report::causes_markdown();
-    return static_cast<int>(ExitCode::kOk);
-  }
-  if (options.print_protocol) {
-    out << protocol_markdown();
-    return static_cast<int>(ExitCode::kOk);
-  }
-  if (options.print_dials) {
-    out << acquisition::dial_table();
-    return static_cast<int>(ExitCode::kOk);
-  }
+  if (options.print_causes) return printed(out << report::causes_markdown(), err);
+  if (options.print_protocol) return printed(out << protocol_markdown(), err);
+  if (options.print_dials) return printed(out << acquisition::dial_table(), err);
   if (!options.print_rig.empty()) return print_rig(options.print_rig, out, err);
-  if (options.print_manual) {
-    out << manual_page(app);
-    return static_cast<int>(ExitCode::kOk);
-  }
+  if (options.print_manual) return printed(out << manual_page(app), err);
   start_log(options.log_level);
   std::signal(SIGPIPE, SIG_IGN);
   try {
@@ -178,8 +197,11 @@ int run_daemon(
     return static_cast<int>(ExitCode::kOk);
   } catch (...) {
     const Json error = to_error_object(std::current_exception());
-    spdlog::error(
-        "{} {}", error["message"].get<std::string>(), error["data"]["hint"].get<std::string>());
+    const Json& data = error["data"];
+    auto message = error["message"].get<std::string>();
+    const auto file = data["at"].value("file", std::string());
+    if (message.find(file) == std::string::npos) message = fmt::format("{}: {}", file, message);
+    spdlog::error("{}. {}", message, data["hint"].get<std::string>());
     return static_cast<int>(exit_code_of(error));
   }
 }

@@ -151,8 +151,8 @@ Json to_error_object(const std::exception_ptr& thrown) {
     return object_of(error_kind(error.code()), error.what(), error.at(), error.hint());
   } catch (const studies::StudyError& error) {
     Json at = Json::object();
-    for (const auto& [name, value] : error.at()) {
-      std::visit([&](const auto& each) { at[name] = each; }, value);
+    for (const auto& field : error.at()) {
+      std::visit([&](const auto& value) { at[field.first] = value; }, field.second);
     }
     return object_of(error_kind(code_of(error.code())), error.what(), at, error.hint());
   } catch (const RemoteError& error) {

@@ -1,14 +1,23 @@
 #include "service/live_dials.h"
 
 #include "session/reason.h"
+#include "session/reason_words.h"
 #include "session/trials.h"
 
 namespace sixdial::service {
 namespace {
 
-DialState state_of(const acquisition::Reading& reading, bool moving) {
+/// What a sound dial may answer as long as its plunger is driven.
+bool is_of_motion(std::string_view reason) {
+  namespace why = session::reason;
+  return reason == why::kNoDial || reason == why::kBusy || reason == why::kDevice ||
+         reason == why::kTimeout;
+}
+
+DialState state_of(const acquisition::Reading& reading, bool moving, bool under_way) {
   if (reading.value_mm) return moving ? DialState::kSettling : DialState::kOk;
   if (reading.reason == session::reason::kNoContact) return DialState::kFree;
+  if (under_way && is_of_motion(reading.reason)) return DialState::kWaiting;
   return reading.reason == session::reason::kStale ? DialState::kStale : DialState::kLost;
 }
 
@@ -20,6 +29,8 @@ std::string_view to_string(DialState state) {
       return "ok";
     case DialState::kSettling:
       return "settling";
+    case DialState::kWaiting:
+      return "waiting";
     case DialState::kFree:
       return "free";
     case DialState::kStale:
@@ -58,7 +69,8 @@ Json LiveDials::show(
         {"value_mm", reading.value_mm ? Json(*reading.value_mm) : Json(nullptr)},
         {"quality", session::to_string(reading.quality)},
         {"reason", reading.reason},
-        {"state", to_string(state_of(reading, moving))}};
+        {"words", session::brief_words(reading.reason)},
+        {"state", to_string(state_of(reading, moving, under_way))}};
     if (!reading.detail.empty()) row["detail"] = reading.detail;
     dials[rig_.dials[i].id] = std::move(row);
   }
@@ -67,6 +79,14 @@ Json LiveDials::show(
       {"dials", std::move(dials)},
       {"settle", std::move(settle)},
       {"pose", pose(readings, point)}};
+}
+
+Json LiveDials::watched(const std::vector<acquisition::Reading>& readings) const {
+  acquisition::CollectorProgress at_rest;
+  at_rest.stage = acquisition::CollectorStage::kPaused;
+  Json shown = show(readings, nullptr, at_rest);
+  shown["stage"] = "watching";
+  return shown;
 }
 
 Json LiveDials::pose(

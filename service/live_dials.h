@@ -16,6 +16,7 @@ namespace sixdial::service {
 enum class DialState {
   kOk,        // a value that rests
   kSettling,  // a value that still moves
+  kWaiting,   // no value while the robot moves: some dials give none then
   kFree,      // at its end stop: touches nothing, which is normal for three of six
   kStale,     // the newest answer is too old
   kLost,      // no answer, or one that cannot be read
@@ -26,7 +27,7 @@ class LiveDials {
  public:
   explicit LiveDials(const geometry::Rig& rig) : rig_(rig) {}
 
-  /// {stage, dials {id: {value_mm, quality, reason, detail?, state}}, settle {spread_mm,
+  /// {stage, dials {id: {value_mm, quality, reason, words, detail?, state}}, settle {spread_mm,
   /// limit_mm, settled, dial}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `settle` is
   /// that of the dial furthest from rest, as the collector judged it last; all null while
   /// nobody waits for the dials. `point`: the one in hand, null before the first; it tells how
@@ -34,6 +35,9 @@ class LiveDials {
   [[nodiscard]] Json show(
       const std::vector<acquisition::Reading>& readings, const session::PlanPoint* point,
       const acquisition::CollectorProgress& now) const;
+
+  /// The same while nothing is collected: stage "watching", no pose, and nothing to settle for.
+  [[nodiscard]] Json watched(const std::vector<acquisition::Reading>& readings) const;
 
  private:
   [[nodiscard]] Json pose(

@@ -24,7 +24,7 @@ extern char** environ;
 namespace sixdial::service {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(120);  // a loaded machine's browser
+constexpr auto kBrowserPatience = std::chrono::seconds(120);  // a loaded machine's browser
 constexpr auto kLook = std::chrono::milliseconds(50);
 
 /// Chromium's profile and what it says; goes away with its owner.
@@ -75,7 +75,7 @@ std::optional<int> run(std::vector<std::string> arguments, const std::string& lo
   const int failed = ::posix_spawn(&pid, argv.front(), &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) return 127;
-  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto end = std::chrono::steady_clock::now() + kBrowserPatience;
   int status = 0;
   while (::waitpid(pid, &status, WNOHANG) == 0) {
     if (std::chrono::steady_clock::now() > end) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "service/or_null.h"
 #include "session/reason.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
@@ -12,11 +13,6 @@ namespace {
 template <typename Vector>
 Json point_or_null(const std::optional<Vector>& point) {
   return point ? Json(std::vector<double>(point->begin(), point->end())) : Json(nullptr);
-}
-
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
 }
 
 }  // namespace

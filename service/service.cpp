@@ -45,7 +45,10 @@ Service::Service(ServiceOptions options)
       store_(open_store(options_.database)),
       reader_(db::Store::open_read_only(options_.database.string())),
       jobs_(events_, recorder()),
-      collection_(events_, store_, *clock_, [this] { announce_change(); }) {
+      dial_watch_(events_, reader_, *clock_),
+      collection_(
+          events_, store_, *clock_, [this] { announce_change(); },
+          [this] { dial_watch_.stop(); }) {
   jobs_.set_listener([this] { announce_change(); });
 }
 
@@ -115,6 +118,7 @@ void Service::request_shut_down() {
 void Service::stop() {
   if (stopping_.exchange(true)) return;
   events_.publish("service", {{"type", "stopping"}});
+  dial_watch_.stop();
   collection_.stop_and_wait();
   jobs_.stop();
   try {

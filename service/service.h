@@ -12,6 +12,7 @@
 #include "acquisition/clock.h"
 #include "db/store.h"
 #include "service/collection.h"
+#include "service/dial_watch.h"
 #include "service/job_board.h"
 #include "service/methods/method.h"
 #include "service/socket/event_hub.h"
@@ -38,6 +39,7 @@ class Service {
   [[nodiscard]] const acquisition::Clock& clock() const { return *clock_; }
   [[nodiscard]] JobBoard& jobs() { return jobs_; }
   [[nodiscard]] Collection& collection() { return collection_; }
+  [[nodiscard]] DialWatch& dial_watch() { return dial_watch_; }
   /// The one connection that writes.
   [[nodiscard]] db::Store& store() { return store_; }
   /// Another connection, for reading: it never holds up a sample that is being stored.
@@ -72,6 +74,7 @@ class Service {
   std::mutex listener_mutex_;
   std::function<void()> changed_, shut_down_;
   JobBoard jobs_;
+  DialWatch dial_watch_;
   Collection collection_;
 };
 

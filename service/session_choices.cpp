@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <span>
 
+#include "report/documents/warnings_document.h"
 #include "session/bundle.h"
 #include "session/trials.h"
 #include "simulation/forward_model.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::service {
 namespace {
@@ -114,6 +116,7 @@ Json session_choices(Service& service, const std::string& name) {
   return {
       {"session", name},
       {"report_of", std::move(report_of)},
+      {"warnings", report::warnings_json(studies::plausible(session).warnings)},
       {"choices",
        {{"start", why_not(start)},
         {"undo", why_not(undo)},

@@ -38,11 +38,12 @@ std::string without_blanks(std::string_view text) {
   return std::string(text);
 }
 
-/// A row of separators only, as spreadsheets leave them.
+/// A row of separators only, as spreadsheets leave them at the end.
 bool is_empty(const CsvRow& row) {
-  return !row.fault && std::ranges::all_of(row.fields, [](const CsvField& field) {
-    return without_blanks(field.value).empty();
-  });
+  return !row.fault && row.fields.size() > 1 &&
+         std::ranges::all_of(row.fields, [](const CsvField& field) {
+           return without_blanks(field.value).empty();
+         });
 }
 
 /// Rows of a table, one after the other, into samples.
@@ -297,7 +298,11 @@ Session parse_session(
   session.name = options.name;
   session.rig = parse_rig(rig_text, rig_name);
   session.rig_text = std::string(rig_text);
-  const CsvTable table = read_csv(csv_text, csv_name);
+  CsvTable table = read_csv(csv_text, csv_name);
+  while (!table.rows.empty() && is_empty(table.rows.back())) {
+    table.end = table.line_end + std::string(table.rows.back().text) + table.end;
+    table.rows.pop_back();
+  }
   session.csv_header = std::string(table.header.text);
   session.line_end = table.line_end;
   session.csv_end = table.end;
@@ -313,7 +318,6 @@ Session parse_session(
   RowReader reader(session.rig, layout, std::move(columns));
   session.samples.reserve(table.rows.size());
   for (const CsvRow& row : table.rows) {
-    if (is_empty(row)) continue;
     auto sample = reader.read(row);
     if (sample) {
       session.samples.push_back(std::move(*sample));

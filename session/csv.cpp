@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <iterator>
 
 namespace sixdial::session {
@@ -55,6 +57,36 @@ std::size_t utf8_length(std::string_view text) {
     return !overlong && !beyond && continued(1) && continued(2) && continued(3) ? 4 : 0;
   }
   return 0;
+}
+
+/// "a pipe", "a device", ...; empty: a plain file.
+std::string kind_of(mode_t mode) {
+  if (S_ISREG(mode)) return "";
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a pipe";
+  return S_ISSOCK(mode) ? "a socket" : "a device";
+}
+
+std::string special_kind(int fd) {
+  struct stat about {};
+  return ::fstat(fd, &about) == 0 ? kind_of(about.st_mode) : "";
+}
+
+/// What a shell hands over: <(command), /dev/stdin.
+bool is_a_shells(const std::string& path) {
+  return path.starts_with("/dev/fd/") || path.starts_with("/proc/self/fd/") ||
+         path == "/dev/stdin";
+}
+
+/// The file that a path means, through links, also to one that is not there yet.
+std::string through_links(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as the kernel
+  std::filesystem::path real = path;
+  std::error_code ignored;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(real, ignored); ++i) {
+    real = real.parent_path() / std::filesystem::read_symlink(real, ignored);
+  }
+  return real.string();
 }
 
 void check_text(std::string_view text, const std::string& file_name) {
@@ -308,8 +340,17 @@ std::string read_file(const std::string& path) {
                   0, 0, "", fmt::format("cannot be read: {}", std::strerror(code)),
                   "check the path and the rights on it"});
   };
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Without O_NONBLOCK the opening of a pipe waits for someone who writes into it.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) fail(errno);
+  if (const std::string kind = special_kind(fd); !kind.empty() && !is_a_shells(path)) {
+    ::close(fd);
+    throw DataError(
+        path,
+        Mistake{
+            0, 0, "", fmt::format("is {}, not a plain file", kind), "give the path of a file"});
+  }
+  ::fcntl(fd, F_SETFL, 0);
   std::string text;
   std::array<char, 65536> buffer;
   while (true) {
@@ -334,9 +375,20 @@ void write_file(const std::string& path, std::string_view text) {
                   0, 0, "", fmt::format("cannot be {}: {}", doing, std::strerror(code)),
                   "check the folder, the rights on it and the space left"});
   };
-  const std::string beside = fmt::format("{}.{}.part", path, ::getpid());
+  const std::string real = through_links(path);
+  struct stat before {};
+  const bool there = ::stat(real.c_str(), &before) == 0;
+  if (const std::string kind = there ? kind_of(before.st_mode) : ""; !kind.empty()) {
+    throw DataError(
+        path, Mistake{
+                  0, 0, "", fmt::format("is {}, not a plain file", kind),
+                  "choose another name; nothing was written"});
+  }
+  if (there && ::access(real.c_str(), W_OK) != 0) fail("written", errno);
+  const std::string beside = fmt::format("{}.{}.part", real, ::getpid());
   const int fd = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) fail("created", errno);
+  if (there) (void)::fchmod(fd, before.st_mode & 07777);
   while (!text.empty()) {
     const ssize_t count = ::write(fd, text.data(), text.size());
     if (count < 0 && errno == EINTR) continue;
@@ -351,7 +403,7 @@ void write_file(const std::string& path, std::string_view text) {
   const bool synced = ::fsync(fd) == 0;
   const int sync_code = errno;
   ::close(fd);
-  if (!synced || ::rename(beside.c_str(), path.c_str()) != 0) {
+  if (!synced || ::rename(beside.c_str(), real.c_str()) != 0) {
     const int code = synced ? errno : sync_code;
     ::unlink(beside.c_str());
     fail("written", code);

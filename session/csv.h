@@ -67,10 +67,11 @@ struct ParsedNumber {
 /// be anything, and JSON and databases want text.
 [[nodiscard]] std::string as_utf8(std::string_view bytes);
 
-/// Whole file as bytes. Throws DataError if it cannot be read.
+/// Whole file as bytes. Throws DataError if it cannot be read, or is no plain file; what a
+/// shell hands over, such as <(command), may be a pipe.
 [[nodiscard]] std::string read_file(const std::string& path);
-/// Writes beside and renames over, so a reader sees the old file or the new one. Throws
-/// DataError.
+/// Writes beside and renames over, so a reader sees the old file or the new one; of a link the
+/// file that it points to. Throws DataError, also for what is no plain file.
 void write_file(const std::string& path, std::string_view text);
 
 }  // namespace sixdial::session

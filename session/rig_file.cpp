@@ -25,8 +25,9 @@ using geometry::Dial;
 using geometry::kRadPerDeg;
 using geometry::Rig;
 
-const std::vector<std::string> kTopKeys{"name",       "tolerance_mm", "robot", "joint",
-                                        "instrument", "cuboid",       "dials", "dial"};
+const std::vector<std::string> kTopKeys{"name",  "tolerance_mm", "operator", "robot",
+                                        "joint", "instrument",   "cuboid",   "dials",
+                                        "dial",  "thermometer"};
 
 std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
   std::vector<std::string> keys{"model", "working_mode", "assembly", "connection"};
@@ -34,7 +35,7 @@ std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
     if (!info.rig_key.empty()) keys.push_back(info.rig_key);
   }
   for (const std::string_view key : robot.kind->file_keys) keys.emplace_back(key);
-  return keys;
+  return traced(std::move(keys));
 }
 
 /// "++", "+-", "-+" or "--"
@@ -51,11 +52,12 @@ std::string alternatives(
 
 const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
 
+/// The keys of [cuboid], those of its certificate with them.
 std::vector<std::string> cuboid_keys() {
   std::vector<std::string> keys{"side_mm", "mount", "reference_pose_mm"};
   keys.insert(
       keys.end(), cuboid_deviation_keys().begin(), cuboid_deviation_keys().end());
-  return keys;
+  return traced(std::move(keys));
 }
 
 std::vector<std::string> dials_keys() {
@@ -68,7 +70,7 @@ std::vector<std::string> dials_keys() {
 std::vector<std::string> dial_keys() {
   std::vector<std::string> keys = dials_keys();
   keys.insert(keys.end(), {"id", "position_mm", "axis"});
-  return keys;
+  return traced(std::move(keys));
 }
 
 geometry::FileValue file_value(const toml::node& node) {
@@ -121,7 +123,17 @@ class RigReader : DeviationChecks {
       length(top, "", "tolerance_mm", false, rig.tolerance_mm.emplace());
     }
     const toml::table* robot = table(top, "robot");
-    if (robot != nullptr) read_robot(top, *robot, rig.robot);
+    static_cast<void>(text(top, "", "operator", ""));
+    if (robot != nullptr) {
+      read_robot(top, *robot, rig.robot);
+      check_trace(*robot, "[robot]");
+    }
+    if (top.get("thermometer") != nullptr) {
+      if (const toml::table* from = table(top, "thermometer")) {
+        known_keys(*from, "[thermometer]", traced({}));
+        check_trace(*from, "[thermometer]");
+      }
+    }
     read_instrument(top, rig.instrument);
     const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
     const toml::table* cuboid =
@@ -276,6 +288,7 @@ class RigReader : DeviationChecks {
   void read_cuboid(const toml::table& from, geometry::Cuboid& cuboid) {
     const std::string where = "[cuboid]";
     known_keys(from, where, cuboid_keys());
+    check_trace(from, where);
     length(from, where, "side_mm", false, cuboid.side_mm);
     const std::string mount = text(from, where, "mount", "distal2");
     if (mount == "distal1") {
@@ -331,6 +344,7 @@ class RigReader : DeviationChecks {
     Dial dial;
     const std::string where = "[[dial]]";
     known_keys(from, where, dial_keys());
+    check_trace(from, where);
     if (from.get("id") == nullptr) {
       missing(from, where, "id");
     } else {

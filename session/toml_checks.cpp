@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "session/traceability.h"
+
 namespace sixdial::session {
 
 void TomlChecks::fault(
@@ -130,6 +132,22 @@ std::optional<Eigen::Vector2d> TomlChecks::pair(
   const auto y = finite(*array->get(1), key);
   if (!x || !y) return std::nullopt;
   return Eigen::Vector2d(*x, *y);
+}
+
+std::vector<std::string> traced(std::vector<std::string> keys) {
+  keys.insert(keys.end(), kTraceKeys.begin(), kTraceKeys.end());
+  return keys;
+}
+
+void TomlChecks::check_trace(const toml::table& from, const std::string& where) {
+  static_cast<void>(text(from, where, "serial", ""));
+  static_cast<void>(text(from, where, "certificate", ""));
+  for (const char* key : {"certified", "due"}) {
+    const toml::node* node = from.get(key);
+    if (node == nullptr || node->is_date()) continue;
+    if (is_date(node->value<std::string>().value_or(""))) continue;
+    fault(node->source(), key, "is not a date", "write it as 2026-01-15");
+  }
 }
 
 }  // namespace sixdial::session

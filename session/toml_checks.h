@@ -14,6 +14,9 @@
 
 namespace sixdial::session {
 
+/// These keys, and those of what a part can be traced to.
+[[nodiscard]] std::vector<std::string> traced(std::vector<std::string> keys);
+
 class TomlChecks {
  protected:
   explicit TomlChecks(std::string file_name) : file_(std::move(file_name)) {}
@@ -38,6 +41,8 @@ class TomlChecks {
   void length(
       const toml::table& from, const std::string& where, const std::string& key,
       bool zero_allowed, double& result);
+  /// A part's serial number and certificate are text, their dates are dates (traceability.h).
+  void check_trace(const toml::table& from, const std::string& where);
   [[nodiscard]] std::optional<Eigen::Vector2d> pair(
       const toml::table& from, const std::string& where, const std::string& key);
 

@@ -71,6 +71,7 @@ struct EffectParameter {
   std::string_view name;
   std::string_view unit;
   double sigma;  // a plausible size on a rig of this kind: scales searches and priors
+  bool never_negative = false;  // a limit is for effects that can be
 };
 
 /// Columns of a session that an effect needs.

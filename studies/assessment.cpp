@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/predicted_position.h"
 #include "geometry/tool.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
@@ -68,6 +69,21 @@ PositionMap map_of(const calibration::PositionUncertainty& from) {
     map.sd_y_mm.push_back(sd.y());
   }
   return map;
+}
+
+/// Intervals hold what the poses leave open too: there a parameter is as well known as before.
+void add_what_is_held(
+    Assessment& result, Eigen::MatrixXd& covariance, const Eigen::MatrixXd& held) {
+  covariance += held;
+  const double quantile = calibration::quantile_95(result.noise);
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    ParameterRow& row = result.parameters[i];
+    if (row.fixed || !(held(k, k) > 0.0)) continue;
+    row.sd = std::hypot(row.sd, std::sqrt(held(k, k)));
+    row.low_95 = row.identified - quantile * row.sd;
+    row.high_95 = row.identified + quantile * row.sd;
+  }
 }
 
 IdentifiabilityRow identifiability_of(
@@ -269,14 +285,17 @@ Assessment assess(
       calibration::estimates_with_noise(
           space, fit, weighting, result.noise, result.structure, covariance),
       space);
+  add_what_is_held(result, covariance, calibration::held_covariance(fit, space.parameter_info));
   result.covariance = covariance;
   std::optional<calibration::PositionUncertainty> map;
   const geometry::Tool tool(rig);
   const auto workspace = calibration::workspace_of(all);
   if (workspace && tool.has_inverse()) {
+    const calibration::PredictedPosition predicted(
+        space, fit, weighting, result.noise.spread_mm, result.structure);
     map = calibration::position_uncertainty(
-        tool, fit.x.head(rig.robot.nominal.size()), covariance, fit, rig.robot.working_mode,
-        *workspace, calibration::quantile_95(result.noise), result.structure.sd_mm);
+        tool, fit.x.head(rig.robot.nominal.size()), predicted, fit, rig.robot.working_mode,
+        *workspace, calibration::quantile_95(result.noise));
     result.position_uncertainty = map_of(*map);
   }
   result.identifiability = identifiability_of(space, fit, map ? &*map : nullptr);

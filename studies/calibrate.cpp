@@ -5,10 +5,10 @@
 #include <cmath>
 #include <thread>
 
-#include "geometry/tool.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
+#include "studies/cancellable.h"
 #include "studies/conformity.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
@@ -63,9 +63,21 @@ TellFraction teller(const ProgressCallback& progress) {
   };
 }
 
+/// The method as a row of the registry trains it: the paper's literal network has its own.
+calibration::MethodChoice registry_method(
+    calibration::MethodChoice method, calibration::Profile profile) {
+  if (method.id == kPaperMethod && profile == calibration::Profile::kPaper) {
+    method.residual = calibration::find_residual_model("anfis_paper");
+  }
+  return method;
+}
+
 /// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
 /// the identified parameters are at the minimum of the least-squares fit that was assessed.
-void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& result) {
+/// `held`: what the poses leave open, which the assessment has already.
+void use_noise_of(
+    const Assessment& assessment, bool by_fit, const Eigen::MatrixXd& held,
+    CalibrationResult& result) {
   const double quantile = calibration::quantile_95(assessment.noise);
   Identification& identification = result.identification;
   if (by_fit) {
@@ -73,6 +85,7 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   } else if (identification.sigma_mm > 0.0) {
     const double times = assessment.noise.spread_mm / identification.sigma_mm;
     identification.covariance *= times * times;
+    identification.covariance += held;
   }
   identification.sigma_mm = assessment.noise.sigma_mm;
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {
@@ -84,30 +97,25 @@ void use_noise_of(const Assessment& assessment, bool by_fit, CalibrationResult& 
   }
 }
 
-/// By working mode, in order of appearance.
-std::vector<MeasuredJoints> measured_joints_of(
-    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
-  const geometry::Tool tool(rig);
-  std::vector<MeasuredJoints> all;
-  for (const simulation::Trial& trial : trials) {
-    const auto mode = tool.mode_of(rig.robot.nominal, trial.q, trial.assembly);
-    if (!mode) continue;
-    const auto known = std::ranges::find(all, *mode, &MeasuredJoints::mode);
-    if (known == all.end()) {
-      all.push_back({*mode, trial.q, trial.q});
-      continue;
-    }
-    known->low = known->low.cwiseMin(trial.q);
-    known->high = known->high.cwiseMax(trial.q);
+/// Dials that allow no position can be fitted all the same.
+[[noreturn]] void refuse_with_hint(
+    const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
+    const std::string& session) {
+  const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
+    return std::ranges::any_of(
+        trial.reading, [](const auto& each) { return each.has_value(); });
+  });
+  if (trouble.kind != calibration::Trouble::Kind::kTooFewSamples || !any_reading) {
+    refuse(trouble, session);
   }
-  return all;
+  throw StudyError(
+      StudyErrorCode::kBadData, trouble.message, {{"session", session}},
+      "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
 }
 
-}  // namespace
-
-CalibrationResult calibrate(
+CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
   PlausibleSession believable = plausible(session);
   const session::Session& believed = believable.session;
   const calibration::MethodChoice method = chosen_method(request.method, "method");
@@ -132,7 +140,9 @@ CalibrationResult calibrate(
   };
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
-  if (const auto trouble = calibration::trouble_with(data.g1)) refuse(*trouble, session.name);
+  if (const auto trouble = calibration::trouble_with(data.g1)) {
+    refuse_with_hint(*trouble, checked.g1, session.name);
+  }
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
   judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
@@ -150,9 +160,15 @@ CalibrationResult calibrate(
   result.assessment = assess(
       data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
       checked.all, believed.rig);
-  use_noise_of(*result.assessment, by_paper, result);
+  use_noise_of(
+      *result.assessment, by_paper,
+      calibration::held_covariance(reference.fit, data.g1.parameter_info), result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
+  const calibration::ComparisonSettings as_fitted{
+      .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
+  result.cross_validation = cross_validated(
+      checked.g1, checked.session, registry_method(method, settings.profile), as_fitted, stop);
   add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;
@@ -163,6 +179,16 @@ CalibrationResult calibrate(
     result.conformity = conformity_of(result, believed, *tolerance_mm);
   }
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(
+    const session::Session& session, const CalibrationRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the calibration", session.name, stop, {}, [&] {
+    return calibrate_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

@@ -7,14 +7,6 @@
 namespace sixdial::studies {
 namespace {
 
-calibration::ResidualSettings residual_settings(const calibration::PipelineSettings& settings) {
-  calibration::ResidualSettings residual;
-  residual.seed = settings.seed;
-  residual.holdout_fraction = settings.holdout_fraction;
-  residual.anfis = settings.anfis;
-  return residual;
-}
-
 Identification identification_of(
     const calibration::ObservationSpace& space, const calibration::Identified& found) {
   const std::vector<std::string_view> names = space.parameter_names();

@@ -87,6 +87,14 @@ std::vector<PointResiduals> point_residuals(
   return points;
 }
 
+calibration::ResidualSettings residual_settings(const calibration::PipelineSettings& settings) {
+  calibration::ResidualSettings residual;
+  residual.seed = settings.seed;
+  residual.holdout_fraction = settings.holdout_fraction;
+  residual.anfis = settings.anfis;
+  return residual;
+}
+
 void refuse(const calibration::Trouble& trouble, const std::string& session) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw StudyError(

@@ -39,6 +39,9 @@ struct ModelledRow {
 [[nodiscard]] std::vector<PointResiduals> point_residuals(
     const CalibrationData& data, const std::vector<ModelledRow>& rows);
 
+[[nodiscard]] calibration::ResidualSettings residual_settings(
+    const calibration::PipelineSettings& settings);
+
 /// Throws StudyError bad_data or cancelled.
 [[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session);
 

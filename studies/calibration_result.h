@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
-#include "calibration/residual_model.h"
 #include "studies/assessment.h"
+#include "studies/cross_validation.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
 #include "studies/plausibility.h"
+#include "studies/stored_residual.h"
 
 namespace sixdial::studies {
 
@@ -72,14 +74,6 @@ struct Networks {
   calibration::AnfisReport x{}, y{};
 };
 
-/// The residual model of any other method, as it was trained.
-struct StoredResidualModel {
-  std::string name{};                      // row of the registry, "gp"
-  std::string note{};                      // sizes that it chose, for people
-  Eigen::VectorXd effective_parameters{};  // of each coordinate
-  calibration::SavedResidual saved{};
-};
-
 /// Measured minus modelled position of one sample by each row of `methods`; empty where the
 /// pose cannot be reached.
 struct PointResiduals {
@@ -103,12 +97,6 @@ struct Conformity {
   double largest_mm = 0.0;   // error of the point with the largest error + U
   double expanded_mm = 0.0;  // U of that point; NaN: nobody knows it
   Decision decision = Decision::kUndecided;
-};
-
-/// Joint values at which a working mode was measured.
-struct MeasuredJoints {
-  geometry::WorkingMode mode{};
-  Eigen::VectorXd low{}, high{};
 };
 
 struct CalibrationResult {
@@ -146,6 +134,7 @@ struct CalibrationResult {
   std::optional<Assessment> assessment{};
   std::optional<GrossErrors> gross_errors{};
   std::optional<Precision> precision{};  // empty too where there is nothing to compare
+  std::optional<CrossValidation> cross_validation{};  // within G1; empty too with few samples
 
   /// The row of Table 6; null: there is none.
   [[nodiscard]] const MethodRow* method(std::string_view id) const;

@@ -11,6 +11,7 @@
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
+#include "studies/cancellable.h"
 #include "studies/error.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
@@ -174,9 +175,11 @@ void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& id : methods) static_cast<void>(choice_of(id));
 }
 
-ComparisonResult compare(
+namespace {
+
+ComparisonResult compare_here(
     const session::Session& session, const CompareRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+    const ProgressCallback& progress, const std::stop_token& stop) {
   std::vector<MethodChoice> choices = choices_of(request);
   calibration::ComparisonSettings settings = settings_of(request);
   PlausibleSession believable = plausible(session);
@@ -243,6 +246,16 @@ ComparisonResult compare(
       believable.warnings);
   result.warnings = std::move(believable.warnings);
   return result;
+}
+
+}  // namespace
+
+ComparisonResult compare(
+    const session::Session& session, const CompareRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  return cancellable("the comparison", session.name, stop, {}, [&] {
+    return compare_here(session, request, progress, stop);
+  });
 }
 
 }  // namespace sixdial::studies

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <stdexcept>
 #include <vector>
 
 #include "calibration/pipeline.h"
@@ -16,7 +15,8 @@ constexpr std::array kNames{
     std::pair{CompensateBy::kBefore, std::string_view("before")},
     std::pair{CompensateBy::kKinematics, std::string_view("kinematics")},
     std::pair{CompensateBy::kFull, std::string_view("full")},
-    std::pair{CompensateBy::kExtended, std::string_view("extended")}};
+    std::pair{CompensateBy::kExtended, std::string_view("extended")},
+    std::pair{CompensateBy::kExtendedFull, std::string_view("extended_full")}};
 
 /// What the trained residual model adds to the position; empty for a method without one.
 calibration::Correction correction_of(const CalibrationResult& result) {
@@ -25,21 +25,8 @@ calibration::Correction correction_of(const CalibrationResult& result) {
                const Eigen::VectorXd& q) { return calibration::anfis_correction(networks, q); };
   }
   if (!result.residual_model) return {};
-  const StoredResidualModel& stored = *result.residual_model;
-  const auto refuse = [&](const std::string& what) {
-    throw StudyError(
-        StudyErrorCode::kBadData,
-        fmt::format("the stored residual model '{}' cannot be used: {}", stored.name, what),
-        {{"session", result.inputs.session}}, "Calibrate the session again.");
-  };
-  const calibration::ResidualModel* model = calibration::find_residual_model(stored.name);
-  if (model == nullptr) refuse("this program does not know it");
-  try {
-    return calibration::load_residual(*model, stored.saved).correction;
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
-  return {};
+  return studies::correction_of(
+      *result.residual_model, result.inputs.session, "Calibrate the session again.");
 }
 
 }  // namespace
@@ -74,10 +61,7 @@ calibration::CompensationModel compensation_model(
       .nominal = result.nominal(),
       .v = by == CompensateBy::kBefore ? result.nominal() : result.identified()};
   model.frame = result.frame;
-  for (const MeasuredJoints& each :
-       result.measured_joints.value_or(std::vector<MeasuredJoints>())) {
-    model.measured_at[each.mode.number] = (each.low + each.high) / 2.0;
-  }
+  model.measured_at = middles_of(result.measured_joints);
   if (by == CompensateBy::kFull) model.correction = correction_of(result);
   return model;
 }

@@ -11,27 +11,20 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "calibration/compensation.h"
 #include "geometry/rig.h"
 #include "session/plan.h"
 #include "studies/calibration_result.h"
+#include "studies/compensate_by.h"
 #include "studies/error.h"
 
 namespace sixdial::studies {
 
-/// What commands the robot: the nominal parameters, the identified ones, these with the
-/// learned residual, or the extended model of a diagnosis (extended_command.h).
-enum class CompensateBy { kBefore, kKinematics, kFull, kExtended };
-/// "before", "kinematics", "full", "extended".
-[[nodiscard]] std::string_view to_string(CompensateBy by);
-[[nodiscard]] std::optional<CompensateBy> compensate_by_from(std::string_view text);
-
-/// The robot of a calibration of a session on this rig, not kExtended; kFull with the residual
-/// model that was trained, if the method has one. Throws StudyError bad_data where that cannot
-/// be loaded, or where the calibration has other parameters than the rig's robot.
+/// The robot of a calibration of a session on this rig, not one that is_extended(); kFull with
+/// the residual model that was trained, if the method has one. Throws StudyError bad_data where
+/// that cannot be loaded, or where the calibration has other parameters than the rig's robot.
 [[nodiscard]] calibration::CompensationModel compensation_model(
     const CalibrationResult& result, const geometry::Rig& rig, CompensateBy by);
 

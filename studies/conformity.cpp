@@ -11,9 +11,9 @@
 namespace sixdial::studies {
 namespace {
 
-/// Row of the delivered method in PointResiduals; none where it is not among the methods.
-std::optional<std::size_t> delivered(const CalibrationResult& result) {
-  const auto found = std::ranges::find(result.methods, result.result_method, &MethodRow::id);
+/// Row of a method in PointResiduals; none where it is not among the methods.
+std::optional<std::size_t> row_of(const CalibrationResult& result, std::string_view method) {
+  const auto found = std::ranges::find(result.methods, method, &MethodRow::id);
   if (found == result.methods.end()) return std::nullopt;
   return static_cast<std::size_t>(found - result.methods.begin());
 }
@@ -62,8 +62,10 @@ std::optional<double> position_uncertainty_mm(
 }
 
 std::optional<Conformity> conformity_of(
-    const CalibrationResult& result, const session::Session& session, double tolerance_mm) {
-  const std::optional<std::size_t> method = delivered(result);
+    const CalibrationResult& result, const session::Session& session, double tolerance_mm,
+    std::string_view wanted) {
+  const std::optional<std::size_t> method =
+      row_of(result, wanted.empty() ? std::string_view(result.result_method) : wanted);
   if (!method) return std::nullopt;
   for (const std::string set : {"G2", "G1"}) {
     Conformity out{
@@ -88,6 +90,26 @@ std::optional<Conformity> conformity_of(
     return out;
   }
   return std::nullopt;
+}
+
+Conformity conformity_of_largest(
+    const session::Session& session, double largest_mm, int points, double tolerance_mm) {
+  Conformity out{
+      .tolerance_mm = tolerance_mm,
+      .set = "G2",
+      .points = points,
+      .largest_mm = largest_mm,
+      .expanded_mm = std::numeric_limits<double>::quiet_NaN()};
+  for (const session::Sample& sample : session.samples) {
+    const auto u_mm = sample.set == "G2" ? position_uncertainty_mm(session.rig, sample)
+                                         : std::optional<double>();
+    if (!u_mm) continue;
+    out.expanded_mm = std::fmax(out.expanded_mm, geometry::kCoverage * *u_mm);
+  }
+  out.decision = decide(largest_mm, out.expanded_mm, tolerance_mm);
+  out.accepted = out.decision == Decision::kAccepted ? points : 0;
+  out.rejected = out.decision == Decision::kRejected ? 1 : 0;
+  return out;
 }
 
 }  // namespace sixdial::studies

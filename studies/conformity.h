@@ -12,6 +12,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "session/session.h"
 #include "studies/calibration_result.h"
@@ -27,8 +28,13 @@ namespace sixdial::studies {
 [[nodiscard]] std::optional<double> position_uncertainty_mm(
     const geometry::Rig& rig, const session::Sample& sample);
 
-/// Errors of the delivered method. Empty where no point of either set has one.
+/// Errors of a method; empty: of the delivered one. Empty where no point of either set has one.
 [[nodiscard]] std::optional<Conformity> conformity_of(
-    const CalibrationResult& result, const session::Session& session, double tolerance_mm);
+    const CalibrationResult& result, const session::Session& session, double tolerance_mm,
+    std::string_view method = {});
+/// Where only the largest error of some points is known: each of them is at most that, with the
+/// largest uncertainty that a position of G2 has.
+[[nodiscard]] Conformity conformity_of_largest(
+    const session::Session& session, double largest_mm, int points, double tolerance_mm);
 
 }  // namespace sixdial::studies

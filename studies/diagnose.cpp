@@ -7,12 +7,15 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "simulation/circumstances.h"
+#include "studies/cancellable.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
+#include "studies/plausibility_of_fit.h"
 
 namespace sixdial::studies {
 namespace {
@@ -97,8 +100,9 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
       .converged = fit.converged};
 }
 
-ExtendedFit extended_fit_of(const Readings& readings, const diagnosis::JointFit& fit) {
+ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   const simulation::Circumstance& last = readings.circumstances().back();
+  const diagnosis::JointFit& fit = found.commanding;
   ExtendedFit result{
       .model = std::vector<double>(fit.model.begin(), fit.model.end()),
       .last_order = last.order,
@@ -107,6 +111,27 @@ ExtendedFit extended_fit_of(const Readings& readings, const diagnosis::JointFit&
   for (const simulation::ActiveEffect& active : fit.effects) {
     result.effects.push_back(
         {.id = {std::string(active.effect->cause), active.place.name}, .x = active.x});
+  }
+  if (found.on_top) {
+    result.residual_model = StoredResidualModel{
+        .name = std::string(diagnosis::kModelOnTop),
+        .note = found.on_top->note,
+        .effective_parameters = found.on_top->effective_parameters,
+        .saved = found.on_top->saved};
+  }
+  return result;
+}
+
+std::optional<CrossValidation> cross_validation_of(const Diagnosis& found) {
+  if (found.choice.empty()) return std::nullopt;
+  CrossValidation result{
+      .folds = diagnosis::kChoiceFolds, .residual_model = std::string(diagnosis::kModelOnTop)};
+  for (const diagnosis::CandidateErrors& each : found.choice) {
+    const bool extended = each.model == diagnosis::GainModel::kExtended;
+    result.models.push_back(
+        {.by = extended ? (each.network ? CompensateBy::kExtendedFull : CompensateBy::kExtended)
+                        : (each.network ? CompensateBy::kFull : CompensateBy::kKinematics),
+         .error_mm = {each.error_mm.begin(), each.error_mm.end()}});
   }
   return result;
 }
@@ -152,6 +177,35 @@ void add_curves(
   result.tool_shifts = curves.tool_shifts();
 }
 
+/// Tells stages as they begin, and of a stage that takes long its steps, now and then.
+class StageTeller {
+ public:
+  explicit StageTeller(const ProgressCallback& progress) : progress_(progress) {}
+
+  void stage(const diagnosis::DiagnosisProgress& now) {
+    stage_ = now.stage;
+    tell({.stage = stage_, .done = now.done, .total = now.total});
+  }
+  void step(std::string_view what, std::int64_t done, std::int64_t total) {
+    constexpr auto kLong = std::chrono::seconds(2);
+    if (std::chrono::steady_clock::now() - told_ < kLong) return;
+    tell(
+        {.stage = stage_.empty() ? std::string(what) : fmt::format("{}: {}", stage_, what),
+         .done = done,
+         .total = total});
+  }
+
+ private:
+  void tell(Progress now) {
+    told_ = std::chrono::steady_clock::now();
+    if (progress_) progress_(std::move(now));
+  }
+
+  const ProgressCallback& progress_;
+  std::string stage_;
+  std::chrono::steady_clock::time_point told_{};
+};
+
 DiagnosisResult result_of(
     Diagnosis& found, const DiagnosedReadings& data, const session::Session& session,
     const DiagnosisRequest& request, const diagnosis::DiagnosisSettings& settings) {
@@ -175,12 +229,13 @@ DiagnosisResult result_of(
       .parameters = std::move(found.parameters),
       .baseline = summary_of(found.named.baseline),
       .extended = summary_of(data.after),
+      .cross_validation = cross_validation_of(found),
       .judged_on =
           {.samples = found.g2_samples,
            .fitted_samples = found.g1_samples,
            .held_out_by_program = found.held_out_by_program},
       .false_alarm_probability = found.false_alarm_probability,
-      .extended_fit = extended_fit_of(readings, data.after),
+      .extended_fit = extended_fit_of(readings, found),
       .residuals = residuals_of(data)};
   add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
@@ -223,9 +278,32 @@ void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings)
 
 }  // namespace
 
-DiagnosisResult diagnose(
-    const session::Session& session, const DiagnosisRequest& request,
-    const ProgressCallback& progress, std::stop_token stop) {
+namespace {
+
+/// One pose measured a hundred times says nothing of the robot.
+void refuse_too_few_poses(
+    const std::vector<simulation::Trial>& trials, const std::vector<bool>& held_out,
+    const session::Session& session) {
+  std::vector<simulation::Trial> fitted;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    if (held_out.empty() || !held_out[i]) fitted.push_back(trials[i]);
+  }
+  const geometry::Rig& rig = session.rig;
+  const auto few =
+      too_few_poses(fitted, rig.instrument.dimensions, rig.robot.model->parameter_count());
+  if (!few || fitted.empty()) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      fmt::format(
+          "the samples that are fitted stand at {} different poses; a diagnosis needs {} at "
+          "least",
+          std::get<double>(few->parts.at("poses")), std::get<double>(few->parts.at("needed"))),
+      {{"session", session.name}}, "Measure more points all over the workspace.");
+}
+
+DiagnosisResult diagnose_here(
+    const session::Session& session, const DiagnosisRequest& request, StageTeller& tell_stage,
+    const std::stop_token& stop) {
   const auto began = std::chrono::steady_clock::now();
   PlausibleSession believable = plausible(session);
   session::Session& believed = believable.session;
@@ -233,15 +311,9 @@ DiagnosisResult diagnose(
   const simulation::ForwardModel model(believed.rig);
   std::vector<simulation::Trial> trials = session::trials_of(believed, "");
   std::vector<bool> held_out = held_out_of(believed, trials);
+  refuse_too_few_poses(trials, held_out, believed);
   const diagnosis::DiagnosisSettings settings = settings_of(request);
-  const auto tell = [&](const diagnosis::DiagnosisProgress& now) {
-    if (progress) progress({.stage = now.stage, .done = now.done, .total = now.total});
-  };
-  const auto checked = [&] {
-    if (!stop.stop_requested()) return;
-    throw StudyError(
-        StudyErrorCode::kCancelled, "the diagnosis was cancelled", {{"session", session.name}});
-  };
+  const auto tell = [&](const diagnosis::DiagnosisProgress& now) { tell_stage.stage(now); };
   Diagnosis found;
   try {
     found = diagnosis::diagnose(
@@ -252,19 +324,38 @@ DiagnosisResult diagnose(
         "Measure more points, or check the rig file: a reading counts only while its plunger "
         "is inside its travel.");
   }
-  checked();
+  geometry::check_end();
   const DiagnosedReadings data{
       *found.readings, found.named.baseline, found.named.extended,
       left_without_the_unknown(*found.readings, found.named), !found.named.unknown.empty()};
   DiagnosisResult result = result_of(found, data, session, request, settings);
-  checked();
+  geometry::check_end();
   add_curves(result, found, data);
+  const Eigen::VectorXd& nominal = believed.rig.robot.nominal;
+  result.extended_fit.nominal = std::vector<double>(nominal.begin(), nominal.end());
+  result.extended_fit.measured_joints =
+      measured_joints_of(session::trials_of(believed, ""), believed.rig);
+  result.extended_fit.frame = believable.frame;
   result.warnings = believable.warnings;
   add_sides_from_rows(found, *result.warnings);
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  checked();
+  geometry::check_end();
   return result;
+}
+
+}  // namespace
+
+DiagnosisResult diagnose(
+    const session::Session& session, const DiagnosisRequest& request,
+    const ProgressCallback& progress, std::stop_token stop) {
+  StageTeller tell(progress);
+  return cancellable(
+      "the diagnosis", session.name, stop,
+      [&](std::string_view what, std::int64_t done, std::int64_t total) {
+        tell.step(what, done, total);
+      },
+      [&] { return diagnose_here(session, request, tell, stop); });
 }
 
 }  // namespace sixdial::studies

@@ -20,7 +20,7 @@ using simulation::ActiveEffect;
 using simulation::ExtendedModel;
 using simulation::Scene;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 /// d(readings)/d(angle of a joint) [mm/rad].
 Eigen::VectorXd angle_column(const DiagnosedReadings& data, int joint) {
@@ -47,7 +47,7 @@ Eigen::VectorXd by_trial(
     const Readings& readings, const Eigen::VectorXd& column, const Eigen::VectorXd& weight,
     const Eigen::VectorXd& value) {
   const auto n = static_cast<Eigen::Index>(readings.trials().size());
-  Eigen::VectorXd result = Eigen::VectorXd::Constant(n, kNan);
+  Eigen::VectorXd result = Eigen::VectorXd::Constant(n, kNoValue);
   const double typical =
       column.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, column.size()));
   for (Eigen::Index t = 0; t < n; ++t) {
@@ -145,7 +145,7 @@ DiagnosisCurves::DiagnosisCurves(const DiagnosedReadings& data) : data_(data) {
   for (Eigen::VectorXd* each :
        {&known_.time_min, &known_.temperature_degC, &known_.x_mm, &known_.y_mm,
         &known_.face_deg, &known_.travel_deg}) {
-    each->setConstant(n, kNan);
+    each->setConstant(n, kNoValue);
   }
   const ExtendedModel model(readings.model(), data.after.effects);
   Scene scene;
@@ -215,7 +215,7 @@ Eigen::VectorXd DiagnosisCurves::on_axis(const Along& along) const {
     case CurveAxis::kFaceRotation:
       return known_.face_deg;
     default:
-      return Eigen::VectorXd::Constant(n, kNan);  // not a number of a sample
+      return Eigen::VectorXd::Constant(n, kNoValue);  // not a number of a sample
   }
 }
 
@@ -363,14 +363,14 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
   for (std::size_t k = 0; k < pair.size(); ++k) {
     const int own = pair[k];
     const auto other = static_cast<std::size_t>(pair[1 - k]);
-    Eigen::VectorXd simulated = Eigen::VectorXd::Constant(readings.count(), kNan);
+    Eigen::VectorXd simulated = Eigen::VectorXd::Constant(readings.count(), kNoValue);
     Eigen::VectorXd as_it_came = simulated;
     for (Eigen::Index row = 0; row < readings.count(); ++row) {
       if (readings.rows()[static_cast<std::size_t>(row)].dial != own) continue;
       // The readings are set right already: what came under this name is under the other.
       const auto& trial = readings.trials()[static_cast<std::size_t>(trial_of(row))];
       simulated[row] = readings.measured_mm()[row] - data_.after.residual_mm[row];
-      as_it_came[row] = trial.reading[other].value_or(kNan);
+      as_it_came[row] = trial.reading[other].value_or(kNoValue);
     }
     CurvePanel panel{
         .of = CurvePanelOf::kDial,

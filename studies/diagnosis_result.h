@@ -11,8 +11,11 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.h"
+#include "studies/cross_validation.h"
 #include "studies/inputs.h"
+#include "studies/measured_joints.h"
 #include "studies/plausibility.h"
+#include "studies/stored_residual.h"
 
 namespace sixdial::studies {
 
@@ -207,14 +210,20 @@ struct FittedEffect {
   HypothesisId id{};
   std::vector<double> x{};  // as the effect's parameters
 };
-/// What commanding needs (extended_command.h): the fit, and what the last sample knew of time
-/// and temperature.
+/// What commanding needs (extended_command.h): robot and named causes fitted to all good
+/// readings (diagnosis/command_fit.h), what a residual model learned of the rest, and what the
+/// last sample knew of time and temperature.
 struct ExtendedFit {
   std::vector<double> model{};  // parameters of the robot, then the clamp [mm, rad]
   std::vector<FittedEffect> effects{};
+  std::optional<StoredResidualModel> residual_model{};  // empty: none was trained
   int last_order = 0;
   double last_time_h = 0.0;
   double last_temperature_degC = 20.0;
+  // As CalibrationResult has them; empty in diagnoses of early versions.
+  std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
+  std::optional<std::vector<MeasuredJoints>> measured_joints{};
+  std::optional<geometry::Similarity> frame{};
 };
 
 /// One entry a reading.
@@ -263,7 +272,8 @@ struct DiagnosisResult {
   std::vector<Limit> limits{};
   std::vector<diagnosis::ParameterChange> parameters{};
   FitSummary baseline{}, extended{};
-  std::vector<GainRow> gain{};  // empty: not computed
+  std::vector<GainRow> gain{};                        // empty: not computed
+  std::optional<CrossValidation> cross_validation{};  // within G1; empty: not computed
   JudgedOn judged_on{};
   double false_alarm_probability = 1.0;
   ExtendedFit extended_fit{};

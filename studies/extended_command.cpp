@@ -36,17 +36,37 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
       {}, "Diagnose the session again.");
 }
 
+/// Parameters of the nominal robot, where the diagnosis had it stand.
+Eigen::VectorXd nominal_from(const ExtendedFit& fit, const simulation::ForwardModel& base) {
+  const Eigen::Index robot = base.robot_parameter_count();
+  if (!fit.nominal || std::ssize(*fit.nominal) != robot) return base.nominal().head(robot);
+  return Eigen::Map<const Eigen::VectorXd>(fit.nominal->data(), robot);
+}
+
 int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 }  // namespace
 
-ExtendedCommand::ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig)
+ExtendedCommand::ExtendedCommand(
+    const ExtendedFit& fit, const geometry::Rig& rig, CompensateBy by)
     : base_(rig),
       model_(model_from(fit.model, base_.parameters().size())),
       order_(fit.last_order + 1),
       last_time_h_(fit.last_time_h),
-      last_temperature_degC_(fit.last_temperature_degC) {
+      last_temperature_degC_(fit.last_temperature_degC),
+      nominal_(nominal_from(fit, base_)),
+      measured_at_(middles_of(fit.measured_joints)),
+      frame_(fit.frame) {
   for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
+  if (by != CompensateBy::kExtendedFull) return;
+  if (!fit.residual_model) {
+    throw StudyError(
+        StudyErrorCode::kBadData, "the diagnosis has no residual model on top of its causes",
+        {},
+        "Diagnose the session again with the gain on G2: sixdial diagnose SESSION, without "
+        "--no-gain.");
+  }
+  learned_ = correction_of(*fit.residual_model, "", "Diagnose the session again.");
 }
 
 simulation::Circumstance ExtendedCommand::circumstance(
@@ -96,6 +116,7 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
   const auto ran =
       extended.run(model_, trial, circumstance(moment, forces_at(q, assembly)), scene);
   if (!ran) return tl::unexpected(ran.error());
+  if (learned_) return scene.p_WE + Eigen::Vector2d(learned_(q));
   return scene.p_WE;
 }
 
@@ -107,11 +128,14 @@ ExtendedCommand::solve(
   // The extended model's tool moves in the plane of the dials.
   calibration::CompensationModel model{
       .tool = geometry::Tool(base_.rig().robot.model, 2),
-      .nominal = base_.nominal().head(robot),
-      .v = model_.head(robot)};
-  const auto start = model.tool.inverse(model.v, target_mm, mode, near);
+      .nominal = nominal_,
+      .v = model_.head(robot),
+      .measured_at = measured_at_,
+      .frame = frame_};
+  const geometry::Position there_mm = model.in_frame(target_mm);
+  const auto start = model.tool.inverse(model.v, there_mm, mode, model.turn_in(mode, near));
   if (!start) return calibration::compensate(model, target_mm, mode, near);  // says why
-  const auto assembly = model.tool.assembly_at(model.v, *start, target_mm);
+  const auto assembly = model.tool.assembly_at(model.v, *start, there_mm);
   if (!assembly) return calibration::compensate(model, target_mm, mode, near);
   // What the causes add to the plain robot at these angles; nothing where it has no pose.
   model.correction = [this, tool = model.tool, v = model.v, moment,
@@ -164,29 +188,55 @@ ExtendedCommand::solve_after(
   return found;
 }
 
+namespace {
+
+constexpr double kMoves_mm = 1e-6;
+
+/// Direction of the tool's last move to a point, zero: none. Where the plan asks for sides, the
+/// joints come from there by a short way (Collector::pre_position).
+Eigen::Vector2d last_travel(
+    const session::PlanPoint& point, const session::PlanPoint* before,
+    const ExtendedCommand& command, const geometry::Rig& rig) {
+  const geometry::Tool tool(rig);
+  const auto direction = [](const Eigen::Vector2d& way) -> Eigen::Vector2d {
+    return way.norm() > kMoves_mm ? way.normalized() : Eigen::Vector2d::Zero();
+  };
+  Eigen::VectorXd sides(point.q.size());
+  for (Eigen::Index joint = 0; joint < sides.size(); ++joint) {
+    sides[joint] = session::approach_of(point, static_cast<std::size_t>(joint));
+  }
+  if (!sides.isZero()) {
+    const auto assembly = tool.assembly_at(rig.robot.nominal, point.q, point.target_mm);
+    if (!assembly) return Eigen::Vector2d::Zero();
+    const auto slope = tool.derivative(rig.robot.nominal, point.q, *assembly);
+    if (!slope) return Eigen::Vector2d::Zero();
+    return direction(slope->J_q * sides);
+  }
+  if (before == nullptr) return Eigen::Vector2d::Zero();
+  const auto assembly = tool.assembly_at(rig.robot.nominal, before->q, before->target_mm);
+  const auto stood =
+      assembly ? command.position(before->q, *assembly, {}) : tl::unexpected(assembly.error());
+  return direction(point.target_mm - stood.value_or(Eigen::Vector2d(before->target_mm)));
+}
+
+}  // namespace
+
 session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
-    const std::string& set, std::optional<double> temperature_c) {
+    const PlanMoment& when) {
   std::string named;
   std::size_t troubles = 0;
   const session::PlanPoint* before = nullptr;
-  for (session::PlanPoint& point : plan.points) {
-    if (!set.empty() && point.set != set) {
-      before = &point;
-      continue;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    session::PlanPoint& point = plan.points[i];
+    CommandMoment moment{
+        .approach = point.approach,
+        .travel = last_travel(point, before, command, rig),
+        .temperature_c = when.temperature_c};
+    if (when.first_time_h) {
+      moment.time_h = *when.first_time_h + static_cast<double>(i) * when.hours_a_point;
     }
-    CommandMoment moment{.approach = point.approach, .temperature_c = temperature_c};
     const auto mode = mode_of(rig, point.q, point.target_mm);
-    if (before != nullptr) {
-      const auto assembly =
-          geometry::Tool(rig).assembly_at(rig.robot.nominal, before->q, before->target_mm);
-      const auto stood = assembly ? command.position(before->q, *assembly, {})
-                                  : tl::unexpected(assembly.error());
-      const Eigen::Vector2d way =
-          point.target_mm - stood.value_or(Eigen::Vector2d(before->target_mm));
-      constexpr double kMoves_mm = 1e-6;
-      if (way.norm() > kMoves_mm) moment.travel = way.normalized();
-    }
     const auto found =
         before == nullptr
             ? command.solve(point.target_mm, mode, moment, point.q)

@@ -1,9 +1,11 @@
 // Commanding with the extended model of a diagnosis: the joint values at which robot and named
-// causes together put the tool on the target. What a cause depends on besides them - the
+// causes together, and where asked for what a residual model learned of the rest, put the tool
+// on the target. What a cause depends on besides them - the
 // side that a joint arrives from, temperature, time - is taken from the command.
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -25,9 +27,12 @@ struct CommandMoment {
 
 class ExtendedCommand {
  public:
-  /// `fit`: of the diagnosis of a session on this rig. Throws StudyError bad_data where it has
-  /// other parameters, or a cause that this program or this rig does not have.
-  ExtendedCommand(const ExtendedFit& fit, const geometry::Rig& rig);
+  /// `fit`: of the diagnosis of a session on this rig; `by`: kExtended or kExtendedFull. Throws
+  /// StudyError bad_data where it has other parameters, a cause that this program or this rig
+  /// does not have, or no residual model that is asked for.
+  ExtendedCommand(
+      const ExtendedFit& fit, const geometry::Rig& rig,
+      CompensateBy by = CompensateBy::kExtended);
 
   /// Solves for the joint values like calibration::compensate, with the forces of the dials
   /// that would touch at the target.
@@ -45,6 +50,10 @@ class ExtendedCommand {
   /// Where the extended model says the tool is [mm].
   [[nodiscard]] tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> position(
       const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
+  [[nodiscard]] const simulation::ModelVector& model() const { return model_; }
+  [[nodiscard]] const std::vector<simulation::ActiveEffect>& effects() const {
+    return effects_;
+  }
 
  private:
   [[nodiscard]] simulation::Circumstance circumstance(
@@ -56,16 +65,27 @@ class ExtendedCommand {
   simulation::ForwardModel base_;
   simulation::ModelVector model_;
   std::vector<simulation::ActiveEffect> effects_;
+  calibration::Correction learned_;  // empty: none
   int order_ = 0;
   double last_time_h_ = 0.0;
   double last_temperature_degC_ = 20.0;
+  Eigen::VectorXd nominal_;  // of the robot
+  std::map<int, Eigen::VectorXd> measured_at_;
+  std::optional<geometry::Similarity> frame_;
 };
 
-/// The points named by `set` (empty: all) with the joint values to command; the others as they
-/// are. Each point's last moves are those from the point before, where the plan does not ask
-/// for a side. Throws StudyError bad_data that names the points without a solution.
+/// When the points of a plan are commanded. Empty: as at the end of the diagnosed session.
+struct PlanMoment {
+  std::optional<double> temperature_c{};
+  std::optional<double> first_time_h{};  // since the first sample of the diagnosed session
+  double hours_a_point = 0.0;
+};
+
+/// The plan with the joint values to command. Each point's last moves are those from the side
+/// that the plan asks for, which the collector makes from a place short before it, else those
+/// from the point before. Throws StudyError bad_data that names the points without a solution.
 [[nodiscard]] session::Plan extended_plan(
     session::Plan plan, const ExtendedCommand& command, const geometry::Rig& rig,
-    const std::string& set = "", std::optional<double> temperature_c = std::nullopt);
+    const PlanMoment& moment = {});
 
 }  // namespace sixdial::studies

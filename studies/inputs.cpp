@@ -1,6 +1,9 @@
 #include "studies/inputs.h"
 
+#include <fmt/format.h>
+
 #include "session/bundle.h"
+#include "studies/error.h"
 
 namespace sixdial::studies {
 
@@ -15,6 +18,22 @@ Inputs inputs_of(const session::Session& session, std::uint64_t seed) {
       .rejected_rows = static_cast<int>(session.rejected.size()),
       .seed = seed,
       .version = SIXDIAL_VERSION};
+}
+
+void check_same_data(
+    const Inputs& inputs, const session::Session& session, std::string_view what,
+    std::string_view hint) {
+  if (inputs.data_hash == std::string(kHashPrefix) + session::data_sha256(session)) return;
+  const bool same_name = inputs.session == session.name;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      same_name ? fmt::format(
+                      "the {} was made from other data than the session {} holds now", what,
+                      session.name)
+                : fmt::format(
+                      "the {} was made from the data of session {}, not from those of {}", what,
+                      inputs.session, session.name),
+      {{"session", session.name}}, std::string(hint));
 }
 
 }  // namespace sixdial::studies

@@ -23,6 +23,13 @@ struct Inputs {
 
 [[nodiscard]] Inputs inputs_of(const session::Session& session, std::uint64_t seed);
 
+/// Results know their data. Throws StudyError bad_data where a result (`what`: "calibration",
+/// "diagnosis") was made from other data than the session holds; `hint`: what else there is to
+/// do.
+void check_same_data(
+    const Inputs& inputs, const session::Session& session, std::string_view what,
+    std::string_view hint);
+
 /// "sha256:" stands before a hash in documents, not in the database.
 inline constexpr std::string_view kHashPrefix = "sha256:";
 

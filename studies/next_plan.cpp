@@ -7,6 +7,7 @@
 
 #include "studies/error.h"
 #include "studies/live_estimate.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 namespace {
@@ -79,7 +80,8 @@ PositionSd sd_of(const calibration::WorkspaceUncertainty& uncertainty) {
 
 NextPlan next_plan(const session::Session& session, const NextPlanRequest& request) {
   const geometry::Rig& rig = session.rig;
-  std::vector<session::PlanPoint> places = points_of(session);
+  const session::Session used = in_rig_frame(plausible(session), rig);
+  std::vector<session::PlanPoint> places = points_of(used);
   if (places.empty()) {  // as for plan grid
     const session::PlanOptions usual;
     const Eigen::Vector2d margin(usual.margin_mm, usual.margin_mm);
@@ -91,10 +93,10 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
       if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
     }
   }
-  LiveEstimate estimate(rig, places);
+  LiveEstimate estimate(used.rig, places);
   int first = 0;
-  for (const session::Sample& sample : session.samples) {
-    estimate.add(sample);
+  for (const session::Sample& sample : used.samples) {
+    if (!sample.left_out) estimate.add(sample);
     if (sample.set == "G1") first = std::max(first, sample.point + 1);
   }
   const WorkingArea& known = estimate.area();

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -35,7 +36,7 @@ struct RowName {
   int point = 0, repeat = 0;
 };
 
-/// Where it stands. Of many rows the first kNamedRows.
+/// Where it stands. Of many rows the first kNamedRows, of all rows none.
 struct WarningPlace {
   static constexpr std::size_t kNamedRows = 8;
   std::string file{};  // "session.csv", "rig.toml"
@@ -78,9 +79,17 @@ struct PlausibleSession {
   /// right. Empty: they are not.
   std::vector<int> dial_of_column{};
 };
+/// `judged.session` where the rig file's frame is the only one: positions and targets are in
+/// it. Plans are made there. `filed`: the rig as the file has it.
+[[nodiscard]] session::Session in_rig_frame(
+    const PlausibleSession& judged, const geometry::Rig& filed);
 /// Two dials and no more are exchanged; a diagnosis names that by itself.
 [[nodiscard]] std::optional<std::pair<std::size_t, std::size_t>> exchanged_pair(
     const PlausibleSession& judged);
+/// The code of too few different poses for the parameters that are fitted
+/// (plausibility_of_fit.h).
+inline constexpr std::string_view kTooFewPoses = "too_few_poses";
+
 [[nodiscard]] PlausibleSession plausible(const session::Session& session);
 
 }  // namespace sixdial::studies

@@ -11,7 +11,6 @@ namespace {
 
 /// No controller comes back closer to a pose than this and calls it another.
 constexpr double kSamePose = 2e-3;  // rad; of a prismatic joint mm
-constexpr std::string_view kTooFewPoses = "too_few_poses";
 
 int distinct_poses(std::span<const simulation::Trial> trials) {
   std::vector<Eigen::VectorXd> poses;
@@ -29,15 +28,16 @@ int distinct_poses(std::span<const simulation::Trial> trials) {
 
 std::optional<Warning> too_few_poses(
     std::span<const simulation::Trial> fitted, int axes, int free_parameters) {
-  // As many equations as unknowns leave nothing that could contradict.
-  constexpr int kMore = 2;
+  // As many equations as unknowns leave nothing that could contradict; so few more that no
+  // noise can be known from them (calibration/noise.h) leave too little.
+  constexpr int kMore = 5;
   const int needed = (free_parameters + kMore + axes - 1) / axes;
   const int poses = distinct_poses(fitted);
   if (poses >= needed) return std::nullopt;
   return Warning{
       std::string(kTooFewPoses),
       Severity::kDoubt,
-      {},
+      {.file = "session.csv"},
       {{"poses", static_cast<double>(poses)},
        {"samples", static_cast<double>(fitted.size())},
        {"parameters", static_cast<double>(free_parameters)},

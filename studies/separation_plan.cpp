@@ -14,6 +14,7 @@
 #include "session/trials.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 using diagnosis::JointFit;
 using diagnosis::PosePoint;
 
-constexpr int kCandidates = 13;  // along each side, in each working mode
+constexpr int kGridLines = 13;  // along each side, in each working mode
 
 /// What is to come apart: a cause in the fit, and what it is tied with.
 struct Question {
@@ -94,11 +95,11 @@ std::vector<PosePoint> candidates_of(
   for (const geometry::WorkingMode mode : modes) {
     const auto home = tool.inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
     if (!home) continue;
-    for (int i = 0; i < kCandidates; ++i) {
-      for (int j = 0; j < kCandidates; ++j) {
+    for (int i = 0; i < kGridLines; ++i) {
+      for (int j = 0; j < kGridLines; ++j) {
         const Eigen::Vector2d share(
-            static_cast<double>(i) / (kCandidates - 1),
-            static_cast<double>(j) / (kCandidates - 1));
+            static_cast<double>(i) / (kGridLines - 1),
+            static_cast<double>(j) / (kGridLines - 1));
         const Eigen::Vector2d target =
             ((low + share.cwiseProduct(high - low)) * 1e6).array().round() / 1e6;
         const auto q = session::measurable(
@@ -124,8 +125,9 @@ PlacedCause name_of(const simulation::ActiveEffect& effect) {
 
 SeparationPlan separation_plan(
     const session::Session& session, const SeparationRequest& request) {
-  const simulation::ForwardModel model(session.rig);
-  diagnosis::Readings readings(model, session::trials_of(session, ""));
+  const session::Session used = in_rig_frame(plausible(session), session.rig);
+  const simulation::ForwardModel model(used.rig);
+  diagnosis::Readings readings(model, session::trials_of(used, ""));
   constexpr Eigen::Index kFewest = 40;
   if (readings.count() < kFewest) {
     throw StudyError(

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "session/trials.h"
 #include "studies/extended_command.h"
 #include "studies/inputs.h"
+#include "studies/measured_positions.h"
 #include "studies/method_name.h"
 
 namespace sixdial::studies {
@@ -34,6 +36,41 @@ std::optional<ReachedErrors> reached(const std::vector<double>& errors_mm) {
       .points = stats.count};
 }
 
+/// The targets of a set, once each, in the order in which they were measured; each joint comes
+/// from the side that it came from then, where nobody knows from below.
+session::Plan targets_of(const session::Session& calibrated, const std::string& set) {
+  session::Plan targets;
+  std::set<int> seen;
+  for (const session::Sample& sample : calibrated.samples) {
+    if (sample.set != set || !sample.target_mm) continue;
+    if (!seen.insert(sample.point).second) continue;  // repeats
+    session::PlanPoint point;
+    point.point = sample.point;
+    point.set = set;
+    point.target_mm = *sample.target_mm;
+    point.q = sample.q;
+    for (std::size_t joint = 0; joint < static_cast<std::size_t>(sample.q.size()); ++joint) {
+      const int side = session::approach_of(sample, joint).value_or(0);
+      point.approach.push_back(side != 0 ? side : 1);
+    }
+    targets.points.push_back(point);
+  }
+  if (!targets.points.empty()) return targets;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      fmt::format("session {} has no targets in set {}", calibrated.name, set),
+      {{"session", calibrated.name}},
+      "Name a set whose samples have target_x_mm and target_y_mm.");
+}
+
+std::vector<session::TimePoint> times_of(const session::Session& session) {
+  std::vector<session::TimePoint> times;
+  for (const session::Sample& sample : session.samples) {
+    if (sample.time_utc) times.push_back(*sample.time_utc);
+  }
+  return times;
+}
+
 /// Results of the paper's method are told as they always were.
 std::optional<std::string> method_to_tell(const CalibrationResult& calibration) {
   if (calibration.result_method == kPaperMethod) return std::nullopt;
@@ -46,49 +83,59 @@ std::string validation_set(const std::string& set, CompensateBy by) {
   return fmt::format("{}.{}", set, to_string(by));
 }
 
+session::Plan validation_pass(
+    const session::Session& calibrated, const CalibrationResult& calibration,
+    const ValidationRequest& request, CompensateBy by, const DiagnosisResult* diagnosis,
+    const PlanMoment& moment) {
+  session::Plan pass = targets_of(calibrated, request.set);
+  for (session::PlanPoint& point : pass.points) point.set = validation_set(request.set, by);
+  if (!is_extended(by)) {
+    return compensated_plan(
+        std::move(pass), compensation_model(calibration, calibrated.rig, by), calibrated.rig);
+  }
+  if (diagnosis == nullptr) {
+    throw StudyError(
+        StudyErrorCode::kBadData,
+        fmt::format("commanding by '{}' needs a diagnosis", to_string(by)),
+        {{"session", calibrated.name}}, "Diagnose the session first: diagnose.start.");
+  }
+  return extended_plan(
+      std::move(pass), ExtendedCommand(diagnosis->extended_fit, calibrated.rig, by),
+      calibrated.rig, moment);
+}
+
 session::Plan validation_plan(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const ValidationRequest& request, const DiagnosisResult* diagnosis) {
-  session::Plan targets;
-  std::set<int> seen;
-  for (const session::Sample& sample : calibrated.samples) {
-    if (sample.set != request.set || !sample.target_mm) continue;
-    if (!seen.insert(sample.point).second) continue;  // repeats
-    session::PlanPoint point;
-    point.point = sample.point;
-    point.set = request.set;
-    point.target_mm = *sample.target_mm;
-    point.q = sample.q;
-    targets.points.push_back(point);
-  }
-  if (targets.points.empty()) {
-    throw StudyError(
-        StudyErrorCode::kBadData,
-        fmt::format("session {} has no targets in set {}", calibrated.name, request.set),
-        {{"session", calibrated.name}},
-        "Name a set whose samples have target_x_mm and target_y_mm.");
-  }
-  std::vector<session::Plan> ways;
-  for (const CompensateBy by : request.by) {
-    // Where the extended model commands depends on what is commanded before: solved below.
-    ways.push_back(compensated_plan(
-        targets,
-        compensation_model(
-            calibration, calibrated.rig,
-            by == CompensateBy::kExtended ? CompensateBy::kKinematics : by),
-        calibrated.rig));
-    for (session::PlanPoint& point : ways.back().points) {
-      point.set = validation_set(request.set, by);
-    }
-  }
   session::Plan plan;
-  for (std::size_t i = 0; i < targets.points.size(); ++i) {
-    for (const session::Plan& way : ways) plan.points.push_back(way.points[i]);
+  for (const CompensateBy by : request.by) {
+    const session::Plan pass = validation_pass(calibrated, calibration, request, by, diagnosis);
+    plan.points.insert(plan.points.end(), pass.points.begin(), pass.points.end());
   }
-  if (std::ranges::find(request.by, CompensateBy::kExtended) == request.by.end()) return plan;
-  return extended_plan(
-      std::move(plan), ExtendedCommand(diagnosis->extended_fit, calibrated.rig), calibrated.rig,
-      validation_set(request.set, CompensateBy::kExtended));
+  return plan;
+}
+
+PlanMoment moment_of_pass(
+    const session::Session& calibrated, const session::Session& validation,
+    session::TimePoint now) {
+  const auto hours = [](session::TimePoint from, session::TimePoint to) {
+    return std::chrono::duration<double, std::ratio<3600>>(to - from).count();
+  };
+  const std::vector<session::TimePoint> before = times_of(calibrated);
+  const std::vector<session::TimePoint> times = times_of(validation);
+  PlanMoment moment;
+  for (const session::Sample& sample : validation.samples) {
+    if (sample.temperature_c) moment.temperature_c = sample.temperature_c;
+  }
+  if (before.empty()) return moment;
+  const std::vector<session::TimePoint>& pace = times.size() > 1 ? times : before;
+  moment.hours_a_point = hours(pace.front(), pace.back()) /
+                         static_cast<double>(std::max<std::size_t>(1, pace.size() - 1));
+  // A drift is believed for as long after the session as it was seen in it.
+  const double measured_h = hours(before.front(), before.back());
+  moment.first_time_h =
+      std::min(hours(before.front(), times.empty() ? now : times.back()), 2 * measured_h);
+  return moment;
 }
 
 std::optional<double> ValidatedWay::predicted_mean_mm() const {
@@ -100,7 +147,7 @@ std::optional<double> ValidatedWay::predicted_mean_mm() const {
 ValidationResult validation_result(
     const session::Session& calibrated, const CalibrationResult& calibration,
     const session::Session& validation, const ValidationRequest& request,
-    const std::optional<GainRow>& diagnosed_gain) {
+    const DiagnosisResult* diagnosis) {
   ValidationResult result{
       .created_utc = session::now_utc_text(),
       .inputs = {
@@ -113,26 +160,37 @@ ValidationResult validation_result(
   const Inputs measured = inputs_of(validation, 0);
   result.inputs.rig_hash = measured.rig_hash;
   result.inputs.data_hash = measured.data_hash;
+  const auto positions = measured_positions(calibrated, validation, diagnosis);
+  if (diagnosis != nullptr && names_the_instrument(*diagnosis, calibrated.rig)) {
+    result.inputs.positions_by = "diagnosis";
+  }
   for (const CompensateBy by : request.by) {
     ValidatedWay way{.by = by, .set = validation_set(request.set, by)};
-    if (by == CompensateBy::kExtended) {
-      way.predicted_gain = diagnosed_gain;
+    if (is_extended(by)) {
+      const GainRow* row = diagnosis == nullptr
+                               ? nullptr
+                               : gain_row(
+                                     *diagnosis, diagnosis::GainModel::kExtended,
+                                     by == CompensateBy::kExtendedFull);
+      if (row != nullptr) way.predicted_gain = *row;
     } else if (const MethodRow* row = calibration.method(predicting_method(calibration, by))) {
       way.predicted = row->g2;
     }
     std::vector<double> errors_mm;
-    for (const simulation::Trial& trial : session::trials_of(validation, way.set)) {
-      if (!trial.position_mm || !trial.target_mm) {
+    for (std::size_t i = 0; i < validation.samples.size(); ++i) {
+      const session::Sample& sample = validation.samples[i];
+      if (sample.set != way.set) continue;
+      if (!positions[i] || !sample.target_mm) {
         ++way.without_position;
         continue;
       }
-      const Eigen::VectorXd missed = *trial.position_mm - *trial.target_mm;  // (41)
+      const Eigen::VectorXd missed = *positions[i] - *sample.target_mm;  // (41)
       errors_mm.push_back(missed.norm());
       result.points.push_back(
           {.by = by,
-           .point = trial.point,
-           .target_mm = *trial.target_mm,
-           .theta_rad = {trial.q.begin(), trial.q.end()},
+           .point = sample.point,
+           .target_mm = *sample.target_mm,
+           .theta_rad = {sample.q.begin(), sample.q.end()},
            .error_mm = missed});
     }
     way.errors = reached(errors_mm);

@@ -27,6 +27,13 @@ tl::expected<DialFrame, FaultKind> parse(std::string_view frame, int) noexcept {
   return parse_decimal(frame.substr(1), frame.front(), unit);
 }
 
+std::string_view says(std::string_view frame) noexcept {
+  if (frame == "ERR2\r") return "the dial does not understand the question";
+  if (frame == "ERR3\r") return "no value just now, as while the plunger moves fast";
+  if (frame == "ERR4\r") return "the dial is locked: unlock it at its keys";
+  return "";
+}
+
 bool unasked(std::string_view) noexcept { return false; }
 
 std::string request(int) { return "?\r"; }
@@ -46,6 +53,7 @@ extern constinit const DialProtocol mahr{
     .identity_request = "ID?\r",
     .request = request,
     .parse = parse,
+    .says = says,
     .unasked = unasked,
     .maker = "Mahr",
     .wiring = "dials with a MarConnect RS232 cable each",

@@ -37,6 +37,14 @@ tl::expected<DialFrame, FaultKind> parse(std::string_view frame, int channel) no
   return result;
 }
 
+std::string_view says(std::string_view frame) noexcept {
+  if (frame == "911\r") return "no data: the dial moves fast, is off, or is unplugged";
+  if (frame == "912\r") return "the multiplexer does not understand the question";
+  if (frame == "918\r") return "the multiplexer is busy";
+  if (frame == "919\r") return "the multiplexer reports an error of its own";
+  return "";
+}
+
 bool unasked(std::string_view) noexcept { return false; }
 
 std::string request(int channel) { return fmt::format("{}\r", channel); }
@@ -51,6 +59,7 @@ extern constinit const DialProtocol mux10{
     .identity_request = "",
     .request = request,
     .parse = parse,
+    .says = says,
     .unasked = unasked,
     .maker = "Mitutoyo MUX-10 and kin",
     .wiring = "Digimatic dials behind one multiplexer",

@@ -40,6 +40,13 @@ tl::expected<DialFrame, FaultKind> parse(std::string_view frame, int channel) no
   return result;
 }
 
+std::string_view says(std::string_view frame) noexcept {
+  return frame.size() > 4 && frame.substr(1, 3) == " TO"
+             ? "the box had no answer from the dial in its time: it moves fast, is off, or is "
+               "unplugged"
+             : "";
+}
+
 bool unasked(std::string_view) noexcept { return false; }
 
 std::string request(int channel) { return fmt::format("C{}\r\n", channel); }
@@ -54,6 +61,7 @@ extern constinit const DialProtocol mw{
     .identity_request = "",
     .request = request,
     .parse = parse,
+    .says = says,
     .unasked = unasked,
     .maker = "DMX-8/2 and kin",
     .wiring = "Digimatic dials behind a box of eight",

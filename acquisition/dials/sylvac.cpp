@@ -26,6 +26,14 @@ tl::expected<DialFrame, FaultKind> parse(std::string_view frame, int) noexcept {
   return parse_decimal(frame, sign, Unit::kUnsaid);
 }
 
+std::string_view says(std::string_view frame) noexcept {
+  if (frame == "ERR0\r") return "no value just now, as while the plunger moves fast";
+  if (frame == "ERR1\r") return "the dial does not know the question";
+  if (frame == "ERR2\r") return "the dial reports an error of its own";
+  if (frame == "ERR3\r") return "the plunger is beyond the dial's range";
+  return "";
+}
+
 bool unasked(std::string_view frame) noexcept { return frame.starts_with("SY"); }
 
 std::string request(int) { return "?\r"; }
@@ -48,6 +56,7 @@ extern constinit const DialProtocol sylvac{
     .low_battery = "BAT0\r",
     .request = request,
     .parse = parse,
+    .says = says,
     .unasked = unasked,
     .maker = "Sylvac and kin",
     .wiring = "dials with an Opto-RS232 cable each",

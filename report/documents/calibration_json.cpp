@@ -1,9 +1,12 @@
 #include "report/documents/calibration_json.h"
 
 #include "report/documents/assessment_json.h"
+#include "report/documents/cross_validation_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
 #include "report/documents/set_errors_json.h"
+#include "report/documents/stored_residual_json.h"
 #include "report/documents/swarm_size_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/headline.h"
@@ -136,14 +139,6 @@ void describe_keys(Fields& at, Of<Fields, studies::Networks>& networks) {
 }
 
 template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::StoredResidualModel>& model) {
-  at("name", model.name);
-  at("note", model.note);
-  at("effective_parameters", model.effective_parameters);
-  at("values", model.saved);
-}
-
-template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
   at("sample", point.sample);
   at("set", point.set);
@@ -164,19 +159,6 @@ void describe_keys(Fields& at, Of<Fields, studies::Conformity>& judged) {
   at("rejected", judged.rejected);
   at("largest_mm", judged.largest_mm);
   at("expanded_mm", judged.expanded_mm);
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, studies::MeasuredJoints>& joints) {
-  at("mode", joints.mode.number);
-  at("low", joints.low);
-  at("high", joints.high);
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, geometry::Similarity>& frame) {
-  at("turn", frame.R);
-  at("shift_mm", frame.t);
 }
 
 template <class Fields>
@@ -213,6 +195,7 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("assessment", result.assessment);
   if (result.assessment && at.has("precision")) at("precision", result.precision);
   at.maybe("gross_errors", result.gross_errors);
+  at.maybe("cross_validation", result.cross_validation);
   at.maybe("conformity", result.conformity);
   at.maybe("position_noise_mm", result.position_noise_mm);
   at.maybe("measured_joints", result.measured_joints);

@@ -7,9 +7,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "report/documents/cross_validation_json.h"
 #include "report/documents/diagnosis_parts_json.h"
 #include "report/documents/gain_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/measured_joints_json.h"
+#include "report/documents/stored_residual_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
@@ -20,16 +23,35 @@ namespace {
 using namespace diagnosis_document;
 using studies::HypothesisId;
 
-/// Why something is not testable, from what it needs: each reason needs something else.
-std::optional<diagnosis::WhyNotTestable> why_from_needs(std::string_view needs) {
-  using enum diagnosis::WhyNotTestable;
-  const studies::DiagnosisResult without_limits;
-  for (const auto why :
-       {kNoDials, kNoTemperature, kTemperatureConstant, kNoTime, kNoApproach, kOneApproach,
-        kAbsorbed}) {
-    if (not_testable_in_words(without_limits, {{}, why}).needs == needs) return why;
-  }
-  return std::nullopt;
+/// Why something is not testable: its code, and what documents without the code say instead
+/// (those of version 0.1: their words do not change any more).
+struct WhyName {
+  diagnosis::WhyNotTestable why;
+  std::string_view code, old_words;
+};
+constexpr std::array kWhys{
+    WhyName{diagnosis::WhyNotTestable::kNoDials, "no_dials", "dial columns"},
+    WhyName{diagnosis::WhyNotTestable::kNoTemperature, "no_temperature", "temperature_c"},
+    WhyName{
+        diagnosis::WhyNotTestable::kTemperatureConstant, "temperature_constant",
+        "a session whose temperature changes"},
+    WhyName{diagnosis::WhyNotTestable::kNoTime, "no_time", "time_utc"},
+    WhyName{diagnosis::WhyNotTestable::kNoApproach, "no_approach", "approach1, approach2"},
+    WhyName{
+        diagnosis::WhyNotTestable::kOneApproach, "one_approach",
+        "points approached from both sides"},
+    WhyName{
+        diagnosis::WhyNotTestable::kAbsorbed, "absorbed",
+        "other poses: more working modes, a wider range of joint angles"}};
+
+std::string_view why_name(diagnosis::WhyNotTestable why) {
+  const auto* found = std::ranges::find(kWhys, why, &WhyName::why);
+  return found == kWhys.end() ? kWhys.back().code : found->code;
+}
+std::optional<diagnosis::WhyNotTestable> why_by(
+    std::string_view WhyName::*name, std::string_view text) {
+  const auto* found = std::ranges::find(kWhys, text, name);
+  return found == kWhys.end() ? std::nullopt : std::optional(found->why);
 }
 
 }  // namespace
@@ -151,9 +173,13 @@ template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at("model", fit.model);
   at("effects", fit.effects);
+  at.maybe("residual_model", fit.residual_model);
   at("last_order", fit.last_order);
   at("last_time_h", fit.last_time_h);
   at("last_temperature_c", fit.last_temperature_degC);
+  at.maybe("nominal", fit.nominal);
+  at.maybe("measured_joints", fit.measured_joints);
+  at.maybe("frame", fit.frame);
 }
 
 template <class Fields>
@@ -249,6 +275,7 @@ Json not_testable_json(const studies::DiagnosisResult& result) {
     list.push_back(
         {{"cause", each.id.cause},
          {"where", each.id.where},
+         {"why", why_name(each.why)},
          {"reason", reason},
          {"needs", needs},
          {"in_words", named(each.id)}});
@@ -261,8 +288,10 @@ Json not_testable_json(const studies::DiagnosisResult& result) {
 template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::NotTestable>& each) {
   describe_keys(at, each.id);
-  at.named(
-      "needs", each.why, [](auto) { return std::string_view(); }, why_from_needs);
+  const bool has_code = at.has("why");
+  at.named(has_code ? "why" : "needs", each.why, why_name, [has_code](std::string_view text) {
+    return why_by(has_code ? &WhyName::code : &WhyName::old_words, text);
+  });
 }
 
 template <class Fields>
@@ -330,6 +359,7 @@ void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at("detection_limits", result.limits);
   describe_fits(at, result);
   at("gain", result.gain);
+  at.maybe("cross_validation", result.cross_validation);
   at("judged_on", result.judged_on);
   at("false_alarm_probability", result.false_alarm_probability);
   at("extended_model", result.extended_fit);

@@ -33,7 +33,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ValidatedWay>& way) {
   way_key(at, "id", way.by);
   at("set", way.set);
   at("errors", way.errors);
-  if (way.by == studies::CompensateBy::kExtended) {
+  if (studies::is_extended(way.by)) {
     at("predicted", way.predicted_gain);
   } else {
     at("predicted", way.predicted);
@@ -67,6 +67,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ValidationInputs>& inputs) {
   at("calibration_result", inputs.calibration_result);
   at("diagnosis_result", inputs.diagnosis_result);
   at("validation_session", inputs.validation_session);
+  at.maybe("positions_by", inputs.positions_by);
   at("rig_hash", inputs.rig_hash);
   at("data_hash", inputs.data_hash);
   at("version", inputs.version);

@@ -20,7 +20,7 @@ void check_may_command(const std::vector<studies::Warning>& warnings) {
   if (wrong == warnings.end()) return;
   throw studies::StudyError(
       studies::StudyErrorCode::kBadData,
-      "nothing is commanded by this result, its data contradict themselves: " +
+      "nothing is commanded by this result, its data are not plausible: " +
           warning_line(*wrong),
       {}, "Settle that, then calibrate again.");
 }

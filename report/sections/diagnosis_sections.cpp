@@ -410,10 +410,12 @@ report::Opening opening_of(const DiagnosisResult& result, const DiagnosisVerdict
 std::vector<Section> diagnosis_sections(const DiagnosisResult& result, Beside beside) {
   std::vector<Section> sections{summary(result, verdict_in_words(result))};
   int index = 0;
-  for (const FoundCause& cause : result.causes) {
-    sections.push_back(cause_section(cause, ++index));
-  }
   const bool alone = beside == Beside::kNothing;
+  for (const FoundCause& cause : result.causes) {
+    ++index;
+    // Faults of the data are listed with the data.
+    if (alone || !cause.is_data_fault()) sections.push_back(cause_section(cause, index));
+  }
   if (alone && !result.gross_readings.empty()) sections.push_back(gross_section(result));
   sections.push_back(left_section(result));
   sections.push_back(gain_section(result));

@@ -12,6 +12,12 @@ std::string three_figures(const std::optional<calibration::ErrorStats>& set) {
   return fmt::format("{:9.4f}{:9.4f}{:9.4f}", set->mean_mm, set->std_mm, set->max_mm);
 }
 
+/// Where the session has no positions, what is left of the raw readings tells methods apart.
+std::string left_of_readings(const studies::ComparedRow& method) {
+  if (method.g1 || method.g2 || !method.robot) return "";
+  return fmt::format("  readings {:.4f} mm rms", method.robot->objective_rmse_mm);
+}
+
 }  // namespace
 
 std::string comparison_text(const studies::ComparisonResult& result) {
@@ -23,9 +29,9 @@ std::string comparison_text(const studies::ComparisonResult& result) {
       "mean", "std", "max", "time, s");
   for (const studies::ComparedRow& method : result.methods) {
     text += fmt::format(
-        "{:<24}{}  {}{:10.4f}{}\n", method.id, three_figures(method.g1),
+        "{:<24}{}  {}{:10.4f}{}{}\n", method.id, three_figures(method.g1),
         three_figures(method.g2), method.seconds(),
-        method.id == result.best ? "  best on G2" : "");
+        method.id == result.best ? "  best on G2" : "", left_of_readings(method));
   }
   return text;
 }

@@ -77,7 +77,9 @@ std::string conformity_in_words(const std::optional<Conformity>& judged) {
   if (!judged) {
     return "No tolerance is stated, so this says how accurate the robot is, not whether that "
            "is "
-           "good enough. State one with tolerance_mm in the rig file or with --tolerance.";
+           "good enough. State one with tolerance_mm in the rig file, or with \"sixdial "
+           "calibrate "
+           "SESSION --tolerance MM\".";
   }
   const std::string tolerance = fmt::format("Tolerance {}. ", mm(judged->tolerance_mm));
   switch (judged->decision) {

@@ -224,7 +224,8 @@ std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatt
   if (scatter && scatter->in == diagnosis::ScatterIn::kTool) {
     return "No model can foretell what differs from arrival to arrival: no command will be "
            "better than that. If the robot's maker states a better repeatability, look for "
-           "play, loose screws, vibration and a controller that has not settled when the dials are read.";
+           "play, loose screws, vibration and a controller that has not settled when the dials "
+           "are read.";
   }
   if (scatter && scatter->in == diagnosis::ScatterIn::kJoints) {
     return "Record joint values that are better than that: the mean of several readings of the "
@@ -236,6 +237,10 @@ std::string what_to_do_about(const std::optional<diagnosis::ScatterFound>& scatt
 
 std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
   std::vector<Line> lines;
+  if (result.warnings && !studies::is_clean(*result.warnings)) {
+    lines.push_back(
+        {"First settle what is said of the data at the top: all that follows rests on it."});
+  }
   for (std::size_t i = 0; i < result.causes.size(); ++i) {
     const FoundCause& cause = result.causes[i];
     const std::string_view advice = texts_of(cause).advice;

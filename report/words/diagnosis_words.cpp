@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "diagnosis/covariate.h"
 #include "geometry/units.h"
 #include "simulation/effect.h"
 #include "simulation/effect_words.h"
@@ -174,15 +175,19 @@ std::string gain_row_name(const studies::GainRow& row) {
 }
 
 std::string covariate_in_words(const std::string& covariate) {
-  constexpr std::string_view kReading = " reading";
-  if (covariate.starts_with("dial ") && covariate.ends_with(kReading)) {
-    return "the reading of " + covariate.substr(0, covariate.size() - kReading.size());
+  using diagnosis::DependsOn;
+  const auto known = diagnosis::dependence_from(covariate);
+  if (!known) return covariate;  // of another version of this program
+  switch (known->on) {
+    case DependsOn::kReading:
+      return "the reading of dial " + known->dial;
+    case DependsOn::kCuboidAngle:
+      return "the cuboid's angle";
+    case DependsOn::kApproach:
+      return fmt::format("the side that joint {} arrives from", known->joint + 1);
+    default:
+      return covariate;
   }
-  if (covariate == "gamma") return "the cuboid's angle";
-  if (covariate == "approach1" || covariate == "approach2") {
-    return fmt::format("the side that joint {} arrives from", covariate.back());
-  }
-  return covariate;
 }
 
 std::string covariates_in_words(
@@ -209,7 +214,7 @@ std::string why_not_testable(WhyNotTestable why) {
     case WhyNotTestable::kAbsorbed:
       break;
   }
-  return "on these poses the fitted parameters of the robot imitate it";
+  return "on these poses the fitted parameters of the robot do the same";
 }
 
 NotTestableWords not_testable_in_words(

@@ -12,7 +12,8 @@ using geometry::kCoverage;
 
 std::string estimate_summary(const studies::EstimateSummary& estimate) {
   std::string text = fmt::format(
-      "after {} samples positions are known to {:.4f} mm on average and {:.4f} mm at worst "
+      "estimate after {} samples: positions are known to {:.4f} mm on average and {:.4f} mm at "
+      "worst "
       "(k = {:.0f}); condition number {}",
       estimate.samples, kCoverage * estimate.position_sd_mean_mm,
       kCoverage * estimate.position_sd_max_mm, kCoverage,

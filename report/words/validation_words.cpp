@@ -28,6 +28,8 @@ std::string compensation_name(
                                 : std::string("after kinematics + ANFIS");
     case studies::CompensateBy::kExtended:
       return "after diagnosis (extended)";
+    case studies::CompensateBy::kExtendedFull:
+      return "extended + residual model";
   }
   return "";
 }
@@ -46,6 +48,10 @@ std::string validation_text(const studies::ValidationResult& result) {
         figure(&studies::ReachedErrors::mean_mm), figure(&studies::ReachedErrors::std_mm),
         figure(&studies::ReachedErrors::max_mm), way.errors ? way.errors->points : 0,
         cell(way.predicted_mean_mm()));
+  }
+  if (result.inputs.positions_by) {
+    text +=
+        "measured positions: by all dials, with what the diagnosis says of the instrument\n";
   }
   return text;
 }

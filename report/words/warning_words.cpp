@@ -93,6 +93,12 @@ constexpr Words kWords[] = {
      "The readings of {dials} look like {unit}, scale {scale_in_words}: times {factor:g} they "
      "fit a robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. "
      "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
+    {"dial_reversed",
+     "The readings of {dials} fall where they should rise: counted the other way they fit a "
+     "robot "
+     "like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. They are "
+     "turned "
+     "round below; set the dial to count up when it is pushed in."},
     {"position_unit",
      "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
      "nominal "
@@ -136,10 +142,22 @@ constexpr Words kWords[] = {
      "{rows:target|targets} of {targets} {rows|lies|lie} {miss:.1f} mm from where the joint "
      "angles put the nominal robot: not used, and errors before the calibration are those of "
      "the nominal robot."},
+    {"certificate_expired",
+     "The certificate of {which} had run out (due {due} at the earliest) when this was "
+     "measured "
+     "on {measured}: its figures are not traceable until it is calibrated again."},
     {"wrong_mode",
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
      "{mode} is used here. Correct the rig file, or the robot is commanded the other way "
      "round."},
+    {"wrong_assembly",
+     "All {samples} samples have the distal links closed the other way than the rig file says "
+     "(assembly {assembly}, not {rig_assembly}): {assembly} is used here. Correct the rig "
+     "file."},
+    {"row_elsewhere",
+     "{rows:row has|rows have} joint values that put the tool {apart:.1f} mm from where its "
+     "target and its readings have it: the joint values of the row are wrong, not its dials. "
+     "Not used."},
     {"positions_and_dials_differ",
      "Positions and dials of the same samples are {apart:.3f} mm apart: they are not in the "
      "same frame, or one of them is wrong. All commands use {used}, which are nearer to the "
@@ -220,12 +238,28 @@ std::string filled(std::string_view text, const Warning& warning) {
   return out;
 }
 
+/// Line numbers that follow each other as one item: "12 to 19".
+std::vector<std::string> line_runs(const std::vector<studies::RowName>& rows) {
+  std::vector<std::string> items;
+  for (std::size_t i = 0; i < rows.size();) {
+    std::size_t end = i + 1;
+    while (end < rows.size() && rows[end].line == rows[end - 1].line + 1) ++end;
+    constexpr std::size_t kLeastRun = 3;
+    if (end - i >= kLeastRun) {
+      items.push_back(fmt::format("{} to {}", rows[i].line, rows[end - 1].line));
+      i = end;
+    } else {
+      items.push_back(fmt::format("{}", rows[i++].line));
+    }
+  }
+  return items;
+}
+
 /// "3, 5 and 9"; "3, 5, 9 ... (25 in all)".
-std::string listed(const std::vector<std::string>& items, int total) {
-  const auto shown = static_cast<int>(items.size());
-  if (shown == 0) return "";
-  if (total > shown) return fmt::format("{} ... ({} in all)", fmt::join(items, ", "), total);
-  if (shown == 1) return items.front();
+std::string listed(const std::vector<std::string>& items, bool more, int total) {
+  if (items.empty()) return "";
+  if (more) return fmt::format("{} ... ({} in all)", fmt::join(items, ", "), total);
+  if (items.size() == 1) return items.front();
   return fmt::format(
       "{} and {}", fmt::join(std::span(items).first(items.size() - 1), ", "), items.back());
 }
@@ -239,21 +273,23 @@ std::string warning_text(const Warning& warning) {
 
 std::string where_text(const studies::WarningPlace& place) {
   std::string text = place.file;
+  const bool lines = std::ranges::all_of(
+      place.named, [](const studies::RowName& row) { return row.line > 0; });
   std::vector<std::string> items;
-  bool lines = !place.named.empty();
-  for (const studies::RowName& row : place.named) lines = lines && row.line > 0;
-  for (const studies::RowName& row : place.named) {
-    items.push_back(
-        lines            ? fmt::format("{}", row.line)
-        : row.repeat > 0 ? fmt::format("{} point {} repeat {}", row.set, row.point, row.repeat)
+  if (lines) {
+    items = line_runs(place.named);
+  } else {
+    text.clear();  // a sample that was measured here stands in no file
+    for (const studies::RowName& row : place.named) {
+      items.push_back(
+          row.repeat > 0 ? fmt::format("{} point {} repeat {}", row.set, row.point, row.repeat)
                          : fmt::format("{} point {}", row.set, row.point));
+    }
   }
-  // A sample that was measured here stands in no file.
-  if (!lines && !items.empty()) text.clear();
   if (!items.empty()) {
     if (!text.empty()) text += ", ";
-    if (lines) text += items.size() == 1 && place.rows <= 1 ? "line " : "lines ";
-    text += listed(items, place.rows);
+    if (lines) text += place.rows > 1 ? "lines " : "line ";
+    text += listed(items, place.rows > static_cast<int>(place.named.size()), place.rows);
   }
   if (!place.field.empty()) {
     const bool rig = place.file == "rig.toml";

@@ -313,6 +313,7 @@ class LivePage::Site {
     if (place == "live.css") co_return text("text/css", files::stylesheet());
     if (place == "live.js") co_return text("text/javascript", files::script());
     if (place == "link.js") co_return text("text/javascript", files::link());
+    if (place == "dials.js") co_return text("text/javascript", files::dials());
     if (place == "drawing.js") co_return text("text/javascript", files::drawing());
     constexpr std::string_view kReport = "report/";
     if (place.starts_with(kReport)) {

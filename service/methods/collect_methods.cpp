@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "geometry/units.h"
 #include "report/documents/plan_json.h"
 #include "service/methods/shared_params.h"
 #include "service/service.h"
@@ -30,6 +32,12 @@ Json start(const Call& call) {
       call.params, "settle_timeout_ms", settings.settle_timeout.count()));
   if (param_or<std::string>(call.params, "on_dial_fault", "store") == "pause") {
     settings.on_dial_fault = acquisition::OnDialFault::kPause;
+  }
+  settings.halt_on_lost_contact =
+      param_or<std::string>(call.params, "on_lost_contact", "halt") == "halt";
+  request.first_pass = param_or(call.params, "first_pass", false);
+  if (call.params.contains("speed_percent")) {
+    request.speed_percent = call.params["speed_percent"].get<int>();
   }
   if (param_or<std::string>(call.params, "on_mode_change", "pause") == "go") {
     settings.on_branch_change = acquisition::OnBranchChange::kGo;
@@ -113,10 +121,42 @@ std::optional<Eigen::VectorXd> joints_told(const Call& call) {
   return q;
 }
 
+/// A person's figures far from what was asked for are asked back once: degrees given as
+/// radians, a slip of the pen.
+void check_near(const Call& call, const Eigen::VectorXd& told) {
+  constexpr double kFar_rad = 0.2;
+  constexpr double kFar_mm = 20.0;
+  if (param_or(call.params, "confirm", false)) return;
+  const Json asked = call.service.collection().status()["move_to"];
+  if (!asked.is_array() || std::ssize(asked) != told.size()) return;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const auto joint = asked[i]["joint"].get<std::string>();
+    const auto unit = asked[i]["unit"].get<std::string>();
+    const double wanted = asked[i]["value"].get<double>();
+    const double value = told[static_cast<Eigen::Index>(i)];
+    const bool turns = unit == "rad";
+    if (std::abs(value - wanted) <= (turns ? kFar_rad : kFar_mm)) continue;
+    const bool degrees = turns && std::abs(value * geometry::kRadPerDeg - wanted) <= kFar_rad;
+    const double per = turns ? geometry::kDegPerRad : 1.0;
+    throw Error(
+        ErrorCode::kInvalidParams,
+        fmt::format(
+            "{} is told to be at {:.6g} {} ({:.4g} {}), where {:.4g} {} were asked for", joint,
+            value, unit, value * per, turns ? "deg" : unit, wanted * per, turns ? "deg" : unit),
+        {{"param", joint + '_' + unit}},
+        degrees ? fmt::format(
+                      "{:.6g} looks like degrees: this parameter is in radians. If it is no "
+                      "slip, say it again with confirm (--confirm).",
+                      value)
+                : "If the robot really stands there, say it again with confirm (--confirm).");
+  }
+}
+
 Json moved(const Call& call) {
   acquisition::ManualAnswer answer;
   answer.done = param_or(call.params, "reached", true);
   answer.q = joints_told(call);
+  if (answer.q && answer.done) check_near(call, *answer.q);
   if (call.params.contains("temperature_c")) {
     answer.temperature_c = call.params["temperature_c"].get<double>();
   }
@@ -126,6 +166,7 @@ Json moved(const Call& call) {
 
 constexpr std::array<std::string_view, 2> kOnFault{"store", "pause"};
 constexpr std::array<std::string_view, 2> kOnModeChange{"pause", "go"};
+constexpr std::array<std::string_view, 2> kOnLostContact{"halt", "go"};
 constexpr std::array kStartParams{
     params::kSession,
     Param{
@@ -153,6 +194,23 @@ constexpr std::array kStartParams{
         .doc = "before a point in another working mode pause until a person has brought the "
                "legs over, or go (a rig that does it by itself); default pause",
         .one_of = kOnModeChange},
+    Param{
+        .name = "on_lost_contact",
+        .doc = "where two dials lose the cuboid on a move on which they should touch all the "
+               "way: halt the robot and pause, or go; default halt",
+        .one_of = kOnLostContact},
+    Param{
+        .name = "first_pass",
+        .type = ParamType::kBoolean,
+        .doc = "go to the outermost points only, slowly, and pause where a dial does not show "
+               "what it should; asks before the first move and stores nothing"},
+    Param{
+        .name = "speed_percent",
+        .type = ParamType::kInteger,
+        .doc = "of the controller's full speed, until the collection ends; default: as it is, "
+               "of a first pass 10",
+        .min = 1,
+        .max = 100},
     Param{
         .name = "stop_below_mm",
         .type = ParamType::kNumber,
@@ -212,18 +270,24 @@ constexpr std::array kMovedParams{
         .name = "theta1_rad", .type = ParamType::kNumber, .doc = "of a five-bar, as in joints"},
     Param{
         .name = "theta2_rad", .type = ParamType::kNumber, .doc = "of a five-bar, as in joints"},
+    Param{
+        .name = "confirm",
+        .type = ParamType::kBoolean,
+        .doc = "the joints really are far (0.2 rad, 20 mm) from what was asked for, which is "
+               "asked back otherwise"},
     Param{.name = "temperature_c", .type = ParamType::kNumber, .doc = "at the robot"}};
 
 constexpr std::string_view kStatus =
     "state (idle, starting, running, paused, stopping, done, stopped, failed), session, "
     "operator, "
-    "done, total, stage, message, pause_reason (asked, dial_fault, mode_change, robot, store; "
-    "null: "
-    "not paused), trouble (the message without its advice), eta_s, stored_in_this_run, "
+    "done, total, stage, message, pause_reason (asked, dial_fault, mode_change, robot, store, "
+    "first_move, lost_contact; null: not paused), trouble (the message without its advice), "
+    "eta_s, stored_in_this_run, "
     "skipped, failed, left_out, "
     "troubles [{set, point, repeat, why}], clock_steps [{by_s, time_utc, after_samples}], "
     "point {set, point, repeat, target_mm}, move_to_rad "
-    "and move_to [{joint, unit, value}] (a person is to move the robot there), error, "
+    "and move_to [{joint, unit, value}] (a person is to move the robot there), move (the same "
+    "for people: target_mm, joints [{joint, unit, to, from, first}], words), error, "
     "ended_because, estimate (null before the "
     "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
     "noise_times, parameters [{name, unit, value, sd, meaning}], position_sd_mm {mean, max, "

@@ -1,50 +1,35 @@
-// A calibration put to use: angles for a target or a plan, and validation on the robot.
-#include <fmt/format.h>
-
-#include <algorithm>
+// A calibration put to use: angles for a target or a plan.
 #include <array>
 #include <filesystem>
-#include <set>
 
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
-#include "report/documents/validation_json.h"
+#include "report/documents/outside_json.h"
 #include "report/documents/warnings_document.h"
-#include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
+#include "service/recommended_model.h"
 #include "service/result_lookup.h"
-#include "service/session_name.h"
-#include "service/store_json.h"
 #include "session/csv.h"
 #include "session/plan.h"
-#include "session/rig_file.h"
 #include "studies/extended_command.h"
 
 namespace sixdial::service {
 namespace {
 
-studies::CompensateBy by_of(const Json& params) {
-  return *studies::compensate_by_from(param_or<std::string>(params, "by", "full"));
-}
+constexpr std::string_view kRecommended = "recommended";
 
-/// The diagnosis that `diagnosis` names, else the newest of the session.
-db::ResultRecord extending_record(const Call& call) {
-  Json params = Json::object();
-  if (call.params.contains("diagnosis")) params["result"] = call.params["diagnosis"];
-  if (call.params.contains("session")) params["session"] = call.params["session"];
-  const db::ResultRecord record =
-      diagnosis_record({call.service, params, call.caller, call.sink});
-  if (record.kind == "diagnosis") return record;
-  throw Error(
-      ErrorCode::kBadData,
-      fmt::format("result {} is a {}, not a diagnosis", record.id.value, record.kind),
-      {{"param", "diagnosis"}});
+/// What `by` says; by default what is recommended for the calibration that the call means.
+studies::CompensateBy by_of(const Call& call) {
+  const auto word = param_or<std::string>(call.params, "by", std::string(kRecommended));
+  if (const auto by = studies::compensate_by_from(word)) return *by;
+  return recommended_model(call.service.reader(), calibration_record(call)).recommendation().by;
 }
 
 Json target(const Call& call) {
-  const studies::CompensateBy by = by_of(call.params);
-  const bool extended = by == studies::CompensateBy::kExtended;
+  const studies::CompensateBy by = by_of(call);
+  const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const Json document = Json::parse(record.json);
   const auto warnings = report::warnings_in(document);
@@ -64,7 +49,7 @@ Json target(const Call& call) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(
-        report::diagnosis_from_json(document).extended_fit, rig);
+        report::diagnosis_from_json(document).extended_fit, rig, by);
     answer = report::to_json(studies::commanded_target(
         command.solve(target_mm, *mode, moment), by, target_mm, *mode));
   } else {
@@ -74,12 +59,15 @@ Json target(const Call& call) {
   }
   answer["result"] = record.id.value;
   answer["warnings"] = report::warnings_json(warnings);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  answer["outside_measured"] =
+      report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
   return answer;
 }
 
 Json plan(const Call& call) {
-  const studies::CompensateBy by = by_of(call.params);
-  const bool extended = by == studies::CompensateBy::kExtended;
+  const studies::CompensateBy by = by_of(call);
+  const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const Json document = Json::parse(record.json);
   const auto warnings = report::warnings_in(document);
@@ -97,193 +85,46 @@ Json plan(const Call& call) {
           ? studies::extended_plan(
                 asked,
                 studies::ExtendedCommand(
-                    report::diagnosis_from_json(document).extended_fit, rig),
-                rig, "", temperature_c)
+                    report::diagnosis_from_json(document).extended_fit, rig, by),
+                rig, {.temperature_c = temperature_c})
           : studies::compensated_plan(
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
+  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
   Json answer{
       {"result", record.id.value},
+      {"by", studies::to_string(by)},
       {"points", compensated.points.size()},
-      {"warnings", report::warnings_json(warnings)}};
+      {"warnings", report::warnings_json(warnings)},
+      {"outside_measured",
+       report::outside_json(studies::outside_measured(area, asked, rig), asked.points.size())}};
   if (!call.params.contains("path")) {
     answer["plan_csv"] = session::plan_csv(compensated, session::layout_of(rig));
     return answer;
   }
   const std::filesystem::path path = params::absolute_path(call);
-  session::write_file(path.string(), session::plan_csv(compensated, session::layout_of(rig)));
+  run_patiently(
+      call.service, path,
+      [path, text = session::plan_csv(compensated, session::layout_of(rig))] {
+        session::write_file(path.string(), text);
+      });
   answer["path"] = path.string();
   return answer;
-}
-
-/// "demo.validation", "demo.validation-2", ...
-std::string free_name(db::Store& reader, const std::string& session) {
-  std::set<std::string> taken;
-  for (const db::SessionInfo& info : reader.list_sessions()) taken.insert(info.name);
-  std::string name = session + ".validation";
-  for (int i = 2; taken.contains(name); ++i) {
-    name = fmt::format("{}.validation-{}", session, i);
-  }
-  return name;
-}
-
-studies::ValidationRequest validation_request(const Json& params) {
-  studies::ValidationRequest request;
-  request.set = param_or<std::string>(params, "set", request.set);
-  if (!params.contains("by")) return request;
-  request.by.clear();
-  for (const Json& word : params["by"]) {
-    const auto by = studies::compensate_by_from(word.get<std::string>());
-    if (!by) {
-      throw Error(
-          ErrorCode::kInvalidParams,
-          fmt::format("parameter 'by' cannot hold '{}'", word.get<std::string>().substr(0, 64)),
-          {{"param", "by"}}, "Any of: before, kinematics, full, extended.");
-    }
-    if (std::ranges::find(request.by, *by) == request.by.end()) request.by.push_back(*by);
-  }
-  if (request.by.empty()) {
-    throw Error(
-        ErrorCode::kInvalidParams, "parameter 'by' is empty", {{"param", "by"}},
-        "Any of: before, kinematics, full, extended.");
-  }
-  return request;
-}
-
-/// What is told of a running collection until it has ended.
-void follow(const JobControl& control, Collection& collection) {
-  constexpr auto kLookEvery = std::chrono::milliseconds(200);
-  for (bool ended = false; !ended;) {
-    ended = collection.wait_for_end(control.stop_token(), kLookEvery);
-    const Json status = collection.status();
-    std::string stage = "measuring";
-    if (collect_state_of(status) == CollectState::kPaused || status["move_to_rad"].is_array()) {
-      stage = fmt::format("paused: {}", status["message"].get<std::string>());
-    }
-    control.report(
-        {.stage = std::move(stage),
-         .done = status["done"].get<std::int64_t>(),
-         .total = status["total"].get<std::int64_t>(),
-         .eta_s = status["eta_s"].is_number() ? std::optional(status["eta_s"].get<double>())
-                                              : std::nullopt});
-    if (!ended && control.cancelled()) {
-      collection.stop_and_wait();
-      control.check();
-    }
-  }
-}
-
-/// What a diagnosis says of the extended model on points that were not fitted; empty: nothing.
-std::optional<studies::GainRow> predicted_by(
-    const std::optional<studies::DiagnosisResult>& diagnosis) {
-  if (!diagnosis) return std::nullopt;
-  const auto* row = studies::gain_row(*diagnosis, diagnosis::GainModel::kExtended);
-  return row == nullptr ? std::nullopt : std::optional(*row);
-}
-
-/// Throws Error bad_data where this rig cannot be measured on from here.
-void check_can_measure(const geometry::Rig& rig, const std::string& session) {
-  if (rig.dials.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
-        fmt::format(
-            "session {} was measured by an instrument that is not connected here: this rig "
-            "reads no position of the tool",
-            session),
-        {{"session", session}},
-        "Have the joint values computed (sixdial compensate --plan), measure there, import.");
-  }
-  if (rig.robot.connection.empty()) {
-    throw Error(
-        ErrorCode::kBadData,
-        fmt::format("the rig of session {} is not connected to a robot", session),
-        {{"session", session}},
-        "Give rig_toml with connections, or validate on the machine that has the rig.");
-  }
-}
-
-Json start_validation(const Call& call) {
-  Service& service = call.service;
-  const db::ResultRecord record = calibration_record(call);
-  const studies::CalibrationResult calibration =
-      report::calibration_from_json(Json::parse(record.json));
-  report::check_may_command(calibration.warnings.value_or(std::vector<studies::Warning>()));
-  const studies::ValidationRequest request = validation_request(call.params);
-  const bool extended =
-      std::ranges::find(request.by, studies::CompensateBy::kExtended) != request.by.end();
-  std::optional<db::ResultRecord> extending;
-  if (extended) extending = extending_record(call);
-  std::optional<studies::DiagnosisResult> diagnosis;
-  if (extending) diagnosis = report::diagnosis_from_json(Json::parse(extending->json));
-  const session::Session calibrated = service.reader().load_session(record.session);
-  const auto rig_text = param_or<std::string>(call.params, "rig_toml", calibrated.rig_text);
-  session::Plan plan = studies::validation_plan(
-      calibrated, calibration, request, diagnosis ? &*diagnosis : nullptr);
-  const auto wanted = param_or<std::string>(call.params, "name", "");
-  if (!wanted.empty()) check_session_name(wanted);
-  if (service.collection().active()) {
-    throw Error(
-        ErrorCode::kWrongState, "the rig is in use: a session is being collected", {},
-        "Wait for its end, or stop it: collect.stop.");
-  }
-  check_can_measure(session::parse_rig(rig_text, "rig.toml"), calibrated.name);
-  const std::string name =
-      wanted.empty() ? free_name(service.reader(), calibrated.name) : wanted;
-
-  Job job;
-  job.kind = "validation";
-  job.session = calibrated.name;
-  job.caller = call.caller;
-  job.params = call.params;
-  job.params.erase("rig_toml");
-  const Job started = service.jobs().start(
-      std::move(job),
-      [&service, calibrated, calibration, request, predicted = predicted_by(diagnosis),
-       diagnosis_id = extending ? std::optional(extending->id.value) : std::nullopt,
-       plan = std::move(plan), rig_text, name, calibration_id = record.id, caller = call.caller,
-       id = record.session](const JobControl& control, const Job& self) {
-        const db::SessionId measured = service.store().create_session(
-            name, rig_text, to_operator(caller),
-            fmt::format(
-                "validation of session {} by result {}", calibrated.name,
-                calibration_id.value));
-        static_cast<void>(
-            service.collection().start({.session = name, .plan = plan, .caller = caller}));
-        follow(control, service.collection());
-        const Json status = service.collection().status();
-        if (status["session"] != name || collect_state_of(status) != CollectState::kDone) {
-          throw Error(
-              ErrorCode::kJobFailed,
-              fmt::format(
-                  "the measurement of {} ended {} with {} of {} points", name,
-                  status["state"].get<std::string>(), status["done"].get<std::int64_t>(),
-                  status["total"].get<std::int64_t>()),
-              {{"session", name}}, "What was measured stays in that session; start again.");
-        }
-        studies::ValidationResult validated = studies::validation_result(
-            calibrated, calibration, service.reader().load_session(measured), request,
-            predicted);
-        validated.inputs.calibration_result = calibration_id.value;
-        validated.inputs.diagnosis_result = diagnosis_id;
-        validated.troubles = report::not_measured_from_json(status["troubles"]);
-        return save_document(
-            service, self, id, report::to_json(validated),
-            {{"set", request.set}, {"validation_session", name}}, validated.inputs.data_hash);
-      });
-  return to_json(started);
 }
 
 constexpr Param kSession{
     .name = "session", .doc = "its newest calibration is used, unless `result` says which"};
 constexpr Param kResult{
     .name = "result", .type = ParamType::kInteger, .doc = "number of a calibration", .min = 1};
-constexpr std::array<std::string_view, 4> kWays{"before", "kinematics", "full", "extended"};
+constexpr std::array<std::string_view, 6> kWays{"recommended", "before",   "kinematics",
+                                                "full",        "extended", "extended_full"};
 constexpr Param kBy{
     .name = "by",
     .doc =
         "before: nominal parameters; kinematics: identified ones; full: with the learned "
-        "residual; extended: robot and named causes of a diagnosis; default full",
+        "residual; extended: robot and named causes of a diagnosis; extended_full: with the "
+        "learned residual; default: what result.recommend says",
     .one_of = kWays};
 constexpr Param kDiagnosis{
     .name = "diagnosis",
@@ -319,6 +160,7 @@ constexpr std::array kTargetParams{
         .doc = "working mode; default: the rig's",
         .one_of = params::kModeWords},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature,
     side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
     side("approach2", "the same of joint 2")};
@@ -329,49 +171,28 @@ constexpr std::array kPlanParams{
     kBy,
     Param{.name = "path", .doc = "absolute path of a plan file to write instead of plan_csv"},
     kDiagnosis,
+    params::kFromOtherSession,
     kTemperature};
-constexpr std::array kValidateParams{
-    kSession,
-    kResult,
-    Param{.name = "set", .doc = "whose targets are commanded again; default G2"},
-    Param{
-        .name = "by",
-        .type = ParamType::kStringList,
-        .doc = "any of before, kinematics, full, extended; default the first three; each "
-               "target in all ways in turn"},
-    kDiagnosis,
-    Param{.name = "name", .doc = "of the new session; default: <session>.validation"},
-    Param{
-        .name = "rig_toml",
-        .doc = "text of a rig file with today's connections; default: the session's own rig"}};
-
 constexpr std::array kMethods{
     RpcMethod{
         .name = "compensate.target",
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
         .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result",
+                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
+                  "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .run = target},
     RpcMethod{
         .name = "compensate.plan",
         .summary = "A plan with the joint angles to command for each of its targets.",
         .params = kPlanParams,
-        .result = "result, points, and plan_csv or path",
+        .result = "result, by, points, warnings, outside_measured (as compensate.target), and "
+                  "plan_csv or path",
         .example =
             R"({"session": "demo", "plan_csv": "set,point,target_x_mm,target_y_mm\nG2,0,28,48\n"})",
+        .runs_on = RunsOn::kFiles,
         .run = plan},
-    RpcMethod{
-        .name = "validate.start",
-        .summary = "Commands the targets of a set on the robot before, after kinematics, after "
-                   "ANFIS and by the extended model of a diagnosis, measures them into a "
-                   "session of its own, and stores the error "
-                   "reached. A job; answers at once.",
-        .params = kValidateParams,
-        .result = "as job.status; the job's result is a sixdial.validation document",
-        .example = R"({"session": "demo", "set": "G2", "by": ["before", "full"]})",
-        .run = start_validation},
 };
 
 }  // namespace

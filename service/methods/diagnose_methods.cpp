@@ -8,6 +8,7 @@
 #include "report/sections/sections_of_studies.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/study_params.h"
@@ -32,11 +33,10 @@ Json write_page(const Call& call) {
   const std::filesystem::path path = params::absolute_path(call);
   const db::ResultRecord record = diagnosis_record(call);
   db::Store& reader = call.service.reader();
-  session::write_file(
-      path.string(),
-      report::diagnosis_page(
-          report::diagnosis_from_json(Json::parse(record.json)),
-          reader.load_session(record.session), reader.session_info(record.session).who.name));
+  const std::string page = report::diagnosis_page(
+      report::diagnosis_from_json(Json::parse(record.json)),
+      reader.load_session(record.session), reader.session_info(record.session).who.name);
+  run_patiently(call.service, path, [path, page] { session::write_file(path.string(), page); });
   return {{"path", path.string()}, {"result", record.id.value}};
 }
 
@@ -74,6 +74,7 @@ constexpr std::array kMethods{
         .params = kPageParams,
         .result = "path, result",
         .example = R"({"session": "demo", "path": "/srv/rig/diagnosis.html"})",
+        .runs_on = RunsOn::kFiles,
         .run = write_page},
     RpcMethod{
         .name = "diagnose.start",

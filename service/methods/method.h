@@ -63,7 +63,8 @@ struct Wait {
 
 enum class RunsOn {
   kLoop,    // at once on the socket's loop: microseconds, touches no file
-  kWorker,  // on a worker thread: may read and write files and the database
+  kWorker,  // on a worker thread: may use the database
+  kFiles,   // on a worker for files that a client names, which may hang; others go on
 };
 
 struct RpcMethod {
@@ -100,6 +101,8 @@ void check_params(const RpcMethod& method, const Json& params);
 [[nodiscard]] std::span<const RpcMethod> compare_methods();
 [[nodiscard]] std::span<const RpcMethod> diagnosis_methods();
 [[nodiscard]] std::span<const RpcMethod> compensation_methods();
+[[nodiscard]] std::span<const RpcMethod> validation_methods();
+[[nodiscard]] std::span<const RpcMethod> rig_methods();
 
 /// params[name], or `otherwise` if it is absent or null. Only for a name that the method's row
 /// declares.

@@ -64,7 +64,7 @@ are never replayed, and a client too slow for them gets the newest (`"live":true
 | job | `type` (queued, started, progress, done, failed, cancelled) and the job as in `job.status` |
 | sample | a sample, after it is stored: set, point, repeat, number, readings, position, flags |
 | collect | `type` (started, point, paused, resumed, skipped, flagged, stopped, done, failed) and the state as in `collect.status` |
-| live | while a session is collected, the dials as they are now: `dials` {{id: value_mm, quality, reason, `state` (ok, settling, free: touches nothing, stale, lost)}}, `settle` {{spread_mm, limit_mm, settled}} of the last two values shown of the dial that is furthest from rest, `pose` {{x_mm, y_mm, gamma_rad, dials used}} or null |
+| live | while a session is collected, or dials.watch asks for it, the dials as they are now: `dials` {{id: value_mm, quality, reason, `words` of it, `state` (ok, settling, waiting: no value while the robot moves, free: touches nothing, stale, lost)}}, `check` as dials.check has it, `settle` {{spread_mm, limit_mm, settled}} of the last two values shown of the dial that is furthest from rest, `pose` {{x_mm, y_mm, gamma_rad, dials used}} or null |
 | service | `type` (stopping) |
 
 What an event, a job, a session, a collection and every stored document hold to the last key is in the JSON Schemas of

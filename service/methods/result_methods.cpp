@@ -7,7 +7,7 @@
 
 #include "report/documents/calibration_json.h"
 #include "report/documents/comparison_json.h"
-#include "report/documents/diagnosis_json.h"
+#include "report/documents/recommendation_json.h"
 #include "report/documents/summary.h"
 #include "report/documents/warnings_document.h"
 #include "report/headline.h"
@@ -15,6 +15,8 @@
 #include "report/sections/against_sections.h"
 #include "service/document_job.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
+#include "service/recommended_model.h"
 #include "service/result_lookup.h"
 #include "service/service.h"
 #include "service/store_json.h"
@@ -26,6 +28,7 @@
 namespace sixdial::service {
 namespace {
 
+constexpr auto kReportPatience = std::chrono::minutes(5);  // its pages are made, too
 constexpr std::size_t kMostPageBytes =
     std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
@@ -53,7 +56,9 @@ Json get(const Call& call) {
   Json answer = to_json(record, call.service.reader().session_info(record.session).name);
   if (call.params.contains("path")) {
     const std::filesystem::path path = params::absolute_path(call);
-    session::write_file(path.string(), record.json);
+    run_patiently(call.service, path, [path, json = record.json] {
+      session::write_file(path.string(), json);
+    });
     answer["path"] = path.string();
     return answer;
   }
@@ -86,16 +91,21 @@ Json list(const Call& call) {
   return {{"results", std::move(rows)}};
 }
 
-/// The newest result of a kind from the same samples; empty if there is none.
-std::optional<db::ResultRecord> companion_of(
-    const Call& call, const db::ResultRecord& calibration, const char* kind) {
-  std::vector<db::ResultRecord> all =
-      call.service.reader().load_results(calibration.session, kind);
-  std::erase_if(all, [&](const db::ResultRecord& each) {
-    return each.data_sha256 != calibration.data_sha256;
-  });
-  if (all.empty()) return std::nullopt;
-  return std::move(all.back());
+Json number_or_null(const std::optional<std::int64_t>& number) {
+  return number ? Json(*number) : Json(nullptr);
+}
+
+Json recommend(const Call& call) {
+  const db::ResultRecord record = calibration_record(call);
+  const RecommendedModel model = recommended_model(call.service.reader(), record);
+  Json answer = report::to_json(model.recommendation());
+  answer["calibration"] = model.calibration_number;
+  answer["diagnosis"] = number_or_null(model.diagnosis_number);
+  answer["validation"] = number_or_null(model.validation_number);
+  answer["state"] = report::state_name(report::verdict_of(model.calibration).state);
+  answer["warnings"] = report::warnings_json(
+      model.calibration.warnings.value_or(std::vector<studies::Warning>()));
+  return answer;
 }
 
 Json write(const Call& call) {
@@ -103,14 +113,11 @@ Json write(const Call& call) {
   const db::ResultRecord record = calibration_record(call);
   db::Store& reader = call.service.reader();
   const session::Session session = reader.load_session(record.session);
-  const auto comparison = companion_of(call, record, "comparison");
-  const auto diagnosis = companion_of(call, record, "diagnosis");
+  const auto comparison = companion_of(reader, record, "comparison");
   std::optional<studies::ComparisonResult> compared;
   if (comparison) compared = report::comparison_from_json(Json::parse(comparison->json));
-  std::optional<studies::DiagnosisResult> diagnosed;
-  if (diagnosis) diagnosed = report::diagnosis_from_json(Json::parse(diagnosis->json));
-  const studies::CalibrationResult result =
-      report::calibration_from_json(Json::parse(record.json));
+  const RecommendedModel model = recommended_model(reader, record);
+  const studies::CalibrationResult& result = model.calibration;
   std::vector<report::Section> more;
   if (const auto other_name = param_or<std::string>(call.params, "against", "");
       !other_name.empty()) {
@@ -126,19 +133,28 @@ Json write(const Call& call) {
   if (call.params.contains("tolerance_mm")) {
     tolerance_mm = call.params["tolerance_mm"].get<double>();
   }
-  const auto files = report::write_report(
-      result, session, reader.session_info(record.session).who.name, path,
-      {.comparison = compared ? &*compared : nullptr,
-       .diagnosis = diagnosed ? &*diagnosed : nullptr,
-       .tolerance_mm = tolerance_mm,
-       .made = call.service.clock().now_utc()},
-      std::move(more));
+  const std::string who = reader.session_info(record.session).who.name;
+  const auto files = with_patience(
+      call.service, path,
+      [path, model, session, who, compared, more, tolerance_mm,
+       made = call.service.clock().now_utc()] {
+        return report::write_report(
+            model.calibration, session, who, path,
+            {.comparison = compared ? &*compared : nullptr,
+             .diagnosis = model.diagnosis ? &*model.diagnosis : nullptr,
+             .validation = model.validation ? &*model.validation : nullptr,
+             .tolerance_mm = tolerance_mm,
+             .made = made},
+            more);
+      },
+      kReportPatience);
   return {
       {"path", path.string()},
       {"files", files},
       {"result", record.id.value},
       {"comparison", comparison ? Json(comparison->id.value) : Json(nullptr)},
-      {"diagnosis", diagnosis ? Json(diagnosis->id.value) : Json(nullptr)},
+      {"diagnosis", number_or_null(model.diagnosis_number)},
+      {"validation", number_or_null(model.validation_number)},
       {"state", report::state_name(report::verdict_of(result).state)},
       {"warnings",
        report::warnings_json(result.warnings.value_or(std::vector<studies::Warning>()))}};
@@ -182,6 +198,7 @@ constexpr std::array kGetParams{
         .doc = "a page of the document's text from this byte on, instead of the summary",
         .min = 0},
     Param{.name = "path", .doc = "absolute path of a file to write the document to"}};
+constexpr std::array kRecommendParams{kResult, kSessionOr};
 constexpr std::array kListParams{
     params::kSession, Param{
                           .name = "limit",
@@ -219,6 +236,7 @@ constexpr std::array kMethods{
             "result, kind, session, job, created_utc, seed, version, rig_hash, data_hash, "
             "bytes; and summary, or text and next_offset (null: the last page), or path",
         .example = R"({"session": "demo", "offset": 0})",
+        .runs_on = RunsOn::kFiles,
         .run = get},
     RpcMethod{
         .name = "result.list",
@@ -229,15 +247,27 @@ constexpr std::array kMethods{
         .example = R"({"session": "demo"})",
         .run = list},
     RpcMethod{
+        .name = "result.recommend",
+        .summary = "Which model to command by, with its parameters, and why: chosen within G1, "
+                   "never one that a validation ruled out.",
+        .params = kRecommendParams,
+        .result = "a sixdial.recommendation document; calibration, diagnosis and validation "
+                  "(numbers of the results that say so, or null), state, warnings",
+        .example = R"({"session": "demo"})",
+        .command = "sixdial recommend {session}",
+        .run = recommend},
+    RpcMethod{
         .name = "report.write",
         .summary =
             "Writes the report of a result: HTML, JSON, CSV tables, the session bundle. "
-            "Shows the newest comparison and diagnosis of the same samples, if there are any.",
+            "Shows the newest comparison and diagnosis of the same samples and the newest "
+            "validation of this calibration, if there are any.",
         .params = kWriteParams,
         .result =
-            "path, files, result, comparison and diagnosis (numbers of those it shows, or "
-            "null)",
+            "path, files, result, comparison, diagnosis and validation (numbers of those it "
+            "shows, or null)",
         .example = R"({"session": "demo", "path": "/srv/rig/report"})",
+        .runs_on = RunsOn::kFiles,
         .run = write},
 };
 

@@ -8,7 +8,9 @@
 #include <map>
 #include <tuple>
 
+#include "report/documents/warnings_document.h"
 #include "service/methods/shared_params.h"
+#include "service/patient_files.h"
 #include "service/sample_json.h"
 #include "service/service.h"
 #include "service/session_choices.h"
@@ -18,6 +20,8 @@
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "session/trials.h"
+#include "session/usual_approach.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::service {
 namespace {
@@ -85,11 +89,12 @@ Json show(const Call& call) {
   Json answer = info_json(call.service, id);
   answer["collections"] = actions_of(reader, id, "collect.end", "ended_because");
   answer["clock_steps"] = actions_of(reader, id, kClockStep, "what");
-  answer["readings_within_ms"] = readings_within_json(reader.load_session(id));
+  const session::Session session = reader.load_session(id);
+  answer["readings_within_ms"] = readings_within_json(session);
+  answer["warnings"] = report::warnings_json(studies::plausible(session).warnings);
   const auto limit = param_or<std::int64_t>(call.params, "limit", 0);
   const auto offset = param_or<std::int64_t>(call.params, "offset", 0);
   if (limit > 0) {
-    const session::Session session = reader.load_session(id);
     Json samples = Json::array();
     for (auto i = offset; i < std::min(offset + limit, std::ssize(session.samples)); ++i) {
       samples.push_back(sample_json(session.rig, session.samples[static_cast<std::size_t>(i)]));
@@ -103,12 +108,15 @@ Json import_bundle(const Call& call) {
   const std::filesystem::path path = params::absolute_path(call);
   const auto name = param_or<std::string>(call.params, "name", "");
   if (!name.empty()) check_session_name(name);
-  const session::Session read = session::read_bundle(
-      path, {.skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name});
+  const session::ReadOptions options{
+      .skip_bad_rows = param_or(call.params, "skip_bad_rows", false), .name = name};
+  const session::Session read = with_patience(
+      call.service, path, [path, options] { return session::read_bundle(path, options); });
   check_session_name(read.name);
   const db::SessionId id = call.service.store().import_session(read, to_operator(call.caller));
   Json answer = info_json(call.service, id);
   call.service.events().publish("session", {{"type", "imported"}, {"session", read.name}});
+  answer["warnings"] = report::warnings_json(studies::plausible(read).warnings);
   answer["rejected"] = Json::array();
   constexpr std::size_t kMostShown = 100;
   for (const session::RejectedRow& row : read.rejected) {
@@ -120,12 +128,13 @@ Json import_bundle(const Call& call) {
 
 Json export_bundle(const Call& call) {
   const std::filesystem::path path = params::absolute_path(call);
-  const session::Session session = loaded(call);
-  session::write_bundle(session, path);
+  session::Session session = loaded(call);
+  const std::size_t samples = session.samples.size();
+  run_patiently(call.service, path, [path, session = std::move(session)] {
+    session::write_bundle(session, path);
+  });
   return {
-      {"path", path.string()},
-      {"files", {"session.csv", "rig.toml"}},
-      {"samples", session.samples.size()}};
+      {"path", path.string()}, {"files", {"session.csv", "rig.toml"}}, {"samples", samples}};
 }
 
 Json planned(const Call& call) {
@@ -192,7 +201,7 @@ Json undo(const Call& call) {
 
 Json choices(const Call& call) { return session_choices(call.service, session_name(call)); }
 
-session::PlanOptions plan_options(const Json& params) {
+session::PlanOptions plan_options(const Json& params, const geometry::Rig& rig) {
   session::PlanOptions options;
   options.set = param_or<std::string>(params, "set", options.set);
   options.repeats = param_or(params, "repeats", options.repeats);
@@ -202,8 +211,8 @@ session::PlanOptions plan_options(const Json& params) {
   for (const auto& mode : param_or<std::vector<std::string>>(params, "modes", {})) {
     options.working_modes.push_back(*geometry::working_mode_from(mode));
   }
-  options.approach = *session::approach_rule_from(
-      param_or<std::string>(params, "approach", std::string(to_string(options.approach))));
+  options.approach = *session::approach_rule_from(param_or<std::string>(
+      params, "approach", std::string(to_string(session::usual_approach(rig)))));
   return options;
 }
 
@@ -225,14 +234,14 @@ Json plan_grid(const Call& call) {
   return plan_answer(
       rig, session::plan_grid(
                rig, call.params.at("nx").get<int>(), call.params.at("ny").get<int>(),
-               plan_options(call.params)));
+               plan_options(call.params, rig)));
 }
 
 Json plan_random(const Call& call) {
   const geometry::Rig rig = rig_of(call);
   return plan_answer(
-      rig,
-      session::plan_random(rig, call.params.at("count").get<int>(), plan_options(call.params)));
+      rig, session::plan_random(
+               rig, call.params.at("count").get<int>(), plan_options(call.params, rig)));
 }
 
 using params::kSession;
@@ -302,7 +311,8 @@ constexpr std::array kPlanCommon{
         .one_of = params::kModeWords},
     Param{
         .name = "approach",
-        .doc = "from which side points are reached",
+        .doc = "from which side points are reached; default as-it-comes, alternate for a robot "
+               "moved by hand",
         .one_of = kApproaches}};
 
 template <std::size_t N>
@@ -373,7 +383,9 @@ constexpr std::array kMethods{
             "plan_points, rejected_rows, collections [{time_utc, operator, "
             "ended_because}], clock_steps [{time_utc, operator, what}], readings_within_ms "
             "{median, max}: between the first and the last dial's answer of a sample, null "
-            "where no times are known, page [samples]",
+            "where no times are known, warnings [{code, severity, message, where, place, "
+            "parts}], "
+            "page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
         .run = show},
     RpcMethod{
@@ -382,6 +394,7 @@ constexpr std::array kMethods{
         .params = kImportParams,
         .result = "as session.show, and rejected [{line, reason}]",
         .example = R"({"path": "/srv/rig/bundle", "name": "imported"})",
+        .runs_on = RunsOn::kFiles,
         .run = import_bundle},
     RpcMethod{
         .name = "session.export",
@@ -389,6 +402,7 @@ constexpr std::array kMethods{
         .params = kExportParams,
         .result = "path, files, samples",
         .example = R"({"session": "demo", "path": "/srv/rig/exported"})",
+        .runs_on = RunsOn::kFiles,
         .run = export_bundle},
     RpcMethod{
         .name = "session.undo",
@@ -403,8 +417,10 @@ constexpr std::array kMethods{
         .name = "session.choices",
         .summary = "What can be done with a session now, and what each of the rest waits for.",
         .params = kOnlySession,
-        .result = "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
-                  "cannot be done now}, report_of (calibration, diagnosis or null)",
+        .result =
+            "session, choices {start, undo, calibrate, diagnose, report: null, or why it "
+            "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
+            "severity, message, where, place, parts}]: what speaks against the session",
         .example = R"({"session": "demo"})",
         .run = choices},
     RpcMethod{

@@ -24,6 +24,13 @@ inline constexpr Param kKeepGrossErrors{
     .type = ParamType::kBoolean,
     .doc = "list readings that stand out, but fit them too"};
 
+inline constexpr Param kFromOtherSession{
+    .name = "from_other_session",
+    .type = ParamType::kBoolean,
+    .doc =
+        "take a result or diagnosis that belongs to another session than `session`; else it "
+        "is refused"};
+
 inline constexpr Param kTolerance{
     .name = "tolerance_mm",
     .type = ParamType::kNumber,
@@ -45,6 +52,10 @@ inline constexpr Param kParticles = count("particles", "instead of 50", 4);
 inline constexpr Param kQpso1 = count("qpso1_iterations", "instead of 100", 1);
 inline constexpr Param kQpso2 = count("qpso2_iterations", "instead of 400", 1);
 inline constexpr Param kAnfisEpochs = count("anfis_epochs", "instead of 500", 1);
+
+[[nodiscard]] inline bool from_other_session(const Json& params) {
+  return param_or(params, "from_other_session", false);
+}
 
 /// params["path"] of a call. Paths go to another process: a relative one would mean that
 /// process's directory, not the client's. Throws Error invalid_params for one.

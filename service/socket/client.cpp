@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <system_error>
 
 #include "service/socket/request.h"
@@ -16,36 +15,23 @@
 namespace sixdial::service {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
-
 [[noreturn]] void unreachable(const std::string& what, const std::filesystem::path& path) {
   throw Error(ErrorCode::kUnreachable, what, {{"file", path.string()}});
 }
 
 }  // namespace
 
-void interrupt_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { interrupted = 1; };
-  sigemptyset(&action.sa_mask);
-  // A write to the terminal goes on, or half of it would be lost; poll ends all the same.
-  action.sa_flags = SA_RESTART;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-}
-
-bool take_interruption() {
-  if (interrupted == 0) return false;
-  interrupted = 0;
-  return true;
-}
-
 Client::Client(const std::filesystem::path& socket_path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string path = socket_path.string();
   if (path.size() >= sizeof(address.sun_path)) {
-    unreachable(fmt::format("the socket path is too long: {}", path), socket_path);
+    throw Error(
+        ErrorCode::kUnreachable,
+        fmt::format(
+            "the socket path {} has {} bytes, {} are possible", path, path.size(),
+            sizeof(address.sun_path) - 1),
+        {{"file", path}}, "Choose a shorter one with --socket, here and for sixdiald.");
   }
   path.copy(address.sun_path, path.size());
   fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);

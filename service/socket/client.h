@@ -16,14 +16,9 @@
 #include <string_view>
 
 #include "service/error.h"
+#include "service/socket/interruption.h"
 
 namespace sixdial::service {
-
-/// A signal (Ctrl-C) came while waiting for the service.
-class Interrupted : public std::runtime_error {
- public:
-  Interrupted() : std::runtime_error("interrupted") {}
-};
 
 class Client {
  public:
@@ -47,10 +42,5 @@ class Client {
   std::size_t searched_ = 0;
   std::deque<Json> events_;
 };
-
-/// Ctrl-C and SIGTERM end a wait of a Client by Interrupted from now on.
-void interrupt_on_signals();
-/// Such a signal has come since it was last asked.
-[[nodiscard]] bool take_interruption();
 
 }  // namespace sixdial::service

@@ -257,7 +257,7 @@ asio::awaitable<Json> Connection::run(const RpcMethod& method, Json params) {
   }
   if (method.runs_on == RunsOn::kLoop) co_return method.run(call);
   co_return co_await asio::co_spawn(
-      host_.workers,
+      method.runs_on == RunsOn::kFiles ? host_.file_workers : host_.workers,
       [&method, &call]() -> asio::awaitable<Json> { co_return method.run(call); },
       use_awaitable);
 }

@@ -19,6 +19,7 @@ namespace sixdial::service {
 struct ConnectionHost {
   Service& service;
   asio::thread_pool& workers;
+  asio::thread_pool& file_workers;
   asio::steady_timer& changed;  // cancelled whenever a waiter should look again
   std::chrono::milliseconds slow_client{10'000};
   std::function<void(class Connection&)> ended;

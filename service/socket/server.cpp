@@ -112,6 +112,7 @@ Server::Server(Service& service, ServerOptions options)
       host_{
           .service = service_,
           .workers = workers_,
+          .file_workers = file_workers_,
           .changed = changed_,
           .slow_client = options_.slow_client,
           .ended = [this](Connection& connection) {
@@ -181,6 +182,7 @@ void Server::run() {
   asio::co_spawn(loop_, accept_clients(), asio::detached);
   loop_.run();
   workers_.join();
+  file_workers_.join();
   service_.set_listeners({}, {}, {});
 }
 

@@ -40,7 +40,7 @@ struct ServerOptions {
   bool handle_signals = false;          // SIGTERM and SIGINT end run()
   /// After a signal the process ends in any case: a request that hangs (a dead network file
   /// system, say) must not hold up the machine's shutdown.
-  std::chrono::milliseconds longest_shut_down{4500};
+  std::chrono::milliseconds longest_shut_down{900};
   std::chrono::milliseconds slow_client{10'000};
   int socket_buffer_bytes = 0;  // 0: the system's
 };
@@ -54,7 +54,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Serves until stop(): then lets the collection finish its point, ends jobs, sends what is
-  /// queued, and returns within 5 s, or what the options say.
+  /// queued, and returns within a second, or what the options say.
   void run();
   /// From any thread.
   void stop();
@@ -73,6 +73,7 @@ class Server {
   const ServerOptions options_;
   asio::io_context loop_{1};
   asio::thread_pool workers_{2};
+  asio::thread_pool file_workers_{4};  // for methods that touch files outside of the store
   asio::steady_timer changed_;
   asio::local::stream_protocol::acceptor acceptor_;
   asio::signal_set signals_;

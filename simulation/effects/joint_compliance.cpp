@@ -7,8 +7,8 @@ namespace sixdial::simulation {
 namespace {
 
 constexpr EffectParameter kParameters[] = {
-    {"1/K1", "rad/(N mm)", 1e-6},
-    {"1/K2", "rad/(N mm)", 1e-6},
+    {"1/K1", "rad/(N mm)", 1e-6, true},
+    {"1/K2", "rad/(N mm)", 1e-6, true},
 };
 
 void bend_kinematics(

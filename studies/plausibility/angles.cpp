@@ -46,9 +46,12 @@ void look_at_angles(Look& look) {
       const auto k = static_cast<Eigen::Index>(j);
       const Range usual = usual_range(look.used, k);
       const double width = usual.high - usual.low + kBeyond_rad;
-      const double radians = sample.q[k] / geometry::kDegPerRad;
-      outside = outside || !usual.holds(sample.q[k], kLeastOutside * width);
-      fits_in_degrees = fits_in_degrees && usual.holds(radians, width);
+      const bool here = !usual.holds(sample.q[k], kLeastOutside * width);
+      const bool as_degrees = usual.holds(sample.q[k] / geometry::kDegPerRad, width);
+      outside = outside || here;
+      // The other joint may well be in radians, as it should.
+      fits_in_degrees =
+          fits_in_degrees && (as_degrees || (!here && usual.holds(sample.q[k], width)));
     }
     if (outside && fits_in_degrees) rows.push_back(i);
   }

@@ -42,14 +42,14 @@ struct Look {
   [[nodiscard]] bool told(std::string_view code) const;
 };
 
-struct Check {
+struct PlausibilityCheck {
   std::string_view name;
   std::vector<std::string_view> codes;  // that it may tell
   void (*look)(Look& look) = nullptr;
 };
 
 /// In the order in which they look.
-[[nodiscard]] const std::vector<Check>& checks();
+[[nodiscard]] const std::vector<PlausibilityCheck>& checks();
 
 // One a file.
 void look_at_sets(Look& look);
@@ -59,6 +59,7 @@ void look_at_angles(Look& look);
 void look_for_copies(Look& look);
 void look_at_travel(Look& look);
 void look_at_modes(Look& look);
+void look_at_rows_elsewhere(Look& look);
 void look_at_cuboid_angle(Look& look);
 void look_at_two_instruments(Look& look);
 void look_at_turns(Look& look);
@@ -67,6 +68,7 @@ void look_at_dials(Look& look);
 void look_at_sides(Look& look);
 void look_at_frame(Look& look);
 void look_at_targets(Look& look);
+void look_at_certificates(Look& look);
 
 inline constexpr std::string_view kWrongMode = "wrong_mode";
 

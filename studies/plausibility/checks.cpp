@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "geometry/long_work.h"
 #include "studies/plausibility/check.h"
 
 namespace sixdial::studies {
@@ -8,6 +9,7 @@ namespace plausibility {
 WarningPlace Look::rows(std::span<const std::size_t> rows, std::string field) const {
   WarningPlace place{
       .file = "session.csv", .field = std::move(field), .rows = static_cast<int>(rows.size())};
+  if (rows.size() == measured.samples.size()) return place;  // all: none is worth a name
   for (const std::size_t row : rows.first(std::min(rows.size(), WarningPlace::kNamedRows))) {
     const session::Sample& sample = measured.samples[row];
     place.named.push_back({sample.line, sample.set, sample.point, sample.repeat});
@@ -23,22 +25,25 @@ bool Look::told(std::string_view code) const {
   return std::ranges::any_of(found, [&](const Warning& each) { return each.code == code; });
 }
 
-const std::vector<Check>& checks() {
-  static const std::vector<Check> kChecks{
+const std::vector<PlausibilityCheck>& checks() {
+  static const std::vector<PlausibilityCheck> kChecks{
       // What the file says.
       {"sets", {"set_not_used"}, look_at_sets},
+      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
       {"clock", {"wrong_date", "clock_set_back", "not_in_order_of_time"}, look_at_clock},
       {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
       {"angles", {"row_in_degrees"}, look_at_angles},
-      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
       // What the columns hold: the nominal robot knows it better than their names do.
       {"turns", {"joint_wrapped"}, look_at_turns},
       {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
-      {"dials", {"dials_exchanged", "dial_unit"}, look_at_dials},
+      {"dials", {"dials_exchanged", "dial_unit", "dial_reversed"}, look_at_dials},
+      // A single row by its joint values, before its target is doubted.
+      {"rows_elsewhere", {"row_elsewhere"}, look_at_rows_elsewhere},
+      {"targets", {"targets_elsewhere"}, look_at_targets},
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
       {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
-      {"modes", {kWrongMode}, look_at_modes},
+      {"modes", {kWrongMode, "wrong_assembly"}, look_at_modes},
       {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
       {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
       // Where it was measured, once it is known by what.
@@ -46,7 +51,8 @@ const std::vector<Check>& checks() {
        {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
-      {"targets", {"targets_elsewhere"}, look_at_targets},
+      // What the figures can be traced to.
+      {"certificates", {"certificate_expired"}, look_at_certificates},
   };
   return kChecks;
 }
@@ -78,7 +84,11 @@ PlausibleSession plausible(const session::Session& session) {
   PlausibleSession judged{session};
   plausibility::Look look{
       session, judged.session, judged.warnings, judged.frame, judged.dial_of_column};
-  for (const plausibility::Check& check : plausibility::checks()) check.look(look);
+  std::int64_t done = 0;
+  for (const plausibility::PlausibilityCheck& check : plausibility::checks()) {
+    geometry::tell_step("checking the data", done++, std::ssize(plausibility::checks()));
+    check.look(look);
+  }
   return judged;
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kUsualTimes = 10.0;    // a jump of so many usual steps is none between samples
 constexpr double kLeastJump_s = 60.0;   // and at least that long
 constexpr double kFarAway_s = 86400.0;  // the first or last row alone, that far from the others
-constexpr double kMostWrong = 0.05;     // share of the rows that may be slips
+constexpr double kMostWrong = 0.2;      // share of the rows that may be slips
 constexpr int kMostSteps = 3;           // more ways back are an order of another kind
 
 struct Timed {
@@ -27,7 +27,7 @@ std::vector<Timed> timed_rows(const session::Session& session) {
   std::vector<Timed> rows;
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
     const auto& time = session.samples[i].time_utc;
-    if (!time) continue;
+    if (!time || session.samples[i].left_out) continue;
     rows.push_back({i, std::chrono::duration<double>(time->time_since_epoch()).count()});
   }
   return rows;
@@ -96,6 +96,21 @@ void fill_time(session::Session& used, const std::vector<Timed>& right, std::siz
   time = session::TimePoint(std::chrono::milliseconds(std::llround(1e3 * *time_s)));
 }
 
+/// Rows of another year than the middle of all: not a slip in one row, but of whoever typed
+/// them or of a clock that had not been set yet. Places in `rows`.
+std::vector<std::size_t> of_another_year(const std::vector<Timed>& rows) {
+  constexpr double kFar_s = 200.0 * 86400.0;
+  std::vector<double> times;
+  for (const Timed& each : rows) times.push_back(each.time_s);
+  std::ranges::nth_element(times, times.begin() + std::ssize(times) / 2);
+  const double middle = times[times.size() / 2];
+  std::vector<std::size_t> far;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (std::abs(rows[i].time_s - middle) > kFar_s) far.push_back(i);
+  }
+  return far;
+}
+
 std::string step_text(double seconds) {
   const double s = std::abs(seconds);
   const auto shown = [](double value, const char* unit) {
@@ -115,7 +130,8 @@ void look_at_clock(Look& look) {
   std::vector<Timed> rows = timed_rows(look.used);
   if (rows.size() < 3) return;
   const double usual_s = usual_step_s(rows);
-  const std::vector<std::size_t> wrong = wrong_dates(rows, usual_s);
+  std::vector<std::size_t> wrong = of_another_year(rows);
+  if (wrong.empty()) wrong = wrong_dates(rows, usual_s);
   if (!wrong.empty() && static_cast<double>(wrong.size()) <=
                             std::max(1.0, kMostWrong * static_cast<double>(rows.size()))) {
     std::vector<std::size_t> named;

@@ -15,10 +15,11 @@
 namespace sixdial::studies::plausibility {
 namespace {
 
-constexpr double kLeastTurn_deg = 2.0;  // a clamp is set by eye to better than that
+constexpr double kLeastTurn_deg = 3.0;  // a clamp is set by eye to better than that
 constexpr double kMostTurn_deg = 180.0;
 constexpr double kStep_deg = 0.5;
-constexpr double kMuchBetter = 0.25;    // what is left over what was before
+constexpr double kBetter = 0.6;         // what is left over what was before: told
+constexpr double kMuchBetter = 0.25;    // and so much that it cannot be left
 constexpr double kWellLeft_mm = 3.0;    // of a nominal robot that was never calibrated
 constexpr std::size_t kMostPoses = 40;  // are enough to see an angle
 
@@ -100,13 +101,15 @@ void look_at_cuboid_angle(Look& look) {
   constexpr std::size_t kLeastPoses = 3;
   if (poses.size() < kLeastPoses) return;
   const double before_mm = misfit_mm(rig, poses, 0.0);
-  const auto fits = [&](const Turn& turn) {
-    return turn.left_mm < kMuchBetter * before_mm && turn.left_mm < kWellLeft_mm;
-  };
   const Turn turn = best_turn(rig, poses);
-  if (fits(turn) && std::abs(turn.deg) >= kLeastTurn_deg) {
+  if (turn.left_mm < kWellLeft_mm && turn.left_mm < kBetter * before_mm &&
+      std::abs(turn.deg) >= kLeastTurn_deg) {
+    // A small turn does no harm to a fit: every pose says how the cuboid stands. A large one
+    // takes one face for another.
+    const bool harmless = turn.left_mm > kMuchBetter * before_mm;
     look.tell(
-        "reference_pose", Severity::kWrong, Look::rig_key("[cuboid] reference_pose_mm"),
+        "reference_pose", harmless ? Severity::kNote : Severity::kWrong,
+        Look::rig_key("[cuboid] reference_pose_mm"),
         {{"turn", turn.deg},
          {"before", before_mm},
          {"after", turn.left_mm},
@@ -120,7 +123,7 @@ void look_at_cuboid_angle(Look& look) {
     geometry::Rig other = rig;
     other.cuboid.mount = mount;
     const Turn with = best_turn(other, poses_of(other, look.used));
-    if (!fits(with) || with.left_mm > kMuchBetter * turn.left_mm) continue;
+    if (with.left_mm > kWellLeft_mm || with.left_mm > kBetter * turn.left_mm) continue;
     look.tell(
         "mount", Severity::kWrong, Look::rig_key("[cuboid] mount"),
         {{"before", before_mm}, {"after", with.left_mm}});

@@ -35,6 +35,9 @@ constexpr double kPlausibleChanges = 4.0;  // of a parameter, in ParameterInfo::
 constexpr double kMount_mm = 2.0;          // how well a dial's place is known
 constexpr double kNoContact_mm = 0.03;
 constexpr double kToSigma = 1.4826;
+/// Two dials on opposite faces that are exchanged look almost as if both counted the other way,
+/// which is less likely.
+constexpr double kLessLikely = 1.0;  // of the logarithm
 constexpr int kTurnSteps = 4;
 constexpr double kMostTurned_rad = 0.6;
 
@@ -147,7 +150,21 @@ double unlike(const Table& table, Index column, Index dial, double mm_per_unit) 
 struct Pairing {
   double spread_mm = kNone;
   double mm_per_unit = 1.0;
+  double offset_mm = 0.0;
 };
+
+/// Where a dial that counts the other way begins; empty: this one reads below zero, which is
+/// another matter.
+std::optional<double> reversed_from(const Table& table, Index column, Index dial) {
+  std::vector<double> sums, shown;
+  for (Index i = 0; i < table.samples(); ++i) {
+    if (!std::isfinite(table.shown(i, column))) continue;
+    shown.push_back(table.shown(i, column));
+    sums.push_back(table.shown(i, column) + table.nominal(i, dial));
+  }
+  if (shown.empty() || geometry::median_of(shown) < 0.0) return std::nullopt;
+  return geometry::median_of(std::move(sums));
+}
 
 /// The unit that lets a column be this dial best; millimetres unless another is clearly better.
 Pairing pairing_of(const Table& table, Index column, Index dial) {
@@ -158,6 +175,11 @@ Pairing pairing_of(const Table& table, Index column, Index dial) {
         spread_mm < best.spread_mm) {
       best = {spread_mm, unit.mm};
     }
+  }
+  const double reversed_mm = unlike(table, column, dial, kReversed);
+  if (kClearly * std::max(reversed_mm, kFloor_mm) < best.spread_mm) {
+    const auto from = reversed_from(table, column, dial);
+    if (from) best = {reversed_mm, kReversed, *from};
   }
   return best;
 }
@@ -212,7 +234,7 @@ Said said_at(const Table& table, Index sample, const DialHypothesis& is) {
     const auto column = static_cast<std::size_t>(k);
     said.columns.push_back(static_cast<int>(k));
     said.dials.push_back(is.shows[column]);
-    mm.push_back(is.mm_per_unit[column] * table.shown(sample, k));
+    mm.push_back(is.mm_per_unit[column] * table.shown(sample, k) + is.offset_mm[column]);
   }
   said.mm = Eigen::Map<const VectorXd>(mm.data(), std::ssize(mm));
   return said;
@@ -302,7 +324,8 @@ double cost_of(const std::vector<double>& left_mm) {
 DialHypothesis as_the_file_says(Index dials) {
   DialHypothesis is{
       std::vector<int>(static_cast<std::size_t>(dials)),
-      std::vector<double>(static_cast<std::size_t>(dials), 1.0)};
+      std::vector<double>(static_cast<std::size_t>(dials), 1.0),
+      std::vector<double>(static_cast<std::size_t>(dials), 0.0)};
   std::iota(is.shows.begin(), is.shows.end(), 0);
   return is;
 }
@@ -319,13 +342,16 @@ std::vector<DialHypothesis> likely(const Table& table) {
   std::vector<std::pair<double, DialHypothesis>> ranked;
   for (std::vector<int>& order : orders_of(n)) {
     double cost = 0.0;
-    std::vector<double> units;
+    std::vector<double> units, offsets;
     for (std::size_t k = 0; k < n; ++k) {
       const Pairing& each = pairings[k][static_cast<std::size_t>(order[k])];
       if (std::isfinite(each.spread_mm)) cost += std::log(std::max(each.spread_mm, kFloor_mm));
+      if (each.mm_per_unit == kReversed) cost += kLessLikely;
       units.push_back(each.mm_per_unit);
+      offsets.push_back(each.offset_mm);
     }
-    ranked.emplace_back(cost, DialHypothesis{std::move(order), std::move(units)});
+    ranked.emplace_back(
+        cost, DialHypothesis{std::move(order), std::move(units), std::move(offsets)});
   }
   std::ranges::stable_sort(ranked, {}, &std::pair<double, DialHypothesis>::first);
   std::vector<DialHypothesis> result{as_the_file_says(table.dials())};
@@ -387,7 +413,8 @@ std::optional<DialJudgement> judge_dials(const session::Session& session) {
     std::vector<double> as_is;
     for (DialHypothesis& each : likely(table)) {
       std::vector<double> left = left_by(table, each);
-      const double cost = cost_of(left);
+      const double cost = cost_of(left) + kLessLikely * static_cast<double>(std::ranges::count(
+                                                            each.mm_per_unit, kReversed));
       if (as_is.empty()) as_is = left;
       if (best && cost >= least) continue;
       least = cost;

@@ -12,10 +12,14 @@
 
 namespace sixdial::studies::plausibility {
 
-/// What column k holds: readings of dial shows[k], mm_per_unit[k] for one of its units.
+/// A dial that counts the other way has this for mm_per_unit.
+inline constexpr double kReversed = -1.0;
+
+/// What column k holds: readings of dial shows[k], mm_per_unit[k] for one of its units, plus
+/// offset_mm[k], which is 0 unless it counts the other way.
 struct DialHypothesis {
   std::vector<int> shows;
-  std::vector<double> mm_per_unit;
+  std::vector<double> mm_per_unit, offset_mm;
   [[nodiscard]] bool exchanged() const;
 };
 

@@ -2,6 +2,7 @@
 // robot until they agree: nothing is calibrated before the file says what the readings are.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 
 #include "studies/plausibility/check.h"
@@ -38,6 +39,19 @@ struct Columns {
   std::vector<std::string> ids;
 };
 
+/// "all dials", "dial C", "dials A and B".
+std::string named(const Columns& columns, std::size_t dials) {
+  if (columns.ids.size() == dials) return "all dials";
+  return (columns.ids.size() == 1 ? "dial " : "dials ") + listed(columns.ids);
+}
+
+/// Where a dial that counts the other way begins: most likely at the end of its travel.
+double begins_at(const geometry::Dial& dial, double offset_mm) {
+  constexpr double kNearEnd_mm = 5.0;  // how well mount and robot are known
+  const double travel_mm = dial.geometry.travel_mm;
+  return std::abs(offset_mm - travel_mm) < kNearEnd_mm ? travel_mm : offset_mm;
+}
+
 void tell_units(Look& look, const DialJudgement& judged) {
   std::map<double, Columns> by_unit;
   const auto& dials = look.used.rig.dials;
@@ -48,24 +62,29 @@ void tell_units(Look& look, const DialJudgement& judged) {
     by_unit[mm].ids.push_back(dials[k].id);
   }
   for (const auto& [mm, columns] : by_unit) {
+    WarningParts parts{
+        {"dials", named(columns, dials.size())},
+        {"now", worst_of(judged.as_is_mm, columns.index)},
+        {"miss", worst_of(judged.best_mm, columns.index)}};
+    if (mm != kReversed) {
+      parts["unit"] = std::string(unit_of(mm));
+      parts["factor"] = mm;
+      parts["scale_in_words"] =
+          mm > 1.0 ? fmt::format("1/{:g}", mm) : fmt::format("{:g}", 1.0 / mm);
+    }
     look.tell(
-        "dial_unit", Severity::kWrong, columns_place(columns.ids),
-        {{"dials", columns.ids.size() == dials.size()
-                       ? "all dials"
-                       : (columns.ids.size() == 1 ? "dial " : "dials ") + listed(columns.ids)},
-         {"unit", std::string(unit_of(mm))},
-         {"factor", mm},
-         {"scale", 1.0 / mm},
-         {"scale_in_words",
-          mm > 1.0 ? fmt::format("1/{:g}", mm) : fmt::format("{:g}", 1.0 / mm)},
-         {"now", worst_of(judged.as_is_mm, columns.index)},
-         {"miss", worst_of(judged.best_mm, columns.index)}});
+        mm == kReversed ? "dial_reversed" : "dial_unit", Severity::kWrong,
+        columns_place(columns.ids), std::move(parts));
   }
   // What follows is fitted to millimetres, so that it can be read at all.
   for (session::Sample& sample : look.used.samples) {
     for (std::size_t k = 0; k < dials.size() && k < sample.channels.size(); ++k) {
       auto& value = sample.channels[k].value;
-      if (value) *value *= judged.best.mm_per_unit[k];
+      if (!value) continue;
+      const double mm = judged.best.mm_per_unit[k];
+      const auto dial = static_cast<std::size_t>(judged.best.shows[k]);
+      *value *= mm;
+      if (mm == kReversed) *value += begins_at(dials[dial], judged.best.offset_mm[k]);
     }
   }
 }

@@ -114,6 +114,49 @@ void change_positions(session::Session& session, const Eigen::MatrixXd& M) {
   }
 }
 
+/// Robust width of values around their middle.
+double width_of(const Eigen::VectorXd& values) {
+  const double middle = geometry::median_of({values.begin(), values.end()});
+  const Eigen::VectorXd apart = (values.array() - middle).abs();
+  return geometry::median_of({apart.begin(), apart.end()});
+}
+
+/// One coordinate in another unit than the others: only told of a frame that is not turned.
+bool tell_unit_of_one(Look& look, const Best& best) {
+  const auto& axes = session::layout_of(look.used.rig).axes;
+  const Eigen::Index n = best.seen.nominal_mm.rows();
+  Eigen::MatrixXd to_mm = Eigen::MatrixXd::Identity(n, n);
+  std::string names;
+  const Unit* common = nullptr;
+  for (Eigen::Index axis = 0; axis < n; ++axis) {
+    const double scale =
+        width_of(best.seen.measured_mm.row(axis)) / width_of(best.seen.nominal_mm.row(axis));
+    const auto* const unit = std::ranges::find_if(kUnits, [&](const Unit& each) {
+      return std::abs(std::log(scale / each.per_mm)) < kSizeSlack;
+    });
+    if (unit == kUnits.end() || (common != nullptr && common != unit)) continue;
+    common = unit;
+    to_mm(axis, axis) = 1.0 / unit->per_mm;
+    names += (names.empty() ? "" : ", ") + axes[static_cast<std::size_t>(axis)];
+  }
+  if (common == nullptr) return false;
+  const auto put_right =
+      geometry::register_points(best.seen.nominal_mm, to_mm * best.seen.measured_mm);
+  if (!put_right || kClearly * put_right->median >= best.rigid.median ||
+      kClearly * put_right->median >= size_of(best.any)) {
+    return false;
+  }
+  look.tell(
+      "position_unit", Severity::kWrong, column_place(columns_of(look)),
+      {{"columns", names},
+       {"unit", std::string(common->name)},
+       {"factor", 1.0 / common->per_mm},
+       {"scale", common->per_mm},
+       {"miss", put_right->median}});
+  change_positions(look.used, to_mm);
+  return true;
+}
+
 void tell_unit(Look& look, const Best& best) {
   const double scale = best.any.X.scale;
   const auto unit = std::ranges::find_if(kUnits, [&](const Unit& each) {
@@ -287,7 +330,9 @@ void move_base(Look& look, const Best& best) {
 void look_at_frame(Look& look) {
   auto best = best_of(look.used);
   if (!best) return;
-  if (!best->by_dials && other_size(*best)) {
+  if (!best->by_dials && tell_unit_of_one(look, *best)) {
+    best = best_of(look.used);
+  } else if (!best->by_dials && other_size(*best)) {
     tell_unit(look, *best);
     best = best_of(look.used);
   }
@@ -301,3 +346,20 @@ void look_at_frame(Look& look) {
 }
 
 }  // namespace sixdial::studies::plausibility
+
+namespace sixdial::studies {
+
+session::Session in_rig_frame(const PlausibleSession& judged, const geometry::Rig& filed) {
+  session::Session session = judged.session;
+  if (!judged.frame) return session;
+  session.rig = filed;
+  const geometry::Similarity back = judged.frame->inverse();
+  for (session::Sample& sample : session.samples) {
+    if (sample.target_mm) sample.target_mm = back(*sample.target_mm);
+    const auto at = session::position_of(sample, filed.dials.size());
+    if (at) session::set_position(sample, filed.dials.size(), back(*at));
+  }
+  return session;
+}
+
+}  // namespace sixdial::studies

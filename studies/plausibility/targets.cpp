@@ -18,57 +18,72 @@ constexpr double kTimesItsError = 4.0;
 constexpr double kOneOff_mm = 10.0;
 constexpr double kTimesTheOthers = 5.0;
 
-/// What the robot misses wherever its frame stands, half of all poses.
-double own_error_mm(const session::Session& session) {
-  double least = HUGE_VAL;
+/// Where the tool was measured, as far as a turn and a shift tell it from the nominal robot.
+std::optional<geometry::Registration> registered(const session::Session& session) {
+  std::optional<geometry::Registration> best;
   for (const ToolSeen& seen : tools_seen(session, measured_tool(session))) {
-    const auto found = geometry::register_points(seen.nominal_mm, seen.measured_mm);
-    if (found) least = std::min(least, found->median);
+    auto found = geometry::register_points(seen.nominal_mm, seen.measured_mm);
+    if (found && (!best || found->median < best->median)) best = std::move(found);
   }
-  return std::isfinite(least) ? least : 0.0;
+  return best;
+}
+
+/// How far a target is from where the joint values put the nominal robot; `nearest_mm`: or, if
+/// that is nearer, from where they put it in the frame of the measurement.
+struct TargetMiss {
+  double nominal_mm = 0.0, nearest_mm = 0.0;
+};
+std::optional<TargetMiss> miss_of(
+    const geometry::Rig& rig, session::Sample sample,
+    const std::optional<geometry::Registration>& measured) {
+  const auto at = nominal_at_target(rig, sample);
+  if (!at) return std::nullopt;
+  const double miss = (*sample.target_mm - *at).norm();
+  if (!measured) return TargetMiss{miss, miss};
+  sample.target_mm = measured->X.inverse()(*sample.target_mm);
+  const auto there = nominal_at_target(rig, sample);
+  return TargetMiss{miss, there ? std::min(miss, (*sample.target_mm - *there).norm()) : miss};
 }
 
 }  // namespace
 
 void look_at_targets(Look& look) {
+  const auto measured = registered(look.used);
   std::vector<std::size_t> row;
-  std::vector<double> off;
+  std::vector<double> off, from_nominal;
   for (std::size_t i = 0; i < look.used.samples.size(); ++i) {
     const session::Sample& sample = look.used.samples[i];
     if (sample.left_out || !sample.q.allFinite()) continue;
-    const auto at = nominal_at_target(look.used.rig, sample);
-    if (!at) continue;
-    double miss = (*sample.target_mm - *at).norm();
-    // A base that was put where it was measured leaves targets where the file's robot has them.
-    session::Sample as_filed = sample;
-    as_filed.target_mm = look.measured.samples[i].target_mm;
-    const auto filed = nominal_at_target(look.measured.rig, as_filed);
-    if (filed) miss = std::min(miss, (*as_filed.target_mm - *filed).norm());
+    const auto miss = miss_of(look.used.rig, sample, measured);
+    if (!miss) continue;
     row.push_back(i);
-    off.push_back(miss);
+    off.push_back(miss->nearest_mm);
+    from_nominal.push_back(miss->nominal_mm);
   }
   if (row.empty()) return;
-  double limit = std::max(kCorrected_mm, kTimesItsError * own_error_mm(look.used));
+  double limit = std::max(kCorrected_mm, kTimesItsError * (measured ? measured->median : 0.0));
   const double middle = geometry::median_of(off);
   if (middle < limit) limit = std::max({limit, kOneOff_mm, kTimesTheOthers * middle});
+  // Where most are wrong, one that fits does so by chance.
+  const auto wrong = std::ranges::count_if(off, [&](double each) { return each > limit; });
+  if (2 * wrong > std::ssize(off)) limit = -1.0;
   std::vector<std::size_t> elsewhere;
+  std::vector<double> missed;
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (!(off[i] > limit)) continue;
     elsewhere.push_back(row[i]);
+    missed.push_back(from_nominal[i]);
     look.used.samples[row[i]].target_mm.reset();
   }
   if (elsewhere.empty()) return;
-  WarningParts parts{
-      {"targets", static_cast<double>(row.size())}, {"miss", geometry::median_of([&] {
-                                                       std::vector<double> of;
-                                                       for (const double each : off) {
-                                                         if (each > limit) of.push_back(each);
-                                                       }
-                                                       return of;
-                                                     }())}};
+  std::string columns;
+  for (const std::string& axis : session::layout_of(look.used.rig).axes) {
+    columns += (columns.empty() ? "target_" : ", target_") + axis + "_mm";
+  }
   look.tell(
-      "targets_elsewhere", Severity::kNote, look.rows(elsewhere, "target_x_mm, target_y_mm"),
-      parts);
+      "targets_elsewhere", Severity::kNote, look.rows(elsewhere, std::move(columns)),
+      {{"targets", static_cast<double>(row.size())},
+       {"miss", geometry::median_of(std::move(missed))}});
 }
 
 }  // namespace sixdial::studies::plausibility

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "acquisition/dial_bank.h"
+#include "session/reason.h"
 
 namespace sixdial::test {
 
@@ -13,7 +14,7 @@ inline std::vector<acquisition::Reading> answered(acquisition::DialBank& bank) {
   for (int attempt = 0; attempt < 10; ++attempt) {
     readings = bank.scan({});
     const bool late = std::any_of(readings.begin(), readings.end(), [](const auto& each) {
-      return each.reason == "timeout";
+      return each.reason == session::reason::kTimeout;
     });
     if (!late) break;
   }

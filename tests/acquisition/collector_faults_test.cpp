@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "session/reason.h"
 #include "tests/acquisition/collector_fixture.h"
 
 namespace sixdial::acquisition {
@@ -29,7 +30,7 @@ TEST_F(Collecting, ADialThatStaysAwayIsStoredAsBadAndNeverDropped) {
   for (const auto& each : stored_) {
     EXPECT_FALSE(each.sample.channels[3].value);
     EXPECT_EQ(each.sample.channels[3].quality, Quality::kBad);
-    EXPECT_EQ(each.sample.channels[3].reason, "disconnected");
+    EXPECT_EQ(each.sample.channels[3].reason, session::reason::kDisconnected);
     ASSERT_EQ(each.remarks.size(), 1u);
     EXPECT_THAT(each.remarks[0], HasSubstr("dial D: disconnected"));
   }
@@ -131,7 +132,7 @@ TEST_F(Collecting, AFrozenDialIsNoticedWhenTheRobotMoves) {
   EXPECT_TRUE(run().complete);
   EXPECT_EQ(stored_[0].sample.channels[0].quality, Quality::kGood);
   EXPECT_EQ(stored_[1].sample.channels[0].quality, Quality::kBad);
-  EXPECT_EQ(stored_[1].sample.channels[0].reason, "frozen");
+  EXPECT_EQ(stored_[1].sample.channels[0].reason, session::reason::kFrozen);
   EXPECT_EQ(stored_[1].sample.channels[1].quality, Quality::kGood);
 }
 
@@ -147,10 +148,10 @@ TEST_F(Collecting, ImplausibleReadingsAreKeptAndMarked) {
   for (const auto& each : stored_) {
     EXPECT_TRUE(each.sample.channels[4].value);
     EXPECT_EQ(each.sample.channels[4].quality, Quality::kUncertain);
-    EXPECT_EQ(each.sample.channels[4].reason, "implausible");
+    EXPECT_EQ(each.sample.channels[4].reason, session::reason::kImplausible);
     EXPECT_FALSE(each.sample.channels[5].value);
     EXPECT_EQ(each.sample.channels[5].quality, Quality::kUncertain);
-    EXPECT_EQ(each.sample.channels[5].reason, "no contact");
+    EXPECT_EQ(each.sample.channels[5].reason, session::reason::kNoContact);
   }
 }
 

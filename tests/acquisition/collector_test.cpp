@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "session/reason.h"
 #include "tests/acquisition/collector_fixture.h"
 
 namespace sixdial::acquisition {
@@ -174,7 +175,7 @@ TEST_F(Collecting, WhatNeverSettlesIsStoredAsUnsettled) {
   };
   EXPECT_TRUE(run().complete);
   EXPECT_EQ(stored_[0].sample.channels[2].quality, Quality::kUncertain);
-  EXPECT_EQ(stored_[0].sample.channels[2].reason, "unsettled");
+  EXPECT_EQ(stored_[0].sample.channels[2].reason, session::reason::kUnsettled);
   EXPECT_TRUE(stored_[0].sample.channels[2].value);
   EXPECT_EQ(stored_[0].sample.channels[1].quality, Quality::kGood);
   EXPECT_THAT(stored_[0].remarks.front(), HasSubstr("dial C"));

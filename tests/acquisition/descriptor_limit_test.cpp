@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "acquisition/dial_bank.h"
+#include "session/reason.h"
 #include "tests/acquisition/wire.h"
 
 namespace sixdial::acquisition {
@@ -62,7 +63,8 @@ TEST(DescriptorLimit, ADialBeyondItIsAFaultInWordsAndComesWhenThereIsRoom) {
   const auto bank = DialBank::open(rig, clock);
   ASSERT_TRUE(bank) << bank.error();
   for (std::size_t i = 0; i < 2; ++i) {
-    ASSERT_TRUE(eventually([&] { return (*bank)->latest()[i].reason == "disconnected"; }));
+    ASSERT_TRUE(eventually(
+        [&] { return (*bank)->latest()[i].reason == session::reason::kDisconnected; }));
     EXPECT_THAT((*bank)->latest()[i].detail, ::testing::HasSubstr("too many files open"));
   }
   taken.give_back();

@@ -13,6 +13,7 @@
 #include "acquisition/dial_bank.h"
 #include "acquisition/robot.h"
 #include "mock_devices/mock_rig.h"
+#include "session/reason.h"
 #include "tests/acquisition/device_fault_cases.h"
 #include "tests/acquisition/wire.h"
 #include "tests/support/figure.h"
@@ -295,7 +296,7 @@ TEST(DeviceFaults, OrderedWhileTheRobotMovesOrTheDialsSettleIsOnRecordAtThatPoin
     const auto stored = bench.collect([] {});
     ASSERT_EQ(stored.size(), 3U) << bench.failed();
     EXPECT_GT(ordered, 0);
-    EXPECT_EQ(stored[1].sample.channels[kD].reason, "timeout");
+    EXPECT_EQ(stored[1].sample.channels[kD].reason, session::reason::kTimeout);
     EXPECT_FALSE(stored[1].sample.channels[kD].value);
     EXPECT_THAT(
         fmt::format("{}", fmt::join(stored[1].remarks, "; ")), HasSubstr("dial D: timeout"));
@@ -316,7 +317,8 @@ TEST(DeviceFaults, ALowBatteryBehindACableIsNoticedAndItsReadingKept) {
   const auto newest = [&] { return bench.bank().latest()[kC]; };
   ASSERT_TRUE(eventually([&] { return newest().quality == Quality::kGood; }));
   bench.mock().order_fault("C", {.fault = Fault::kLowBattery, .count = 0});
-  ASSERT_TRUE(eventually([&] { return newest().reason == "low battery"; })) << newest().reason;
+  ASSERT_TRUE(eventually([&] { return newest().reason == session::reason::kLowBattery; }))
+      << newest().reason;
   const Reading reading = newest();
   EXPECT_EQ(reading.quality, Quality::kUncertain);
   EXPECT_TRUE(reading.value_mm) << "the dial still measures";
@@ -333,8 +335,8 @@ TEST(DeviceFaults, TwoCablesPluggedTheWrongWayAreNamed) {
   ASSERT_EQ(stored.size(), 3U);
   // At x = 18 mm A and B are 20 mm apart; at 28 mm both would fit.
   const CollectedSample& first = stored.front();
-  EXPECT_EQ(first.sample.channels[0].reason, "implausible");
-  EXPECT_EQ(first.sample.channels[1].reason, "implausible");
+  EXPECT_EQ(first.sample.channels[0].reason, session::reason::kImplausible);
+  EXPECT_EQ(first.sample.channels[1].reason, session::reason::kImplausible);
   EXPECT_EQ(first.sample.channels[0].quality, Quality::kUncertain);
   EXPECT_THAT(fmt::format("{}", fmt::join(first.remarks, "; ")), HasSubstr("swapped"));
 }

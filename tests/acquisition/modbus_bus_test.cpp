@@ -13,6 +13,7 @@
 #include <set>
 
 #include "acquisition/dial_bank.h"
+#include "session/reason.h"
 #include "tests/acquisition/answered.h"
 #include "tests/acquisition/wire.h"
 #include "tests/support/paths.h"
@@ -147,14 +148,14 @@ TEST_F(ModbusDials, StatusWordsBecomeReasons) {
   const auto readings = answered(*bank);
   EXPECT_FALSE(readings[0].value_mm);
   EXPECT_EQ(readings[0].quality, Quality::kGood);
-  EXPECT_EQ(readings[0].reason, "no contact");
+  EXPECT_EQ(readings[0].reason, session::reason::kNoContact);
   EXPECT_TRUE(readings[1].value_mm);
   EXPECT_EQ(readings[1].quality, Quality::kUncertain);
-  EXPECT_EQ(readings[1].reason, "low battery");
-  EXPECT_EQ(readings[2].reason, "range");
-  EXPECT_EQ(readings[3].reason, "identity");
-  EXPECT_EQ(readings[4].reason, "no dial");
-  EXPECT_EQ(readings[5].reason, "device");
+  EXPECT_EQ(readings[1].reason, session::reason::kLowBattery);
+  EXPECT_EQ(readings[2].reason, session::reason::kRange);
+  EXPECT_EQ(readings[3].reason, session::reason::kWrongDial);
+  EXPECT_EQ(readings[4].reason, session::reason::kNoDial);
+  EXPECT_EQ(readings[5].reason, session::reason::kDevice);
   for (std::size_t k = 2; k < 6; ++k) EXPECT_EQ(readings[k].quality, Quality::kBad);
 }
 
@@ -164,7 +165,7 @@ TEST_F(ModbusDials, AWrongWordOrderIsNoticedByItsValues) {
   const auto bank = open(rig_on(tcp(server, "word_order=low")), clock_);
   const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
-  EXPECT_EQ(reading.reason, "range");
+  EXPECT_EQ(reading.reason, session::reason::kRange);
   EXPECT_THAT(reading.detail, HasSubstr("88145.920"));
 }
 
@@ -175,7 +176,7 @@ TEST_F(ModbusDials, AnEndStopIsNoContact) {
   const auto bank = open(rig_on(tcp(server)), clock_);
   const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
-  EXPECT_EQ(reading.reason, "no contact");
+  EXPECT_EQ(reading.reason, session::reason::kNoContact);
   EXPECT_EQ(reading.quality, Quality::kGood);
 }
 
@@ -190,7 +191,7 @@ TEST_F(ModbusDials, AnOldScanIsNotHandedOutAgain) {
   (void)bank->scan({});  // may still be the last that counted
   const auto reading = answered(*bank)[0];
   EXPECT_FALSE(reading.value_mm);
-  EXPECT_EQ(reading.reason, "stale");
+  EXPECT_EQ(reading.reason, session::reason::kStale);
   table_.set(
       [](ModbusTable& table) { table.before_read = [&table](int) { ++table.input[106]; }; });
   ASSERT_TRUE(eventually([&] { return bank->latest()[0].value_mm.has_value(); }));
@@ -241,7 +242,7 @@ TEST_F(ModbusDials, RepliesToAnotherRequestOrOfAnotherUnitAreRefused) {
       readings = bank->scan({});
       for (const Reading& reading : readings) EXPECT_FALSE(reading.value_mm) << each.reason;
       return readings[0].reason == each.reason ||
-             each.reason == "disconnected";  // an empty reply is a timeout
+             each.reason == session::reason::kDisconnected;  // an empty reply is a timeout
     });
     EXPECT_TRUE(told) << readings[0].reason << " " << readings[0].detail;
   }
@@ -254,7 +255,8 @@ TEST_F(ModbusDials, AServerThatComesBackIsTakenUpAgain) {
   const auto bank = open(rig_on(tcp(*server)), clock_);
   expect_all(answered(*bank));
   server.reset();
-  ASSERT_TRUE(eventually([&] { return bank->latest()[0].reason == "disconnected"; }));
+  ASSERT_TRUE(
+      eventually([&] { return bank->latest()[0].reason == session::reason::kDisconnected; }));
   const auto gone = bank->scan({});
   EXPECT_FALSE(gone[0].value_mm);
   EXPECT_EQ(bank->buses()[0].state, LinkState::kDown);
@@ -316,7 +318,7 @@ TEST_F(ModbusDials, AnotherUnitOnTheLineDoesNotAnswer) {
   fill(table_);
   ModbusRtuServer server(table_, 2);
   const auto bank = open(rig_on(fmt::format("modbus-rtu:{}?unit=1", server.path())), clock_);
-  EXPECT_EQ(bank->scan({})[0].reason, "timeout");
+  EXPECT_EQ(bank->scan({})[0].reason, session::reason::kTimeout);
 }
 
 // A stranger's server, started as a program of its own.

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "acquisition/dial_bank.h"
+#include "session/reason.h"
 #include "tests/acquisition/answered.h"
 #include "tests/acquisition/wire.h"
 #include "tests/support/figure.h"
@@ -149,7 +150,8 @@ TEST_F(SerialDials, EachFaultOfTheLineIsToldByItsReason) {
     });
     const auto bank =
         open(rig_of({"serial:" + dial.path() + "?dialect=" + each.dialect}), clock_);
-    const auto readings = each.reason == "timeout" ? bank->scan({}) : answered(*bank);
+    const auto readings =
+        each.reason == session::reason::kTimeout ? bank->scan({}) : answered(*bank);
     EXPECT_EQ(readings[0].reason, each.reason) << each.dialect << " " << each.answer;
     EXPECT_FALSE(readings[0].value_mm);
     EXPECT_EQ(readings[0].quality, session::Quality::kBad);

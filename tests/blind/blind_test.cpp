@@ -82,7 +82,27 @@ INSTANTIATE_TEST_SUITE_P(
             {.kind = "one", .low = 0.25, .drawn_rig = true},
             in_the_set,
             0.95},
-        Class{"NoEffectOnAnotherRig", {.kind = "none", .drawn_rig = true}, silent, 0.98}),
+        Class{"NoEffectOnAnotherRig", {.kind = "none", .drawn_rig = true}, silent, 0.98},
+        Class{
+            "NoEffectOfARobotThatScatters",
+            {.kind = "none", .scatter = {.tool_mm = 0.005}},
+            silent,
+            0.98},
+        Class{
+            "NoEffectBehindNoisyEncoders",
+            {.kind = "none", .scatter = {.joints_rad = 6e-5}},
+            silent,
+            0.98},
+        Class{
+            "OneEffectOfARobotThatScatters",
+            {.kind = "one", .low = 2.0, .scatter = {.tool_mm = 0.005}},
+            in_the_set,
+            0.9},
+        Class{
+            "OneEffectOfARobotThatScattersNotNamedWrongly",
+            {.kind = "one", .low = 0.25, .scatter = {.tool_mm = 0.004, .joints_rad = 3e-5}},
+            not_wrong,
+            0.98}),
     [](const auto& each) { return each.param.name; });
 
 // Rigs on which a dial slides off the end of its face and reads centimetres less: a fit from

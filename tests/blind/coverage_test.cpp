@@ -41,5 +41,38 @@ INSTANTIATE_TEST_SUITE_P(
         // What moves the tool is seen by all dials at once: not a function of each for itself.
         CoverageCase{.dials = true, .points = 30, .warp_mm = 0.01}));
 
+// Few sessions: of shares of 0.95, less than 0.75 comes by chance once in a thousand runs.
+TEST(CoverageOfADiagnosis, SizesAndGainsHoldTheTruth) {
+  constexpr int kDrawn = 38;  // each cause twice
+  constexpr double kLeast = 0.75;
+  Share sizes, gain;
+  for (std::uint64_t seed = 9'500; seed < 9'500 + kDrawn; ++seed) {
+    const CoverageCase of{
+        .dials = true, .points = 40, .diagnosis = true, .cause = std::string(kAnyCause)};
+    const auto covered = try_coverage(of, seed);
+    if (!covered) continue;
+    sizes.inside += covered->amplitudes.inside;
+    sizes.of += covered->amplitudes.of;
+    gain.inside += covered->gain.inside;
+    gain.of += covered->gain.of;
+  }
+  ASSERT_GT(sizes.of, kDrawn / 2);
+  ASSERT_GT(gain.of, kDrawn / 3);
+  EXPECT_GE(sizes.inside, kLeast * sizes.of);
+  EXPECT_GE(gain.inside, kLeast * gain.of);
+}
+
+TEST(CoverageOfADiagnosis, OfNoiseAloneSaysNothing) {
+  int alarms = 0;
+  for (const Repeats repeats : {Repeats::kNone, Repeats::kAtRest}) {
+    for (std::uint64_t seed = 9'600; seed < 9'615; ++seed) {
+      const CoverageCase of{.dials = true, .points = 15, .repeats = repeats, .diagnosis = true};
+      const auto covered = try_coverage(of, seed);
+      alarms += covered && covered->false_alarm ? 1 : 0;
+    }
+  }
+  EXPECT_LE(alarms, 3);  // at 2 %, four of 30 come by chance once in 300 runs
+}
+
 }  // namespace
 }  // namespace sixdial::blind

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <random>
 
 #include "diagnosis/limits.h"
 #include "mock_devices/session_generator.h"
@@ -28,14 +29,32 @@ std::vector<simulation::Trial> session_with(
       rig, mock_devices::generate_session(world, mock_devices::random_plan(rig, seed)));
 }
 
+constexpr int kSamples = 150;
+
+/// An effect as the limit means it: knocks come at any sample, and where a size is the length
+/// of several numbers, the generator's amplitude is not only the first of them.
+mock_devices::HiddenEffect effect_at(
+    const geometry::Rig& rig, const diagnosis::Hypothesis& of, double size,
+    std::uint64_t seed) {
+  auto effect = mock_devices::make_effect(rig, of.effect->twin, of.place.name, size, seed);
+  if (of.effect->is_step) {
+    std::mt19937_64 engine(seed * 7 + 3);
+    effect.parameters.at("from_sample") =
+        std::uniform_int_distribution<int>(1, kSamples - 1)(engine);
+  }
+  const auto k1 = effect.parameters.find("k1_nmm_per_rad");
+  if (k1 == effect.parameters.end()) return effect;
+  const double length = std::hypot(1 / k1->second, 1 / effect.parameters.at("k2_nmm_per_rad"));
+  return mock_devices::enlarged(effect, size / length);
+}
+
 AtLimit tried(
     const simulation::ForwardModel& model, const diagnosis::Limit& limit, bool of_name,
     std::uint64_t seed) {
   const auto& hypothesis = limit.hypothesis;
   AtLimit result{std::string(hypothesis.effect->cause), hypothesis.place.name, of_name};
-  const auto effect = mock_devices::make_effect(
-      model.rig(), hypothesis.effect->twin, hypothesis.place.name,
-      of_name ? limit.name : limit.detect, seed);
+  const auto effect =
+      effect_at(model.rig(), hypothesis, of_name ? limit.name : limit.detect, seed);
   diagnosis::Readings readings(model, session_with(model.rig(), {effect}, seed));
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   result.detected =

@@ -223,6 +223,46 @@ TEST(GrossErrors, WhatIsSmoothIsNoAccident) {
   EXPECT_LE(accused, 2);
 }
 
+// A rig file that calls its dials exact sets no least size for an error.
+TEST(GrossErrors, FewReadingsOfDialsAccuseNobody) {
+  for (const int points : {6, 9, 12, 30}) {
+    SessionPlan few = plan();
+    few.g1_points = points;
+    int sessions = 0;
+    for (std::uint64_t seed = 700; seed < 800; ++seed) {
+      DialSession session = simulate_dials(few, seed);
+      for (geometry::Dial& dial : session.rig.dials) dial.accuracy_mm = 0.0;
+      sessions += find_gross_errors(session.g1, session.rig).found.empty() ? 0 : 1;
+    }
+    EXPECT_LE(sessions, 3) << points << " points";
+  }
+}
+
+TEST(GrossErrors, WhatIsSmoothInDialsIsNoAccidentAndAnAccidentInItIsFound) {
+  constexpr double kAccident_mm = 0.3;
+  int accused = 0, missed = 0;
+  for (std::uint64_t seed = 800; seed < 820; ++seed) {
+    SessionPlan smooth = plan();
+    smooth.non_kinematic = 1.0;
+    smooth.g1_points = seed % 2 == 0 ? 30 : 100;
+    DialSession session = simulate_dials(smooth, seed);
+    const auto clean = find_gross_errors(session.g1, session.rig);
+    accused += static_cast<int>(clean.found.size()) + (clean.systematic > 0 ? 1 : 0);
+    accused += static_cast<int>(judge_readings(session.g2, session.rig, clean).found.size());
+    simulation::Trial& bumped = session.g1[seed % session.g1.size()];
+    const std::size_t dial = seed % bumped.reading.size();
+    if (!bumped.reading[dial]) continue;
+    *bumped.reading[dial] += kAccident_mm;
+    const auto found = find_gross_errors(session.g1, session.rig).found;
+    missed += found.size() == 1 && found[0].sample == bumped.sample &&
+                      found[0].dial == static_cast<int>(dial)
+                  ? 0
+                  : 1;
+  }
+  EXPECT_LE(accused, 2);
+  EXPECT_LE(missed, 1);
+}
+
 TEST(GrossErrors, AreFoundInPositionsWhereTheyHideEachOtherAndInTheOtherSet) {
   int found = 0, wrong = 0, in_g2 = 0;
   for (std::uint64_t seed = 820; seed < 840; ++seed) {

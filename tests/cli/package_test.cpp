@@ -54,7 +54,7 @@ TEST(ExampleRigs, EachConnectionHasOneAndEachLineOfItCanBeUsed) {
     EXPECT_TRUE(text.starts_with("# ")) << "commented";
     ++rigs;
   }
-  EXPECT_EQ(rigs, 6);
+  EXPECT_EQ(rigs, 8) << "six connections, two other travels";
   EXPECT_EQ(
       kinds,
       (std::set<std::string>{"mahr", "modbus-rtu", "modbus-tcp", "mux10", "mw", "sylvac"}));

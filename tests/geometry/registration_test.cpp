@@ -226,7 +226,9 @@ TEST(BaseFrame, OfAFiveBarIsItsOriginAndItsTurn) {
   for (Eigen::Index i = 0; i < v->size(); ++i) {
     const std::string& name = robot->parameters[static_cast<std::size_t>(i)].name;
     const bool of_the_base = name == "x0" || name == "y0" || name == "alpha";
-    if (!of_the_base) EXPECT_EQ((*v)[i], robot->nominal[i]) << name;
+    if (!of_the_base) {
+      EXPECT_EQ((*v)[i], robot->nominal[i]) << name;
+    }
   }
   EXPECT_NEAR(std::abs((*v)[*robot->find_parameter("alpha")]), kPi, 1e-9);
 }

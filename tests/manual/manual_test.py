@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -41,7 +42,35 @@ def blocks(source, page):
     return "\n".join(found)
 
 
+def run_as_written(source, binaries, page):
+    """As a person types it: nothing is set but where the programs are, and nothing is left running at the end."""
+    with tempfile.TemporaryDirectory(prefix="sixdial-manual-") as home:
+        environment = {"PATH": f"{binaries}:/usr/local/bin:/usr/bin:/bin", "HOME": home, "LANG": "C.UTF-8"}
+        said = os.path.join(home, "said.txt")
+        with open(said, "w", encoding="utf-8") as out:
+            process = subprocess.Popen(["bash", "-euo", "pipefail", "-c", blocks(source, page)], cwd=home, env=environment,
+                                       stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
+            try:
+                code = process.wait(timeout=240)
+                left = subprocess.run(["ps", "-o", "args=", "-s", str(process.pid)], capture_output=True, text=True).stdout
+            finally:
+                try:
+                    os.killpg(process.pid, signal.SIGKILL)
+                except ProcessLookupError:
+                    pass
+        text = pathlib.Path(said).read_text(encoding="utf-8")
+        folders = re.findall(r"/tmp/sixdial-lesson-\w+", text)
+        for folder in set(folders):
+            shutil.rmtree(folder, ignore_errors=True)
+        if code != 0:
+            sys.exit(f"{page}.md ended with {code}:\n{text[-4000:]}")
+        if left.strip():
+            sys.exit(f"{page}.md leaves running:\n{left}")
+
+
 def run_page(source, binaries, page):
+    if page == "first_session_mock":
+        return run_as_written(source, binaries, page)
     with tempfile.TemporaryDirectory(prefix="sixdial-manual-", ignore_cleanup_errors=True) as folder:
         shell(blocks(source, page), source, binaries, folder)
 

@@ -253,7 +253,7 @@ double thread_cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef SIXDIAL_SANITIZED
 constexpr double kMost_s = 1.0;  // twenty times slower
 #else
 constexpr double kMost_s = 0.1;  // 5 ms in a release build

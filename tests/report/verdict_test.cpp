@@ -146,6 +146,28 @@ TEST(Verdict, WhatThePosesCannotTellIsNamed) {
   EXPECT_THAT(v.not_judged, Contains(HasSubstr("condition number 5000")));
 }
 
+TEST(Verdict, WhatWasMeasuredAgainOwnsTheHeadline) {
+  ReportData data = paper_table_6();
+  data.first_to_do = {"Use this model."};
+  data.headline = Headline{
+      .model = "robot and backlash of joint 2",
+      .before = errors(2.99, 50),
+      .after = errors(0.0125, 49),
+      .predicted_mm = 0.0118,
+      .measured_in = "demo.validation"};
+  data.measured_again = true;
+  const Verdict v = verdict(data);
+  EXPECT_DOUBLE_EQ(v.before_mm, 2.99);
+  EXPECT_DOUBLE_EQ(v.after_mm, 0.0125);
+  EXPECT_THAT(v.headline, HasSubstr("measured again"));
+  EXPECT_THAT(v.basis, HasSubstr("49 targets"));
+  EXPECT_THAT(v.basis, HasSubstr("demo.validation"));
+  EXPECT_THAT(v.basis, HasSubstr("predicted were 11.8"));
+  EXPECT_THAT(v.basis, HasSubstr("reached are 12.5"));
+  EXPECT_THAT(v.to_do, Contains("Use this model."));
+  EXPECT_THAT(v.to_do, Not(Contains(HasSubstr("Confirm"))));
+}
+
 TEST(Verdict, ASessionWithoutResultSaysSo) {
   const Verdict v = verdict(ReportData{});
   EXPECT_EQ(v.state, CalibrationState::kUnknown);

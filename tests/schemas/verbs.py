@@ -128,6 +128,9 @@ def documents(rig):
     (folder / "plan.csv").write_text(g1 + g2.split("\n", 1)[1], encoding="utf-8")
     yield run("session create", "monday", "--rig", "rig.toml")
     yield run("session show", "monday")
+    yield run("dials", "--rig", "rig.toml")
+    yield run("dials", "monday")
+    yield run("robot stop", "monday")
     yield run("collection status")
     line, events = rig.ask("events.subscribe", topics=[])
     yield "events.subscribe", json.loads(events.readline())
@@ -164,6 +167,7 @@ def documents(rig):
     yield run("calibrate", *quick("monday", "-o", "calibration.json"))
     yield file_of("calibration.json")
     yield run("calibrate", *quick("tuesday"))
+    yield run("rig adopt", "tuesday", "--rig", "rig.toml", "-o", "adopted.toml")
     yield run("calibrate", *quick(bundle))
     # One job topic event at least, of the calibrations above.
     while "job" not in seen:
@@ -179,6 +183,8 @@ def documents(rig):
     yield run("diagnose", bundle, "--bootstrap", "0", "--no-gain")
     yield run("plan next", "tuesday", "--points", "3")
     yield run("plan separate", bundle, "--points", "3", "-o", "separate.csv")
+    yield run("recommend", "tuesday", "-o", "recommendation.json")
+    yield file_of("recommendation.json")
     yield run("compensate", "tuesday", "--target", "28,45")
     yield run("compensate", "tuesday", "--target", "28,45", "--model", "extended")
     yield run("compensate", "tuesday", "--plan", "grid.csv")
@@ -186,7 +192,7 @@ def documents(rig):
     yield run("validate", "monday", "--method", "before,full", "-o", "validation.json")
     yield file_of("validation.json")
     yield run("report", "tuesday", "--against", "monday", "-o", "report")
-    for name in ("report", "calibration", "comparison", "diagnosis"):
+    for name in ("report", "calibration", "comparison", "diagnosis", "recommendation"):
         yield file_of(f"report/{name}.json")
     yield run("job list")
     yield run("job status", "1")

@@ -42,6 +42,9 @@ class CollectionThreads : public ::testing::Test {
       kSpeed, session::from_iso8601(rig_.now()).value_or(session::TimePoint())};
   EventHub events_;
   db::Store store_ = db::Store::open(":memory:");
+  // What the collection's thread uses outlives it: it may still tell of an end when a test
+  // ends.
+  std::atomic<bool> tells_{false}, starts_{false};
   std::function<void()> changed_;  // set before a thread may call it
   Collection collection_{events_, store_, clock_, [this] {
                            if (changed_) changed_();
@@ -82,18 +85,17 @@ TEST_F(CollectionThreads, OfTwoWithdrawalsAtOnceTheLastCounts) {
 TEST_F(CollectionThreads, TheNextMayStartWhileTheLastStillTellsOfItsEnd) {
   import("one", 4);
   import("two", 4);
-  std::atomic<bool> tells{false}, starts{false};
-  changed_ = [&] {
-    if (collection_.active() || tells.exchange(true)) return;
+  changed_ = [this] {
+    if (collection_.active() || tells_.exchange(true)) return;
     // The first has ended; start() comes now, and still the state can be asked for.
-    EXPECT_TRUE(eventually([&] { return starts.load(); }));
+    EXPECT_TRUE(eventually([this] { return starts_.load(); }));
     const auto moment = std::chrono::steady_clock::now() + std::chrono::milliseconds(50);
     EXPECT_TRUE(eventually([&] { return std::chrono::steady_clock::now() > moment; }));
     EXPECT_EQ(collection_.status()["session"], "one");
   };
   start("one");
-  ASSERT_TRUE(eventually([&] { return tells.load(); }));
-  starts = true;
+  ASSERT_TRUE(eventually([this] { return tells_.load(); }));
+  starts_ = true;
   start("two");
   EXPECT_TRUE(collection_.wait_for_end({}, testing::kPatience));
   EXPECT_EQ(collection_.status()["session"], "two");

@@ -242,7 +242,7 @@ Use use_now() {
   return use;
 }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef SIXDIAL_SANITIZED
 constexpr double kMayGrow_mb = 400.0;  // freed memory is kept to find its later use
 #else
 constexpr double kMayGrow_mb = 12.0;  // the allocator's slack

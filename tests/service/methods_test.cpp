@@ -85,6 +85,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_EQ(run_well("job.list")["jobs"].size(), 1U);
   EXPECT_EQ(run_well("result.list")["results"].size(), 1U);
   EXPECT_GT(run_well("result.get")["bytes"], 10'000);
+  EXPECT_EQ(run_well("result.recommend")["schema"], "sixdial.recommendation");
   EXPECT_GT(run_well("report.write")["files"].size(), 5U);
   EXPECT_TRUE(std::filesystem::exists(running.directory() / "report" / "report.html"));
 
@@ -106,6 +107,10 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   for (const char* verb : {"pause", "resume", "skip", "retake", "accept", "moved", "stop"}) {
     EXPECT_EQ(error_code_of(run(std::string("collect.") + verb)), "wrong_state") << verb;
   }
+  EXPECT_EQ(error_code_of(run("robot.stop")), "wrong_state");
+  EXPECT_EQ(error_code_of(run("dials.watch")), "bad_data");
+  EXPECT_EQ(error_code_of(run("dials.check")), "wrong_state");
+  EXPECT_EQ(run_well("dials.stop")["watching"], false);
   EXPECT_EQ(run_well("shutdown")["stopping"], true);
 
   for (const RpcMethod* method : all_methods()) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -72,6 +73,22 @@ TEST(Conformity, ACalibrationIsJudgedByTheRequestElseByTheRigFile) {
   EXPECT_EQ(narrow.conformity->accepted, 0);
   // The largest error with its U is what the words name: it cannot be above the set's maximum.
   EXPECT_LE(narrow.conformity->largest_mm, narrow.method("lm")->g2->max_mm + 1e-12);
+}
+
+TEST(Conformity, WhereOnlyTheLargestErrorIsKnownEachPointIsAtMostThat) {
+  const session::Session session = stored_session();
+  const Conformity kept = conformity_of_largest(session, 0.01, 50, 1.0);
+  EXPECT_EQ(kept.decision, Decision::kAccepted);
+  EXPECT_EQ(kept.accepted, 50);
+  double largest_mm = 0.0;
+  for (const session::Sample& sample : session.samples) {
+    if (sample.set != "G2") continue;
+    largest_mm =
+        std::max(largest_mm, 2.0 * position_uncertainty_mm(session.rig, sample).value_or(0.0));
+  }
+  EXPECT_EQ(kept.expanded_mm, largest_mm);
+  EXPECT_EQ(conformity_of_largest(session, 2.0, 50, 1.0).decision, Decision::kRejected);
+  EXPECT_EQ(conformity_of_largest(session, 1.0, 50, 1.0).decision, Decision::kUndecided);
 }
 
 TEST(Conformity, FittedPointsAcceptNothing) {

@@ -9,11 +9,13 @@
 #include "mock_devices/mock_rig.h"
 #include "session/bundle.h"
 #include "session/rig_file.h"
+#include "session/trials.h"
 #include "studies/diagnose.h"
 #include "studies/validate.h"
 #include "tests/studies/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
+#include "tests/support/simulated.h"
 
 namespace sixdial::studies {
 namespace {
@@ -90,6 +92,67 @@ TEST(ExtendedCommand, APlansAnglesAreSolvedForTheMovesThatThePlanMakes) {
   session::Plan beyond = plan;
   beyond.points[3].target_mm = Eigen::Vector2d(400, 0);
   EXPECT_THROW(static_cast<void>(extended_plan(beyond, command, rig)), StudyError);
+}
+
+/// A backlash and a smooth error that no cause explains, 100 points of G1 and 50 of G2.
+session::Session with_backlash_and_warp() {
+  mock_devices::World world = testing::simple_world(2021);
+  world.warp.amplitude_mm = 0.02;
+  world.effects = {mock_devices::parse_effect(world.rig, "joint_backlash:joint2:0.0006", 1)};
+  session::PlanOptions options;
+  options.seed = 1;
+  session::Plan plan = session::plan_random(world.rig, 100, options).value();
+  options.set = "G2";
+  options.seed = 2;
+  const session::Plan g2 = session::plan_random(world.rig, 50, options).value();
+  plan.points.insert(plan.points.end(), g2.points.begin(), g2.points.end());
+  return testing::measured(world, plan);
+}
+
+/// Mean distance of the model's position from the measured one on G2.
+double missed_on_g2_mm(const session::Session& session, const ExtendedCommand& command) {
+  double sum_mm = 0.0;
+  int count = 0;
+  for (const simulation::Trial& trial : session::trials_of(session, "G2")) {
+    if (!trial.position_mm) continue;
+    const auto there = command.position(
+        trial.q, trial.assembly, {.approach = {trial.approach.begin(), trial.approach.end()}});
+    if (!there) continue;
+    sum_mm += (*there - *trial.position_mm).norm();
+    ++count;
+  }
+  return sum_mm / count;
+}
+
+TEST(ExtendedCommand, BesideSomethingNamelessItDoesAsWellAsItsGainSays) {
+  const session::Session session = with_backlash_and_warp();
+  const DiagnosisResult diagnosis = diagnose(session, {.bootstrap = 0});
+  ASSERT_TRUE(diagnosis.unexplained.significant);
+  // Positions of three dials are noisier than the shift of the tool that all six tell.
+  constexpr double kPositionNoise_mm = 0.004;
+  for (const bool full : {false, true}) {
+    const GainRow* row = gain_row(diagnosis, diagnosis::GainModel::kExtended, full);
+    ASSERT_NE(row, nullptr);
+    const ExtendedCommand command(
+        diagnosis.extended_fit, session.rig,
+        full ? CompensateBy::kExtendedFull : CompensateBy::kExtended);
+    EXPECT_LT(missed_on_g2_mm(session, command), row->mean_mm + kPositionNoise_mm) << full;
+  }
+  EXPECT_LT(
+      gain_row(diagnosis, diagnosis::GainModel::kExtended, true)->mean_mm,
+      0.5 * gain_row(diagnosis, diagnosis::GainModel::kExtended)->mean_mm);
+}
+
+TEST(ExtendedCommand, WithoutAResidualModelItSaysWhatToDo) {
+  ExtendedFit fit = diagnosis_of("01").extended_fit;
+  ASSERT_FALSE(fit.residual_model.has_value());  // diagnosed without the gain
+  try {
+    const ExtendedCommand command(fit, geometry::default_rig(), CompensateBy::kExtendedFull);
+    ADD_FAILURE() << "commanded by a residual model that is not there";
+  } catch (const StudyError& error) {
+    EXPECT_EQ(error.code(), StudyErrorCode::kBadData);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("residual model"));
+  }
 }
 
 TEST(ExtendedCommand, ADiagnosisOfAnotherRigIsRefused) {

@@ -47,7 +47,9 @@ sd_mm = 0.003
 )";
 
 Eigen::VectorXd true_robot() {
-  return (Eigen::VectorXd(6) << 5.4, -3.3, 200.35, 149.8, 0.103, -0.196).finished();
+  Eigen::VectorXd v(6);
+  v << 5.4, -3.3, 200.35, 149.8, 0.103, -0.196;
+  return v;
 }
 
 /// 60 points of G1 and 30 of G2; the elbow in degrees, as its controller shows it.

@@ -93,7 +93,9 @@ TEST(Sides, ThatSayTheOppositeOfSomeMovesConfirmNoNegativeBacklash) {
   }
   const DiagnosisResult result = diagnosed(session);
   for (const FoundCause& cause : result.causes) {
-    if (cause.id.cause == "joint_backlash") EXPECT_GE(cause.estimate.at(0).value, 0.0);
+    if (cause.id.cause == "joint_backlash") {
+      EXPECT_GE(cause.estimate.at(0).value, 0.0);
+    }
   }
 }
 

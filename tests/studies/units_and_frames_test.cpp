@@ -1,126 +1,19 @@
-// What units, frames and exchanged columns do to a session, and that every study is told: drawn
-// variants of each, made by the mock rig.
+// What units and frames of measured positions do to a session, and that every study is told:
+// drawn variants of each, made by the mock rig.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <random>
-
-#include "geometry/registration.h"
 #include "geometry/tool.h"
 #include "geometry/units.h"
-#include "session/sample_layout.h"
-#include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
-#include "studies/plausibility.h"
+#include "studies/compensate.h"
+#include "studies/next_plan.h"
 #include "tests/geometry/test_arms.h"
-#include "tests/support/simulated.h"
+#include "tests/studies/drawn_sessions.h"
 
 namespace sixdial::studies {
 namespace {
-
-using Eigen::Vector2d;
-using ::testing::HasSubstr;
-using testing::measured;
-using testing::simple_world;
-
-constexpr double kPi = std::numbers::pi;
-
-class Drawn {
- public:
-  explicit Drawn(std::uint64_t seed) : engine_(seed) {}
-  double within(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-  std::size_t below(std::size_t n) {
-    return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine_);
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
-
-/// A robot around nominal, 60 points of G1 and 30 of G2 read by six dials.
-session::Session by_dials(
-    std::uint64_t seed, const geometry::Rig& rig = geometry::default_rig()) {
-  mock_devices::World world;
-  world.rig = rig;
-  world.robot = mock_devices::drawn_robot(rig, seed);
-  world.seed = seed;
-  session::Session session = session::parse_session(
-      mock_devices::session_csv(
-          mock_devices::generate_session(world, mock_devices::random_plan(rig, seed, 60, 30)),
-          rig, "2026-03-02T08:30:00.000Z"),
-      "session.csv", mock_devices::rig_toml(rig), "rig.toml");
-  session.name = "drawn";
-  return session;
-}
-
-/// The same as an instrument would have measured it: positions alone.
-session::Session by_positions(std::uint64_t seed) {
-  session::Session session = by_dials(seed);
-  const std::size_t dials = session.rig.dials.size();
-  std::vector<session::Sample> samples;
-  for (const simulation::Trial& trial : session::trials_of(session, "")) {
-    if (!trial.position_mm) continue;
-    session::Sample sample = session.samples[static_cast<std::size_t>(trial.sample)];
-    for (std::size_t k = 0; k < dials; ++k) sample.channels[k] = {};
-    session::set_position(sample, dials, *trial.position_mm);
-    samples.push_back(std::move(sample));
-  }
-  session.samples = std::move(samples);
-  return session;
-}
-
-using Change = std::function<Vector2d(const Vector2d&)>;
-
-session::Session changed(session::Session session, const Change& change) {
-  const std::size_t dials = session.rig.dials.size();
-  for (session::Sample& sample : session.samples) {
-    const Vector2d at = *session::position_of(sample, dials);
-    session::set_position(sample, dials, change(at));
-  }
-  return session;
-}
-
-Change rigid(double turn_rad, const Vector2d& shift_mm) {
-  const Eigen::Rotation2Dd turn(turn_rad);
-  return [turn, shift_mm](const Vector2d& p) -> Vector2d { return turn * p + shift_mm; };
-}
-
-const Warning* told(const std::vector<Warning>& warnings, std::string_view code) {
-  const auto found = std::ranges::find(warnings, code, &Warning::code);
-  return found == warnings.end() ? nullptr : &*found;
-}
-
-std::string text_of(const Warning& warning, const std::string& part) {
-  return std::get<std::string>(warning.parts.at(part));
-}
-double figure_of(const Warning& warning, const std::string& part) {
-  return std::get<double>(warning.parts.at(part));
-}
-
-std::string codes_of(const std::vector<Warning>& warnings) {
-  std::string codes;
-  for (const Warning& each : warnings) codes += each.code + " ";
-  return codes;
-}
-
-/// Median distance between the measured positions of two sessions.
-double apart_mm(const session::Session& a, const session::Session& b) {
-  std::vector<double> apart;
-  for (std::size_t i = 0; i < a.samples.size(); ++i) {
-    apart.push_back((*session::position_of(a.samples[i], a.rig.dials.size()) -
-                     *session::position_of(b.samples[i], b.rig.dials.size()))
-                        .norm());
-  }
-  return geometry::median_of(apart);
-}
 
 // ---- Units of positions
 
@@ -145,6 +38,20 @@ TEST(UnitOfPositions, IsNamedAndNothingIsCalibrated) {
       // What follows is at least of the right size.
       EXPECT_LT(apart_mm(judged.session, right), 1e-9);
     }
+  }
+}
+
+TEST(UnitOfPositions, OfOneCoordinateAloneIsNamed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const session::Session right = by_positions(seed);
+    const auto judged = plausible(changed(right, [](const Vector2d& p) -> Vector2d {
+      return {p.x(), p.y() / 25.4};
+    }));
+    const Warning* warning = told(judged.warnings, "position_unit");
+    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    EXPECT_EQ(text_of(*warning, "columns"), "y");
+    EXPECT_EQ(text_of(*warning, "unit"), "inches");
+    EXPECT_LT(apart_mm(judged.session, right), 1e-9);
   }
 }
 
@@ -282,11 +189,39 @@ TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
     X.t.setConstant(1500.0);
     const CalibrationResult there = calibrate(of_arm(each.kind, each.axes, X), request);
     EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr) << codes_of(*there.warnings);
-    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 1e-6);
+    // Directions that the poses leave open are held elsewhere: second order, a part of the
+    // noise.
+    EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 0.05 * here.rmse_mm);
     EXPECT_LT(there.method("lm")->g2->mean_mm, 0.02);
     EXPECT_NEAR(
         there.method("before")->g2->mean_mm, here.method("before")->g2->mean_mm,
         here.method("before")->g2->mean_mm);
+  }
+}
+
+TEST(Frame, OfTheInstrumentsOwnLeavesCommandsAndPlansWhereTheyWere) {
+  const session::Session right = by_positions(25);
+  const session::Session turned = changed(right, rigid(kPi / 2, {400.0, 100.0}));
+  const CalibrationRequest request{.method = "lm", .seed = 1, .threads = 1};
+  const auto model = [&](const session::Session& session) {
+    return compensation_model(
+        calibrate(session, request), session.rig, CompensateBy::kKinematics);
+  };
+  const Vector2d target(22.0, 36.0);
+  const geometry::WorkingMode mode = right.rig.robot.working_mode;
+  const auto here = compensated_target(model(right), CompensateBy::kKinematics, target, mode);
+  const auto there = compensated_target(model(turned), CompensateBy::kKinematics, target, mode);
+  for (std::size_t joint = 0; joint < 2; ++joint) {
+    // The frame is where the nominal robot fits it best: a millimetre of 60 mm.
+    EXPECT_NEAR(there.theta_rad[joint], here.theta_rad[joint], 0.04);
+  }
+  const NextPlan plan = next_plan(turned, {.points = 6});
+  EXPECT_EQ(plan.figures.samples, next_plan(right, {.points = 6}).figures.samples);
+  for (const session::PlanPoint& point : plan.plan.points) {
+    EXPECT_GT(point.target_mm.x(), 10.0);
+    EXPECT_LT(point.target_mm.x(), 46.0);
+    EXPECT_GT(point.target_mm.y(), 24.0);
+    EXPECT_LT(point.target_mm.y(), 72.0);
   }
 }
 
@@ -337,202 +272,6 @@ TEST(Frame, ThatIsMirroredIsNamed) {
       EXPECT_LT(figure_of(*warning, "miss"), figure_of(*warning, "now") / 3.0);
     }
   }
-}
-
-// ---- Dials
-
-session::Session with_columns(session::Session session, const std::vector<std::size_t>& from) {
-  const session::Session as_is = session;
-  for (std::size_t i = 0; i < session.samples.size(); ++i) {
-    for (std::size_t k = 0; k < from.size(); ++k) {
-      session.samples[i].channels[k] = as_is.samples[i].channels[from[k]];
-    }
-  }
-  return session;
-}
-
-TEST(Dials, EveryPairThatIsExchangedIsNamed) {
-  for (const geometry::Mount mount : {geometry::Mount::kDistal2, geometry::Mount::kFree}) {
-    session::Session right = by_dials(31);
-    right.rig.cuboid.mount = mount;
-    int pairs = 0;
-    for (std::size_t a = 0; a < 6; ++a) {
-      for (std::size_t b = a + 1; b < 6; ++b) {
-        std::vector<std::size_t> from{0, 1, 2, 3, 4, 5};
-        std::swap(from[a], from[b]);
-        const auto judged = plausible(with_columns(right, from));
-        const Warning* warning = told(judged.warnings, "dials_exchanged");
-        ASSERT_NE(warning, nullptr) << a << b << ": " << codes_of(judged.warnings);
-        const auto& dials = right.rig.dials;
-        EXPECT_EQ(text_of(*warning, "dials"), dials[a].id + " and " + dials[b].id);
-        EXPECT_EQ(warning->severity, Severity::kWrong);
-        EXPECT_EQ(exchanged_pair(judged), std::pair(a, b));
-        for (std::size_t i = 0; i < right.samples.size(); ++i) {
-          for (std::size_t k = 0; k < 6; ++k) {
-            EXPECT_EQ(
-                judged.session.samples[i].channels[k].value,
-                right.samples[i].channels[k].value);
-          }
-        }
-        ++pairs;
-      }
-    }
-    EXPECT_EQ(pairs, 15);
-  }
-}
-
-TEST(Dials, ExchangedInAnyOrderAreNamed) {
-  Drawn drawn(37);
-  for (int k = 0; k < 12; ++k) {
-    std::vector<std::size_t> from{0, 1, 2, 3, 4, 5};
-    const std::size_t first = drawn.below(4);  // three in a ring
-    std::swap(from[first], from[first + 1]);
-    std::swap(from[first + 1], from[first + 2]);
-    const session::Session right = by_dials(40 + static_cast<std::uint64_t>(k));
-    const auto judged = plausible(with_columns(right, from));
-    const Warning* warning = told(judged.warnings, "dials_exchanged");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
-    for (std::size_t column = 0; column < 6; ++column) {
-      if (from[column] == column) continue;
-      const auto& dials = right.rig.dials;
-      EXPECT_THAT(
-          text_of(*warning, "how"),
-          HasSubstr(dials[column].id + " shows " + dials[from[column]].id));
-    }
-  }
-}
-
-TEST(Dials, InAnotherUnitAreNamedOneOrAll) {
-  struct Case {
-    const char* unit;
-    double mm;
-  };
-  for (const Case& each : {Case{"inches", 25.4}, Case{"centimetres", 10.0}}) {
-    for (std::size_t dial = 0; dial <= 6; ++dial) {  // the last: all of them
-      const session::Session right = by_dials(50 + dial);
-      session::Session session = right;
-      for (session::Sample& sample : session.samples) {
-        for (std::size_t k = 0; k < 6; ++k) {
-          auto& value = sample.channels[k].value;
-          if (value && (k == dial || dial == 6)) *value /= each.mm;
-        }
-      }
-      const auto judged = plausible(session);
-      const Warning* warning = told(judged.warnings, "dial_unit");
-      ASSERT_NE(warning, nullptr) << each.unit << dial << ": " << codes_of(judged.warnings);
-      EXPECT_EQ(text_of(*warning, "unit"), each.unit);
-      EXPECT_EQ(
-          text_of(*warning, "dials"),
-          dial == 6 ? "all dials" : "dial " + session.rig.dials[dial].id);
-      EXPECT_EQ(warning->severity, Severity::kWrong);
-      // The rest of the study sees millimetres, and nobody is accused of gross readings.
-      for (std::size_t i = 0; i < session.samples.size(); ++i) {
-        for (std::size_t k = 0; k < 6; ++k) {
-          const auto& value = judged.session.samples[i].channels[k].value;
-          if (value) EXPECT_NEAR(*value, *right.samples[i].channels[k].value, 1e-9);
-        }
-      }
-    }
-  }
-}
-
-TEST(Dials, AShiftOfTheirMountsIsNoExchange) {
-  for (const double shift_mm : {0.2, 1.0, 3.0}) {
-    session::Session session = by_dials(61);
-    for (session::Sample& sample : session.samples) {
-      for (const std::size_t k : {2U, 3U}) {
-        if (sample.channels[k].value) *sample.channels[k].value += shift_mm;
-      }
-    }
-    EXPECT_EQ(told(plausible(session).warnings, "dials_exchanged"), nullptr);
-  }
-}
-
-// ---- Nothing is told where nothing is wrong
-
-TEST(UnitsAndFrames, NothingIsSaidOfRigsWithHonestFaults) {
-  const geometry::Rig rig = geometry::default_rig();
-  int sessions = 0;
-  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    mock_devices::World world;
-    world.robot = mock_devices::drawn_robot(rig, seed);
-    world.seed = seed;
-    const auto effect = mock_devices::draw_effect(rig, seed, mock_devices::Pool::kCatalogue);
-    const auto& row = mock_devices::cause_row(effect.cause);
-    if (row.swaps_cables || row.is_data_fault) continue;
-    world.effects = {effect};
-    session::Session session;
-    try {
-      session = session::parse_session(
-          mock_devices::session_csv(
-              mock_devices::generate_session(
-                  world, mock_devices::random_plan(rig, seed, 40, 20)),
-              rig, "2026-03-02T08:30:00.000Z"),
-          "session.csv", mock_devices::rig_toml(rig), "rig.toml");
-    } catch (const std::invalid_argument&) {
-      continue;  // this robot cannot take the plan
-    }
-    ++sessions;
-    const auto judged = plausible(session);
-    EXPECT_EQ(codes_of(judged.warnings), "") << "seed " << seed << ' ' << effect.cause;
-  }
-  EXPECT_GT(sessions, 40);
-}
-
-// ---- Targets and angles
-
-TEST(Targets, ThatDoNotFitTheJointAnglesAreNotWhatBeforeIsTakenFrom) {
-  const session::Session right = by_dials(71);
-  session::Session session = right;
-  for (session::Sample& sample : session.samples) sample.target_mm->x() += 200.0;
-  const CalibrationRequest request{.method = "lm", .seed = 1, .threads = 1};
-  const CalibrationResult result = calibrate(session, request);
-  ASSERT_TRUE(result.warnings);
-  const Warning* warning = told(*result.warnings, "targets_elsewhere");
-  ASSERT_NE(warning, nullptr) << codes_of(*result.warnings);
-  EXPECT_EQ(warning->severity, Severity::kNote);
-  EXPECT_EQ(warning->where.rows, 90);
-  EXPECT_FALSE(result.before_uses_targets);
-  EXPECT_LT(result.method("before")->g2->mean_mm, 10.0);
-  // As they are commanded after a calibration they fit.
-  session::Session commanded = right;
-  for (session::Sample& sample : commanded.samples) *sample.target_mm += Vector2d(1.2, -0.9);
-  EXPECT_EQ(told(plausible(commanded).warnings, "targets_elsewhere"), nullptr);
-}
-
-TEST(JointAngles, ThatJumpByAWholeTurnAreContinuousAgain) {
-  for (const std::size_t joint : {0U, 1U}) {
-    const session::Session right = by_dials(81);
-    const auto k = static_cast<Eigen::Index>(joint);
-    std::vector<double> angles;
-    for (const session::Sample& sample : right.samples) angles.push_back(sample.q[k]);
-    const double cut = geometry::median_of(angles);
-    session::Session wrapped = right;
-    int jumped = 0;
-    for (session::Sample& sample : wrapped.samples) {
-      if (sample.q[k] > cut + 0.05) {
-        sample.q[k] -= 2 * kPi;
-        ++jumped;
-      }
-    }
-    const auto judged = plausible(wrapped);
-    const Warning* warning = told(judged.warnings, "joint_wrapped");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
-    EXPECT_EQ(warning->severity, Severity::kNote);
-    EXPECT_EQ(warning->where.rows, jumped);
-    for (std::size_t i = 0; i < right.samples.size(); ++i) {
-      EXPECT_NEAR(judged.session.samples[i].q[k], right.samples[i].q[k], 1e-12);
-    }
-  }
-}
-
-TEST(JointAngles, ThatTurnTheOtherWayAreNamed) {
-  session::Session session = by_dials(91);
-  for (session::Sample& sample : session.samples) sample.q = -sample.q;
-  const auto judged = plausible(session);
-  const Warning* warning = told(judged.warnings, "joint_reversed");
-  ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
-  EXPECT_EQ(warning->severity, Severity::kWrong);
 }
 
 }  // namespace

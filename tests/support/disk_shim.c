@@ -4,14 +4,18 @@
  *
  * SIXDIAL_DISK_FAULTS names a file of at least 8 bytes that the test has mapped too. Its first byte
  * is the order: '-' none, 'F' full (ENOSPC), 'S' syncs fail (EIO), 'R' read-only (EROFS). Bytes 4
- * to 7 count, as a number of this machine, what was refused. */
+ * to 7 count, as a number of this machine, what was refused.
+ *
+ * Opening a file of a folder named dead-share never ends, as on a network share that is gone. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <stdint.h>
+#include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -68,4 +72,31 @@ int fdatasync(int fd) {
 int fsync(int fd) {
   REFUSE(1);
   return NEXT(fsync)(fd);
+}
+
+static void hang_on_dead_share(const char* path) {
+  if (strstr(path, "/dead-share/") == NULL) return;
+  for (;;) pause();
+}
+
+/* The mode of a file that may be made stands last. */
+#define MODE_OF(mode, flags)                    \
+  mode_t mode = 0;                              \
+  do {                                          \
+    va_list more;                               \
+    va_start(more, flags);                      \
+    if (((flags) & O_CREAT) != 0) mode = va_arg(more, mode_t); \
+    va_end(more);                               \
+  } while (0)
+
+int open(const char* path, int flags, ...) {
+  MODE_OF(mode, flags);
+  hang_on_dead_share(path);
+  return NEXT(open)(path, flags, mode);
+}
+
+int open64(const char* path, int flags, ...) {
+  MODE_OF(mode, flags);
+  hang_on_dead_share(path);
+  return NEXT(open64)(path, flags, mode);
 }

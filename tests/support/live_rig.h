@@ -19,19 +19,19 @@ extern char** environ;
 
 namespace sixdial::testing {
 
-inline constexpr double kSpeed = 50.0;  // rig seconds a wall second
+inline constexpr double kSpeed = 50.0;  // rig seconds a wall second, unless told otherwise
 
 /// A mock rig, its rig file, and plans for it.
 class Rig {
  public:
-  Rig() : mock_(options()) { mock_.start(); }
+  explicit Rig(double speed = kSpeed) : speed_(speed), mock_(options(speed)) { mock_.start(); }
   [[nodiscard]] std::string toml() const {
     return session::write_rig(mock_.connected_rig("modbus-tcp"));
   }
   [[nodiscard]] std::string now() const { return mock_devices::iso8601(mock_.utc_ms()); }
   [[nodiscard]] service::ServiceOptions service_options() const {
     service::ServiceOptions options;
-    options.clock_speed = kSpeed;
+    options.clock_speed = speed_;
     options.clock_start = session::from_iso8601(now());
     return options;
   }
@@ -44,13 +44,14 @@ class Rig {
   mock_devices::MockRig& mock() { return mock_; }
 
  private:
-  static mock_devices::MockRigOptions options() {
+  static mock_devices::MockRigOptions options(double speed) {
     mock_devices::MockRigOptions options;
     options.world.rig = geometry::default_rig();
     options.world.robot.parameters = geometry::table_2_robot();
-    options.clock_speed = kSpeed;
+    options.clock_speed = speed;
     return options;
   }
+  double speed_;
   mock_devices::MockRig mock_;
 };
 

@@ -89,7 +89,8 @@ TEST(TwoModes, FromThePlanToTheResultOnTheMockRig) {
       socket);
   ASSERT_EQ(collected.code, 0) << collected.err;
   EXPECT_THAT(collected.out, HasSubstr("58 of 58 points, 58 stored now"));
-  EXPECT_THAT(collected.err, HasSubstr("after 48 samples positions are known to 0.0"));
+  EXPECT_THAT(
+      collected.err, HasSubstr("estimate after 48 samples: positions are known to 0.0"));
   EXPECT_THAT(collected.err, HasSubstr("working mode -+ (assembly -1) follows on ++"));
   EXPECT_THAT(collected.out, HasSubstr("l11 "));
 

@@ -1,5 +1,5 @@
-// SVG drawings of the live page: the map of the plan, and how the swarms converge. Marks differ in
-// shape, not only in colour.
+// Pictures and tables of the live page: the map of the plan, how the swarms converge, the robot as
+// known so far. Marks differ in shape, not only in colour.
 'use strict';
 const drawing = (() => {
   const kName = 'http://www.w3.org/2000/svg';
@@ -110,5 +110,20 @@ const drawing = (() => {
       list.appendChild(item);
     }
   }
-  return { map, convergence, legend };
+
+  /// The rows of the table of parameters: value and expanded uncertainty, angles in degrees.
+  function parameters(body, estimate, { element, fixed, coverage }) {
+    body.replaceChildren();
+    for (const p of estimate.parameters) {
+      const angle = p.unit === 'rad', times = angle ? 180 / Math.PI : 1, unsure = estimate.undetermined.includes(p.name);
+      const row = element(body, 'tr', unsure ? 'open-parameter' : '');
+      const name = element(row, 'td', '', p.name);
+      element(name, 'small', '', ` ${p.meaning || ''}`);
+      element(row, 'td', 'n', fixed(p.value * times, 4));
+      element(row, 'td', 'n', fixed(coverage * p.sd * times, 4));
+      element(row, 'td', '', angle ? 'deg' : 'mm');
+      element(row, 'td', '', unsure ? '… needs more points' : '✓');
+    }
+  }
+  return { map, convergence, legend, parameters };
 })();

@@ -3,11 +3,8 @@
 'use strict';
 (() => {
   const $ = (id) => document.getElementById(id);
-  const kDeg = 180 / Math.PI;
   const kCoverage = 2; // of an expanded uncertainty: so many standard deviations
   const kActive = ['starting', 'running', 'paused', 'stopping'];
-  const kSymbols = { ok: '✓', settling: '≈', free: '○', stale: '◷', lost: '✕', unread: '–' };
-  const kWords = { ok: 'ok', settling: 'settling', free: 'no contact', stale: 'STALE', lost: 'LOST', unread: 'not read' };
 
   // geometry/five_bar.h, for people.
   let session = '', collect = { state: 'idle' }, points = new Map(), live = null, liveAt = 0;
@@ -46,6 +43,7 @@
     changed: () => { showLink(); showDials(); showButtons(); },
   });
   const call = link.call;
+  const dials = openDials({ $, element, fixed, call, complain, session: () => session, changed: () => showDials() });
   const kWhy = {
     token: 'A service was started anew and this address is no longer its own. Open the new address: sixdiald printed it when it began.',
     service: 'The page is served, but the service behind it does not take the connection. It may be going down, or have too many clients.',
@@ -132,15 +130,12 @@
     if (data.type === 'skipped' && data.point && points.has(keyOf(data.point))) {
       points.get(keyOf(data.point)).state = 'left';
     }
-    if (before !== data.state || data.type === 'move') tellState();
+    if (before !== data.state || data.type === 'move') { tellState(); dials.ask(collect.move); }
     if (data.type === 'started' || (before !== data.state && !kActive.includes(data.state))) loadPlan().catch(complain);
     if (before !== data.state) askChoices().catch(complain);
     showCollect();
     showMap();
   }
-
-  // shoulder 1.500000, elbow 3.000000 rad: the unit where it changes, and at the end.
-  const jointsInWords = (joints) => joints.map((each, i) => `${each.joint} ${fixed(each.value, 6)}${i + 1 < joints.length && joints[i + 1].unit === each.unit ? '' : ` ${each.unit}`}`).join(', ');
 
   function tellState() {
     const error = collect.error || {};
@@ -148,7 +143,7 @@
     else if (collect.state === 'paused' && collect.trouble) say(`❚❚ Paused: ${sentence(collect.trouble)} Then Continue (c).`);
     else if (collect.state === 'paused') say('❚❚ Paused. Continue (c) goes on with the plan.');
     else if (collect.state === 'failed') say(`✕ The collection failed: ${sentence(error.message || collect.ended_because)} ${sentence((error.data || {}).hint)} What was stored is kept. Start (g) goes on at the next open point.`, true);
-    else if (collect.move_to) say(`Move the robot to ${jointsInWords(collect.move_to)}, then: Moved (m).`);
+    else if (collect.move) say(`${collect.move.words} Then: Moved (m).`);
     else if (collect.state === 'done' && collect.session === session) say('✓ The plan is finished: nothing is left to measure. Next: Calibrate (k), then Diagnose (d).');
     else if (collect.state === 'stopped' && collect.session === session) say('■ Stopped. What is stored is kept; Start (g) goes on at the next open point.');
     else say('');
@@ -186,7 +181,7 @@
     $('create').hidden = list.sessions.length > 0;
     if (!list.sessions.length) say('There is no session yet. Make one: a name, and the rig file that describes robot and dials.');
     await choose(wanted);
-    if (list.sessions.length) tellState();
+    if (list.sessions.length) { tellState(); dials.ask(collect.move); }
   }
 
   async function choose(name) {
@@ -206,9 +201,10 @@
   // What can be done, and why the rest cannot, is the service's to say.
   async function askChoices() {
     const asked = ++choicesAsked, name = session;
-    const answer = name ? (await call('session.choices', { session: name })).choices : {};
+    const answer = name ? await call('session.choices', { session: name }) : { choices: {}, warnings: [] };
     if (asked !== choicesAsked) return;
-    choices = answer;
+    choices = answer.choices;
+    $('against').textContent = answer.warnings.map((each) => each.message + (each.where ? ` (${each.where})` : '')).join(' ');
     showButtons();
   }
 
@@ -231,64 +227,13 @@
 
   // ---- what is seen -----------------------------------------------------------------------------
   function showDials() {
-    const reading = kActive.includes(collect.state) && live && Date.now() - liveAt < 5000;
-    const ids = live ? Object.keys(live.dials) : ['A', 'B', 'C', 'D', 'E', 'F'];
-    const box = $('dials');
-    if (box.children.length !== ids.length || [...box.children].some((c, i) => c.dataset.dial !== ids[i])) {
-      box.replaceChildren();
-      for (const id of ids) {
-        const card = element(box, 'div', 'dial');
-        card.dataset.dial = id;
-        const top = element(card, 'div', 'top');
-        element(top, 'b', '', id);
-        element(top, 'span');
-        element(card, 'div', 'value');
-        element(card, 'div', 'why');
-      }
-    }
-    for (const card of box.children) {
-      const dial = reading ? live.dials[card.dataset.dial] : null;
-      const state = dial ? dial.state : 'unread';
-      card.dataset.state = state;
-      card.querySelector('span').textContent = `${kSymbols[state]} ${kWords[state]}`;
-      const value = card.querySelector('.value');
-      value.textContent = dial && typeof dial.value_mm === 'number' ? fixed(dial.value_mm, 3) : '––.–––';
-      element(value, 'small', '', ' mm');
-      const why = card.querySelector('.why');
-      why.textContent = !dial || state === 'free' ? '' : dial.detail || (dial.reason === 'stale' ? 'the newest reading is too old' : dial.reason || '');
-      why.title = why.textContent;
-    }
-    const pose = reading ? live.pose : null;
-    $('pose').replaceChildren();
-    const rows = [['x', pose && pose.x_mm, 3, 'mm'], ['y', pose && pose.y_mm, 3, 'mm'], ['γ', pose && pose.gamma_rad * kDeg, 3, '°']];
-    for (const [name, value, digits, unit] of rows) {
-      const cell = element($('pose'), 'div');
-      element(cell, 'small', '', `${name} `);
-      cell.append(pose ? fixed(value, digits) : '––.–––');
-      element(cell, 'small', '', ` ${unit}`);
-    }
-    showSettle(reading);
-  }
-
-  function showSettle(reading) {
-    const settle = reading ? live.settle : null;
-    const from = reading && live.pose ? `Position from dials ${live.pose.dials.join(', ')}` : reading ? 'No position: fewer than three dials tell' : '';
-    if ($('pose-from').textContent !== from) $('pose-from').textContent = from;
-    const bar = $('settle-bar'), share = settle && settle.limit_mm ? settle.spread_mm / settle.limit_mm : 0;
-    bar.hidden = !(settle && settle.limit_mm);
-    bar.firstElementChild.style.width = `${Math.min(100, 50 * share)}%`;
-    bar.setAttribute('aria-valuenow', share.toFixed(2));
-    bar.dataset.settled = !!(settle && settle.settled);
-    let words = '';
-    if (!reading) words = kActive.includes(collect.state) ? '… waiting for the dials' : 'The dials are read while a session is collected.';
-    else if (settle.limit_mm) words = `${settle.settled ? '✓ settled' : '≈ settling'}: dial ${settle.dial} moves within ${fixed(settle.spread_mm, 3)} mm, ${fixed(settle.limit_mm, 3)} allowed`;
-    else if (live.stage === 'moving') words = '→ the robot is moving';
-    else if (live.stage === 'paused') words = '❚❚ paused: readings as they are';
-    else words = '≈ settling: too few readings yet';
-    if ($('settle-words').textContent !== words) $('settle-words').textContent = words;
+    const active = kActive.includes(collect.state), fresh = live && Date.now() - liveAt < 5000;
+    const watching = !active && fresh && live.stage === 'watching' && live.session === session;
+    dials.show({ live, reading: fresh && (active || watching), active, watching, session, byHand: !!collect.move });
   }
 
   const inHand = () => kActive.includes(collect.state) && collect.session === session && collect.point;
+
   function showMap() {
     const next = inHand();
     const odd = [...points.values()].filter((p) => p.state === 'suspect');
@@ -323,6 +268,7 @@
     if (name in kNeedsSession && !session) return 'make a session first';
     if (name === 'start' && !active && session && points.size === 0) return '';  // makes the plan first
     if (name in kNeedsSession) return choices[name] === undefined ? 'asking the service' : choices[name] || '';
+    if (name === 'halt') return session ? '' : 'make a session first';
     if (name === 'cancel') return jobRuns() ? '' : 'nothing is being calculated';
     if (!active) return 'nothing is being collected';
     if (name === 'pause' && collect.state !== 'running') return paused ? 'it is paused' : 'it is ' + collect.state;
@@ -354,18 +300,7 @@
     if (!estimate) { $('estimate-words').textContent = 'Comes with the first sample of set G1.'; return; }
     const sd = estimate.position_sd_mm, open = estimate.undetermined;
     $('estimate-words').textContent = `After ${estimate.samples} samples the position of the tool is known to ${fixed(kCoverage * sd.mean, 3)} mm on average and ${fixed(kCoverage * sd.max, 3)} mm at the worst place (expanded uncertainty, k = ${kCoverage}).` + (estimate.last_times_usual === null ? '' : ` The last sample is ${fixed(estimate.last_times_usual, 1)} times as far off as usual.`) + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
-    const body = $('estimate').tBodies[0];
-    body.replaceChildren();
-    for (const p of estimate.parameters) {
-      const angle = p.unit === 'rad', times = angle ? kDeg : 1, unsure = open.includes(p.name);
-      const row = element(body, 'tr', unsure ? 'open-parameter' : '');
-      const name = element(row, 'td', '', p.name);
-      element(name, 'small', '', ` ${p.meaning || ''}`);
-      element(row, 'td', 'n', fixed(p.value * times, 4));
-      element(row, 'td', 'n', fixed(kCoverage * p.sd * times, 4));
-      element(row, 'td', '', angle ? 'deg' : 'mm');
-      element(row, 'td', '', unsure ? '… needs more points' : '✓');
-    }
+    drawing.parameters($('estimate').tBodies[0], estimate, { element, fixed, coverage: kCoverage });
   }
 
   function showJob() {
@@ -387,16 +322,21 @@
     $('result').textContent = '';
     if (!name) return;
     try {
-      const found = await call('result.get', { session: name });
+      // The same model as in the report and in `sixdial compensate`.
+      const found = await call('result.recommend', { session: name });
       if (name !== session) return;
-      const method = (id) => (found.summary.methods || []).find((each) => each.id === id);
-      const first = method('before'), last = method('ekf_dqpso+anfis');
-      const set = last && last.g2 ? 'g2' : 'g1';
-      if (first && last && first[set] && last[set]) {
-        $('result').textContent = `Position error on ${set.toUpperCase()}: ${fixed(first[set].mean_mm, 3)} mm before, ${fixed(last[set].mean_mm, 3)} mm after (mean).`;
-      } else {
-        $('result').textContent = `Result ${found.result} is stored.`;
+      const model = (id) => found.candidates.find((each) => each.id === id) || {};
+      const first = model('before'), last = model(found.by);
+      const again = typeof last.reached_mm === 'number' && typeof first.reached_mm === 'number';
+      const of = (each) => again ? each.reached_mm : each.g2_mm;
+      // What speaks against the data comes before any figure of them.
+      const told = (found.warnings || []).map((each) => each.message);
+      if (found.state === 'not_calibrated') told.unshift('Not calibrated.');
+      if (typeof of(first) === 'number' && typeof of(last) === 'number') {
+        told.push(`Position error on G2: ${fixed(of(first), 3)} mm before, ${fixed(of(last), 3)} mm after (mean${again ? ', commanded again and measured' : ''}).`);
       }
+      told.push(found.why);
+      $('result').textContent = told.join(' ');
     } catch (error) {
       $('result').textContent = 'Not calibrated yet.';
     }
@@ -423,15 +363,16 @@
     retake: ['Retake', 'r', () => call('collect.retake')],
     skip: ['Skip', 's', () => call('collect.skip')],
     accept: ['Accept', 'a', () => call('collect.accept')],
-    moved: ['Moved', 'm', () => call('collect.moved')],
+    moved: ['Moved', 'm', () => dials.moved(collect.move)],
     undo: ['Undo last', 'u', async () => { const now = await call('session.undo', { session, reason: 'undone on the live page' }); if (now.undone === null) say('There is nothing to undo.'); }],
-    stop: ['Stop', 'q', () => call('collect.stop')],
+    stop: ['Stop collecting', 'q', () => call('collect.stop')],
+    halt: ['Stop robot', 'h', async () => say((await call('robot.stop', { session })).words)],
     calibrate: ['Calibrate', 'k', () => call('calibrate.start', { session })],
     diagnose: ['Diagnose', 'd', () => call('diagnose.start', { session })],
     cancel: ['Cancel', 'x', () => call('job.cancel', { job: job.job })],
     report: ['Open report', 'o', async () => { window.open(`report/${encodeURIComponent(session)}`, '_blank', 'noopener'); }],
   };
-  const kHelp = { pause: 'after this point', resume: 'with the plan', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', moved: 'the robot is there', undo: 'withdraw a sample', stop: 'goes on later', start: 'at the next open point', calibrate: 'find the parameters', diagnose: 'name the causes', cancel: 'end the job', report: 'in a new tab' };
+  const kHelp = { pause: 'after this point', resume: 'with the plan', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', moved: 'the robot is there', undo: 'withdraw a sample', stop: 'halts the robot, drops the point in hand, keeps what is stored; Start goes on', halt: 'halts it where it is and pauses; no emergency stop', start: 'at the next open point', calibrate: 'find the parameters', diagnose: 'name the causes', cancel: 'end the job', report: 'in a new tab' };
   async function run(name) {
     if (name in kNeedsSession && session && choices[name] === undefined && link.state().open) await askChoices().catch(() => {});
     const why = reason(name);

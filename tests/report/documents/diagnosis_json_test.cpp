@@ -70,8 +70,30 @@ TEST(DiagnosisDocument, ACauseOfAFitThatDidNotSettleIsTiedWithThatInJsonAndInWor
   EXPECT_EQ(again["causes"][0]["certainty"], "tied");
   const DiagnosisVerdict verdict = verdict_in_words(result);
   ASSERT_FALSE(verdict.found.empty());
-  EXPECT_THAT(verdict.found[0].text, HasSubstr("a fit would say that converged"));
+  EXPECT_THAT(verdict.found[0].text, HasSubstr("the fit had not settled yet"));
   EXPECT_THAT(verdict.found[0].text, ::testing::Not(HasSubstr("odds")));
+}
+
+// Documents of version 0.1 have no code for it: their words stand for it, as they were then.
+TEST(DiagnosisDocument, WhyNotTestableIsACodeAndOfOldDocumentsTheOldWords) {
+  Json document = document_of("09");
+  Json& each = document["not_testable"][0];
+  EXPECT_EQ(each["why"], "absorbed");
+  each["needs"] = "any words";
+  EXPECT_EQ(
+      diagnosis_from_json(document).not_testable[0].why, diagnosis::WhyNotTestable::kAbsorbed);
+  each.erase("why");
+  for (const auto& [words, why] :
+       {std::pair{"dial columns", diagnosis::WhyNotTestable::kNoDials},
+        {"time_utc", diagnosis::WhyNotTestable::kNoTime},
+        {"points approached from both sides", diagnosis::WhyNotTestable::kOneApproach},
+        {"other poses: more working modes, a wider range of joint angles",
+         diagnosis::WhyNotTestable::kAbsorbed}}) {
+    each["needs"] = words;
+    EXPECT_EQ(diagnosis_from_json(document).not_testable[0].why, why) << words;
+  }
+  each["needs"] = "good luck";
+  EXPECT_THROW((void)diagnosis_from_json(document), studies::StudyError);
 }
 
 struct Spoilt {

@@ -53,7 +53,7 @@ TEST(EstimateDocument, IsReadAndWrittenAsItWas) {
   expect_same_document(to_json(estimate), stored);
   EXPECT_THAT(
       estimate_summary(estimate),
-      HasSubstr("after 40 samples positions are known to 0.0105 mm"));
+      HasSubstr("after 40 samples: positions are known to 0.0105 mm"));
   EXPECT_THAT(estimate_parameters(estimate).back(), HasSubstr("dtheta2 -1.3249 +- 0.1482 deg"));
 }
 
@@ -66,7 +66,8 @@ TEST(EstimateDocument, WithoutAConditionOrAWorstPlaceKeepsThatEmpty) {
   EXPECT_FALSE(again.condition);
   EXPECT_FALSE(again.worst_mm);
   EXPECT_THAT(
-      estimate_summary(again), HasSubstr("condition infinite; not determined yet: d, x0"));
+      estimate_summary(again),
+      HasSubstr("condition number infinite; not determined yet: d, x0"));
   Json broken = to_json(estimate);
   broken.erase("samples");
   EXPECT_THROW(static_cast<void>(estimate_from_json(broken)), studies::StudyError);

@@ -1,0 +1,28 @@
+// The fit that commands the robot: robot and named causes alone. While causes are named,
+// something smooth that nobody named may be fitted beside them (unknown.h), and what it takes
+// over is then missing from the robot: parameters of that fit, commanded without the smooth
+// part, miss by more than a fit of robot and causes alone does. What is smooth and nameless
+// shows here as uncertainty of the parameters.
+#pragma once
+
+#include "diagnosis/naming.h"
+
+namespace sixdial::diagnosis {
+
+/// To all readings. Its covariance is that of this estimate where the readings have the noise
+/// and the smooth parts of `named`, and each dial an error curve within its stated accuracy:
+/// with V = s^2 (N^2 + C C') + D D' and the estimate A y, A V A'.
+[[nodiscard]] JointFit command_fit(const Readings& readings, const NamedCauses& named);
+
+/// D: curves of each dial, smooth over its readings, with the standard deviation that a stated
+/// accuracy of +-a means (a / sqrt(3), GUM 4.3.7) [mm]; count x columns, none without dials.
+/// What a dial reads too much at one place it reads too much there every time: no number of
+/// readings averages that out.
+[[nodiscard]] Eigen::MatrixXd error_curves(const Readings& readings);
+
+/// The covariance of `plain`'s parameters where the readings are as `structured` says, with
+/// `curves` besides.
+[[nodiscard]] Eigen::MatrixXd covariance_with_structure(
+    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves);
+
+}  // namespace sixdial::diagnosis

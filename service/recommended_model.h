@@ -1,0 +1,28 @@
+// The model that is recommended for a session, with the stored results that say so: what
+// `compensate` takes by default, what the report and the live page tell.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "db/store.h"
+#include "studies/recommendation.h"
+
+namespace sixdial::service {
+
+struct RecommendedModel {
+  studies::CalibrationResult calibration;
+  std::optional<studies::DiagnosisResult> diagnosis{};    // the newest of the same samples
+  std::optional<studies::ValidationResult> validation{};  // the newest of this calibration
+  std::int64_t calibration_number = 0;                    // in the database
+  std::optional<std::int64_t> diagnosis_number{}, validation_number{};
+
+  [[nodiscard]] studies::Recommendation recommendation() const;
+};
+
+/// A validation counts if it commanded the parameters of this calibration; what it tells of a
+/// diagnosis' model is left out where the newest diagnosis has another one.
+[[nodiscard]] RecommendedModel recommended_model(
+    db::Store& reader, const db::ResultRecord& calibration);
+
+}  // namespace sixdial::service

@@ -1,0 +1,25 @@
+// Figures that were found go back into a rig file's text: only their lines change, comments
+// stay.
+//
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sixdial::session {
+
+/// Of [robot], in the unit of its key.
+struct AdoptedFigure {
+  std::string key;  // "d_mm"
+  double value = 0.0;
+  double sd = 0.0;  // standard deviation
+};
+
+/// A key that the file lacks is added at the end of [robot]. Throws DataError where the text
+/// cannot be changed so (the table written inline, say).
+[[nodiscard]] std::string with_adopted(
+    std::string_view rig_text, const std::string& file_name,
+    const std::vector<AdoptedFigure>& figures, const std::string& from);
+
+}  // namespace sixdial::session

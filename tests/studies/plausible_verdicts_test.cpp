@@ -1,0 +1,165 @@
+// What the verdicts and the commands make of what speaks against a session.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <set>
+
+#include "geometry/units.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
+#include "report/report_run.h"
+#include "report/words/warning_words.h"
+#include "session/bundle.h"
+#include "session/sample_layout.h"
+#include "session/trials.h"
+#include "studies/calibrate.h"
+#include "studies/compare.h"
+#include "studies/plausibility.h"
+#include "studies/plausibility/check.h"
+#include "tests/studies/plausible_session.h"
+#include "tests/support/paths.h"
+
+namespace sixdial::studies {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
+  const auto only = [](std::size_t poses) {
+    return session_with([&](session::Session& each) {
+      // All samples at the first poses, with the noise of their own.
+      std::vector<session::Sample> kept(
+          each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
+      each.samples.clear();
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        for (session::Sample sample : kept) {
+          sample.repeat = repeat;
+          for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
+            if (sample.channels[i].value)
+              *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
+          }
+          each.samples.push_back(sample);
+        }
+      }
+    });
+  };
+  for (const std::size_t poses : {std::size_t{1}, std::size_t{3}, std::size_t{4}}) {
+    const CalibrationResult result = calibrate(only(poses), quick());
+    ASSERT_TRUE(result.warnings);
+    EXPECT_THAT(codes_of(*result.warnings), ::testing::Contains("too_few_poses"));
+    EXPECT_THAT(result.gross_errors->found, IsEmpty());
+    const report::Verdict said = report::verdict_of(result);
+    EXPECT_EQ(said.state, report::CalibrationState::kNotCalibrated);
+    EXPECT_THAT(said.headline, Not(HasSubstr("times less")));
+    // What the poses leave open is as uncertain as before.
+    double widest_mm = 0.0;
+    for (const ParameterRow& row : result.assessment->parameters) {
+      if (row.unit == "mm") widest_mm = std::max(widest_mm, row.sd);
+    }
+    EXPECT_GT(widest_mm, 0.5);
+  }
+}
+
+TEST(Plausibility, ALengthThatNoSuchRobotHasIsNotCalibrated) {
+  std::vector<ParameterRow> rows(1);
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.robot.nominal[0] += 25.0;  // the rig file says 85 mm where 60 mm are true
+  });
+  const CalibrationResult result = calibrate(session, quick());
+  EXPECT_FALSE(is_clean(*result.warnings));
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kNotCalibrated);
+}
+
+TEST(Plausibility, NothingFreeIsRefusedInWords) {
+  CalibrationRequest request = quick();
+  request.fix = {"l11", "l12", "l21", "l22", "d", "x0", "y0", "alpha", "dtheta1", "dtheta2"};
+  EXPECT_THROW(static_cast<void>(calibrate(right_session(), request)), StudyError);
+  CompareRequest comparison;
+  comparison.methods = {"lm"};
+  comparison.fix = request.fix;
+  for (const char* space : {"positions", "dials"}) {
+    comparison.space = space;
+    EXPECT_THROW(static_cast<void>(compare(right_session(), comparison)), StudyError);
+  }
+}
+
+TEST(Plausibility, NumbersOfThreadsThatNoMachineHasDoNotMatter) {
+  CalibrationRequest request = quick();
+  request.method = "ekf_dqpso";
+  request.particles = 10;
+  request.qpso1_iterations = 3;
+  request.qpso2_iterations = 3;
+  const CalibrationResult one = calibrate(right_session(), request);
+  request.threads = 100000;
+  const CalibrationResult many = calibrate(right_session(), request);
+  EXPECT_EQ(one.identified(), many.identified());
+}
+
+TEST(Plausibility, WarningsComeBackFromTheDocument) {
+  const session::Session session =
+      session_with([](session::Session& each) { each.samples[5].temperature_c = 2137.0; });
+  const CalibrationResult result = calibrate(session, quick());
+  const Json document = Json::parse(report::to_json(result).dump());
+  ASSERT_EQ(document["warnings"].size(), 1U);
+  EXPECT_EQ(document["warnings"][0]["code"], "wrong_temperature");
+  EXPECT_THAT(document["warnings"][0]["message"].get<std::string>(), HasSubstr("2137"));
+  EXPECT_THAT(document["warnings"][0]["where"].get<std::string>(), HasSubstr("line 7"));
+  EXPECT_EQ(document["state"], "calibrated");
+  const CalibrationResult again = report::calibration_from_json(document);
+  EXPECT_EQ(report::to_json(again), document);
+}
+
+TEST(Plausibility, TheReportTellsItFirst) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.robot.working_mode = geometry::WorkingMode(-1, -1);
+  });
+  const CalibrationResult result = calibrate(session, quick());
+  const report::ReportData data = report::report_data(result, session, "somebody");
+  ASSERT_EQ(data.warnings.size(), 1U);
+  EXPECT_EQ(report::verdict(data).state, report::CalibrationState::kNotCalibrated);
+  EXPECT_THAT(report::headline_text(result), HasSubstr("working mode"));
+}
+
+TEST(Plausibility, DataThatContradictThemselvesCommandNothing) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.cuboid.reference_pose_mm = {0.0, 60.0};
+  });
+  EXPECT_THROW(report::check_may_command(plausible(session).warnings), StudyError);
+  EXPECT_NO_THROW(report::check_may_command(plausible(right_session()).warnings));
+}
+
+TEST(Plausibility, ThreeDialsWithoutPositionsAreCompared) {
+  const session::Session session = session_with([](session::Session& each) {
+    each.rig.dials.resize(3);
+    for (session::Sample& sample : each.samples) sample.channels.resize(3);
+  });
+  CompareRequest request;
+  request.space = "dials";
+  request.threads = 1;
+  request.methods = {"before", "lm"};
+  const ComparisonResult result = compare(session, request);
+  ASSERT_EQ(result.methods.size(), 2U);
+  EXPECT_FALSE(result.methods[1].g1);
+  ASSERT_TRUE(result.methods[1].robot);
+  EXPECT_GT(result.assessment.readings, 100);
+  request.methods = {"lm+gp"};
+  EXPECT_THROW(static_cast<void>(compare(session, request)), StudyError);
+}
+
+TEST(Plausibility, AResultKnowsItsData) {
+  const CalibrationResult result = calibrate(right_session(), quick());
+  const session::Session other =
+      session_with([](session::Session& each) { each.samples.pop_back(); });
+  EXPECT_NO_THROW(check_same_data(result.inputs, right_session(), "calibration", ""));
+  EXPECT_THROW(check_same_data(result.inputs, other, "calibration", ""), StudyError);
+}
+
+}  // namespace
+}  // namespace sixdial::studies
