@@ -166,7 +166,7 @@ Explanation Search::with_background(Explanation now) const {
     now = without_unknown(now, i--);
   }
   for (UnknownCandidate& each : score_unknown(readings_, now.fit)) {
-    if (!each.is_background() || each.evidence <= settings_.least_log_odds) continue;
+    if (!each.is_background() || each.evidence <= 0.0) continue;
     std::vector<UnknownCandidate> unknown = now.unknown;
     unknown.push_back(std::move(each));
     Explanation next = explained(now.fit, now.chosen, now.fit.effects, std::move(unknown));

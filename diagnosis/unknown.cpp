@@ -9,8 +9,10 @@
 #include <optional>
 
 #include "diagnosis/covariate.h"
+#include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/rig_columns.h"
+#include "diagnosis/search.h"
 #include "diagnosis/stages.h"
 #include "geometry/long_work.h"
 
@@ -204,6 +206,13 @@ class UnknownSearch {
     end();
   }
 
+  /// What every dial has some of, a column a dial for one mm of it.
+  void dial_habit(const std::string& name, const Eigen::MatrixXd& columns, double limit_mm) {
+    begin({name}, "dials", UnknownKind::kDialHabits);
+    score(columns, {}, {1.0, {0.0}}, kShareOfLimit * limit_mm / projector_sigma_mm());
+    end();
+  }
+
   /// All that the rig file claims to know exactly, each as well as a workshop knows it.
   void rig_geometry(const Eigen::MatrixXd& columns) {
     if (columns.cols() == 0) return;
@@ -233,6 +242,7 @@ class UnknownSearch {
   [[nodiscard]] std::vector<UnknownCandidate> ranked() {
     const double tried = std::log(static_cast<double>(std::max<std::size_t>(1, found_.size())));
     for (UnknownCandidate& each : found_) {
+      if (each.is_background()) continue;  // every rig has it: not picked out of many
       each.evidence -= tried;
       each.cost += tried;
     }
@@ -270,7 +280,7 @@ class UnknownSearch {
     const Eigen::MatrixXd& Q = projector_.Q();
     const Eigen::MatrixXd weighted = projector_.whitening()(columns);
     const Eigen::MatrixXd shared = Q.transpose() * weighted;
-    const Eigen::MatrixXd A = weighted.transpose() * weighted - shared.transpose() * shared;
+    const Eigen::MatrixXd A = gram(weighted) - gram(shared);
     const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
     for (const double length : box.lengths) {
       geometry::check_end();
@@ -358,15 +368,38 @@ Eigen::MatrixXd own_readings_mm(const Readings& readings) {
   return own;
 }
 
+/// d(reading)/d(first parameter) of an effect of dials, count x dials.
+Eigen::MatrixXd habit_columns(const Readings& readings, const simulation::Effect& effect) {
+  const auto places = effect.places(readings.model().rig());
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(readings.count(), static_cast<Eigen::Index>(places.size()));
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const auto& rows = readings.rows_of_dial(static_cast<std::size_t>(places[k].dial));
+    const Eigen::MatrixXd own = readings.reading_columns(at_rest({&effect, places[k]}), 1);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      columns(rows[i], static_cast<Eigen::Index>(k)) = own(static_cast<Eigen::Index>(i), 0);
+    }
+  }
+  return columns;
+}
+
 /// What the rig's dials and the rig itself may do without a fault of the robot.
 void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit) {
   double limit_mm = std::numeric_limits<double>::infinity();
   for (const geometry::Dial& dial : readings.model().rig().dials) {
     limit_mm = std::min(limit_mm, dial.accuracy_mm);
   }
-  if (limit_mm > 0) search.dial_curves(own_readings_mm(readings), limit_mm);
-  search.rig_geometry(rig_columns(
-      readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
+  if (limit_mm > 0) {
+    search.dial_curves(own_readings_mm(readings), limit_mm);
+    for (const simulation::Effect* effect : simulation::all_effects()) {
+      if (effect->within_accuracy) {
+        search.dial_habit(
+            std::string(effect->cause), habit_columns(readings, *effect), limit_mm);
+      }
+    }
+  }
+  search.rig_geometry(
+      rig_columns(readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
 }
 
 /// What one parameter of an effect does to the readings when what it goes by (the hour, the
@@ -457,8 +490,7 @@ void along_dial(
 
 }  // namespace
 
-Eigen::MatrixXd random_columns(
-    Eigen::Index readings, const std::vector<UnknownCandidate>& of) {
+Eigen::MatrixXd random_columns(Eigen::Index readings, const std::vector<UnknownCandidate>& of) {
   Eigen::MatrixXd result(readings, 0);
   for (const UnknownCandidate& each : of) {
     const Eigen::Index before = result.cols();

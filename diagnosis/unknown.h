@@ -15,6 +15,7 @@ namespace sixdial::diagnosis {
 enum class UnknownKind {
   kSmooth,       // a smooth function of its covariates
   kDialCurves,   // of each dial's own reading, all dials at once, within their makers' limits
+  kDialHabits,   // effects that every dial has some of (Effect::within_accuracy), likewise
   kRigGeometry,  // places and sizes that the rig file claims exactly
 };
 
@@ -28,7 +29,9 @@ struct UnknownCandidate {
   Eigen::MatrixXd columns;              // random columns for a joint fit, n x m
   double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
   /// No fault: dials are as good as their makers say.
-  [[nodiscard]] bool is_background() const { return kind == UnknownKind::kDialCurves; }
+  [[nodiscard]] bool is_background() const {
+    return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;
+  }
 };
 
 /// The columns of several, side by side.

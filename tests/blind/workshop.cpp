@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 
+#include "diagnosis/command_fit.h"
 #include "diagnosis/naming.h"
 #include "mock_devices/hidden/cause.h"
 #include "mock_devices/workshop.h"
@@ -30,7 +31,7 @@ std::set<std::string> names_of(const Workshop& workshop, const WorkshopCase& of)
   const auto add = [&](const mock_devices::HiddenEffect& effect) {
     for (const simulation::Effect* each : simulation::all_effects()) {
       if (each->twin == effect.cause) {
-        result.insert(std::string(each->cause) + "@" + effect.where);
+        result.insert(fmt::format("{}@{}", each->cause, effect.where));
       }
     }
   };
@@ -46,15 +47,16 @@ std::set<std::string> names_of(const Workshop& workshop, const WorkshopCase& of)
 
 std::string name_of(const mock_devices::HiddenEffect& effect) {
   for (const simulation::Effect* each : simulation::all_effects()) {
-    if (each->twin == effect.cause) return std::string(each->cause) + "@" + effect.where;
+    if (each->twin == effect.cause) return fmt::format("{}@{}", each->cause, effect.where);
   }
-  return effect.cause + "@" + effect.where;
+  return fmt::format("{}@{}", effect.cause, effect.where);
 }
 
 /// RMS of what a cause alone leaves of noise-free readings once the robot is fitted, in the
 /// noise.
-double ratio_of(const Workshop& workshop, const mock_devices::HiddenEffect& effect,
-                const std::vector<mock_devices::PlannedPose>& plan) {
+double ratio_of(
+    const Workshop& workshop, const mock_devices::HiddenEffect& effect,
+    const std::vector<mock_devices::PlannedPose>& plan) {
   mock_devices::World alone = workshop.world;
   alone.rig = workshop.file;
   alone.dials = mock_devices::kIdealDials;
@@ -76,8 +78,8 @@ double ratio_of(const Workshop& workshop, const mock_devices::HiddenEffect& effe
 
 /// A cause of the catalogue, not of the cables, as strong as wanted.
 std::optional<mock_devices::HiddenEffect> strong_cause(
-    const Workshop& workshop, const std::vector<mock_devices::PlannedPose>& plan,
-    double wanted, std::mt19937_64& engine) {
+    const Workshop& workshop, const std::vector<mock_devices::PlannedPose>& plan, double wanted,
+    std::mt19937_64& engine) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     mock_devices::HiddenEffect effect = mock_devices::draw_effect(workshop.file, engine());
     const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
@@ -98,8 +100,8 @@ std::optional<mock_devices::HiddenEffect> strong_cause(
 /// The file states how well its geometry is known: as well as it was placed.
 void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by) {
   for (geometry::Dial& dial : file.dials) {
-    dial.deviations = {Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad,
-                       by.tip_radius_mm};
+    dial.deviations = {
+        Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, by.tip_radius_mm};
   }
   file.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
 }
@@ -186,7 +188,7 @@ void judge(
     outcome.said += fmt::format("{}({:.1f}", name, finding.evidence);
     bool in_set = name == outcome.strong;
     for (const diagnosis::Rival& rival : finding.tied_with) {
-      outcome.said += "|" + rival.hypothesis.name();
+      outcome.said += fmt::format("|{}", rival.hypothesis.name());
       in_set = in_set || rival.hypothesis.name() == outcome.strong;
     }
     outcome.said += finding.certain() ? ") " : ")? ";
@@ -233,19 +235,20 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.said += fmt::format("<ll {:.3f} s {:.5f} conv {} gross {:.4f} fitted {} shared {}>", verdict.baseline.log_likelihood, verdict.baseline.s_mm, verdict.baseline.converged, verdict.baseline.gross_share, verdict.baseline.fitted, verdict.baseline.shared != nullptr);
   judge(verdict, names_of(workshop, of), outcome);
   diagnosis::JointFit kinematics = verdict.baseline;
   kinematics.effects.clear();
   outcome.kinematics_mm =
       commanded_mm(workshop, fit_for_commands(readings, kinematics), session.rows.back());
-  outcome.extended_mm = commanded_mm(
-      workshop, fit_for_commands(readings, verdict.extended), session.rows.back());
+  const diagnosis::JointFit commanding = diagnosis::command_fit(readings, verdict);
+  outcome.extended_mm =
+      commanded_mm(workshop, fit_for_commands(readings, commanding), session.rows.back());
   for (int k = 0; k < geometry::kParameterCount; ++k) {
-    const double sd = std::sqrt(verdict.extended.covariance(k, k));
+    const double sd = std::sqrt(commanding.covariance(k, k));
     if (!(sd > 0)) continue;
     outcome.parameters.count(
-        std::abs(verdict.extended.model[k] - workshop.world.robot.parameters[k]) <=
-        kNormal_95 * sd);
+        std::abs(commanding.model[k] - workshop.world.robot.parameters[k]) <= kNormal_95 * sd);
   }
   return outcome;
 }
