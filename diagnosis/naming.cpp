@@ -84,7 +84,7 @@ class Refinement {
     for (std::size_t i = 0; i < found_.unknown.size(); ++i) {
       if (found_.unknown[i].is_background()) continue;
       const Explanation less = search_.without_unknown(found_, i);
-      auto named = search_.with_one_more(less, search_.scored(less), kNamesForUnknown);
+      auto named = search_.instead_of_unknown(found_, i, less, kNamesForUnknown);
       if (named.empty() || named.front().evidence <= found_.evidence) continue;
       found_ = search_.with_unknown(named.front());
       return true;
@@ -171,6 +171,7 @@ Explanation best_of_growing(
     const std::size_t before = names.chosen.size();
     names = std::move(*next);
     search.reconsider(names);
+    search.exchange_twos(names);
     names = search.with_background(std::move(names));
     if (names.chosen.size() <= before) {
       cut();
@@ -230,7 +231,7 @@ Finding finding_of(
   if (finding.evidence > kNever / 2) {
     finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
   }
-  for (auto& rival : search.with_one_more(less, search.scored(less), kTies)) {
+  for (auto& rival : search.instead_of(found, i, less, kTies)) {
     const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
     if (other == finding.hypothesis) continue;
     const double odds = found.evidence - rival.evidence;
@@ -288,6 +289,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   } else {
     Refinement(search, settings, found).run();
   }
+  const auto exchanges = search.exchange_twos(found);
   const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
   for (const UnknownCandidate& each : found.unknown) {
     (each.is_background() ? result.background : result.unknown).push_back(each);
@@ -296,7 +298,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
-  tie_alike_sets(readings, search, settings, found, result.findings);
+  tie_alike_sets(readings, search, settings, found, exchanges, result.findings);
   for (Finding& finding : result.findings) {
     if (!slow || slow->log_odds >= settings.tie_log_odds || !is_slow(finding.hypothesis)) {
       continue;
@@ -359,6 +361,12 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
   // are tried: the noise first, or the names first.
   if (result.findings.empty() && result.unknown.empty()) return result;
+  // Names that leave nothing but the noise that the rig file says, alike at all dials: a noise
+  // of one dial would have had to be left.
+  const bool nothing_left = result.unknown.empty() &&
+                            readings.noise_of_dial() == as_measured.noise_of_dial() &&
+                            result.extended.s_mm < kMakersWord * readings.rig_noise_mm();
+  if (nothing_left) return result;
   std::vector<double> noise = uneven_noise(as_measured, plain);
   if (noise.empty() || result.swap) return result;
   Readings noise_first = as_measured.with_noise(std::move(noise));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "geometry/same_pose.h"
 #include "simulation/extended_model.h"
 
 namespace sixdial::simulation {
@@ -86,9 +87,18 @@ TEST(Circumstances, SidesThatNobodyRecordedAreThoseOfTheMoves) {
   }
   const auto samples = walked.circumstances();
   EXPECT_TRUE(samples[0].approach.isZero()) << "nobody knows where the robot came from";
+  int unknown = 0;
   for (std::size_t t = 3; t < samples.size(); ++t) {
-    EXPECT_EQ(samples[t].approach, recorded[t].approach) << t;
+    const std::size_t first = t - t % 3;
+    for (Eigen::Index joint = 0; joint < 2; ++joint) {
+      // By chance one pose has nearly the joint value of the one before.
+      const double way = walked.trials[first].q[joint] - walked.trials[first - 1].q[joint];
+      const bool hardly = std::abs(way) < geometry::kSamePose_rad;
+      unknown += hardly;
+      EXPECT_EQ(samples[t].approach[joint], hardly ? 0.0 : recorded[t].approach[joint]) << t;
+    }
   }
+  EXPECT_EQ(unknown, 3);
 }
 
 TEST(Circumstances, SidesOfOneJointWithTheOtherSignAreTurnedRound) {
