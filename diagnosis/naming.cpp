@@ -148,8 +148,8 @@ std::optional<Explanation> with_next_name(
 /// of all these. `result` gets what the first search over all candidates found.
 Explanation best_of_growing(
     const Search& search, const NamingSettings& settings, NamedCauses& result) {
-  Explanation names = search.with_background(
-      {{}, {}, result.baseline, result.baseline.log_likelihood});
+  Explanation names =
+      search.with_background({{}, {}, result.baseline, result.baseline.log_likelihood});
   std::vector<Explanation> cuts;  // by number of names
   std::size_t best = 0;
   const auto cut = [&] {
@@ -197,7 +197,8 @@ std::vector<UnknownCandidate> rivals_of_unknown(
     if (own == rivals.end()) continue;
     const double least = own->evidence - kUnknownTie;
     for (UnknownCandidate& rival : rivals) {
-      if (!same(rival) && !rival.is_background() && rival.evidence > least) result.push_back(std::move(rival));
+      if (!same(rival) && !rival.is_background() && rival.evidence > least)
+        result.push_back(std::move(rival));
     }
   }
   return result;
@@ -332,11 +333,26 @@ std::vector<std::string> NamedCauses::depends_on() const {
 
 namespace {
 
+/// Where the rig file claims more than holds: asks again with as much of it open as shows, so
+/// that no name has to stand for it.
+NamedCauses with_rig_open(Readings& readings, const NamingSettings& settings) {
+  const Readings before = readings;
+  NamedCauses result = name_causes_with_noise(readings, settings);
+  const auto rig =
+      std::ranges::find(result.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
+  if (rig == result.unknown.end()) return result;
+  Readings open = before.allowing_rig(rig->scale);
+  NamedCauses opened = name_causes_with_noise(open, settings);
+  opened.rig_geometry = rig->evidence;
+  readings = std::move(open);
+  return opened;
+}
+
 /// Asks again with the noise that each dial shows, until it stays: a dial that scatters more
 /// than the others would make causes of its own. Its tails come in step by step.
 NamedCauses identify_from(
     Readings& readings, const Readings& as_measured, const NamingSettings& settings) {
-  NamedCauses result = name_causes_with_noise(readings, settings);
+  NamedCauses result = with_rig_open(readings, settings);
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -347,7 +363,7 @@ NamedCauses identify_from(
           noise[static_cast<std::size_t>(result.swap->place.other_dial)]);
     }
     readings = as_measured.with_noise(std::move(noise));
-    result = name_causes_with_noise(readings, settings);
+    result = with_rig_open(readings, settings);
   }
   return result;
 }

@@ -13,6 +13,7 @@
 #include "simulation/extended_model.h"
 #include "simulation/extended_slopes.h"
 #include "simulation/forward_model.h"
+#include "simulation/rig_quantities.h"
 #include "simulation/trial.h"
 
 namespace sixdial::diagnosis {
@@ -62,6 +63,12 @@ class Readings {
   [[nodiscard]] const std::vector<double>& noise_of_dial() const { return noise_of_dial_; }
   /// The same session, dial d's noise so many times the common one.
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
+  /// The same session, on a rig whose file claims more than holds: what it gives as exact is
+  /// known to so many times what a workshop knows (simulation/rig_quantities.h).
+  [[nodiscard]] Readings allowing_rig(double of_a_workshop) const;
+  [[nodiscard]] double rig_allowance() const { return rig_allowance_; }
+  /// The quantities behind the first columns of nuisance(), with their standard deviations.
+  [[nodiscard]] std::vector<simulation::RigQuantity> rig_quantities() const;
   /// Directions of travel and of plungers depend on where the tool was: set it again after a
   /// fit.
   void place_tool(const simulation::ModelVector& at);
@@ -95,7 +102,7 @@ class Readings {
       const simulation::ModelVector& at, const simulation::ExtendedModel& extended) const;
   /// Random columns that every fit has, each scaled so that rig_noise_mm() is the standard
   /// deviation of its number: what the rig file says of the rig's own geometry to within a
-  /// standard deviation (simulation/rig_quantities.h, in that order); with a free mount, the
+  /// standard deviation (rig_quantities(), in that order); with a free mount, the
   /// angle of each sample around the one that its active three gave, known to 10 mrad. Not for
   /// two threads on one object.
   [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
@@ -136,6 +143,7 @@ class Readings {
   bool has_dials_ = false;
   std::size_t channels_ = 0;
   double rig_noise_mm_ = 0.0;
+  double rig_allowance_ = 0.0;
   std::vector<std::shared_ptr<const ScatterColumns>> shareable_;
 };
 

@@ -14,8 +14,7 @@ Eigen::MatrixXd rig_columns(
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const simulation::RigQuantity& quantity = quantities[k];
     constexpr double kStep = 1e-3;  // standard deviations: small against what bends
-    const simulation::ActiveEffect off{
-        quantity.effect, quantity.place, {kStep * quantity.sd}};
+    const simulation::ActiveEffect off{quantity.effect, quantity.place, {kStep * quantity.sd}};
     columns.col(static_cast<Eigen::Index>(k)) =
         (readings.simulate(at, plain, &off) - there) / kStep;
   }

@@ -299,6 +299,7 @@ class UnknownSearch {
         top_ = found.best;
         best_.length = length;
         best_.rms_mm = std::sqrt(found.explained / std::max(1.0, weight_));
+        best_.scale = found.best_scale * projector_sigma_mm();
         best_.columns = prominent(columns, spread * found.best_scale);
       }
     }
@@ -398,6 +399,7 @@ void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& 
       }
     }
   }
+  if (readings.rig_allowance() > 0.0) return;  // it is part of every fit
   search.rig_geometry(
       rig_columns(readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
 }

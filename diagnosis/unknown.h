@@ -26,8 +26,9 @@ struct UnknownCandidate {
   double evidence = 0.0;                // log Bayes factor against nothing
   double length = 0.0;                  // of the kernel, in half ranges of the covariate
   double rms_mm = 0.0;                  // of what it explains in the readings
-  Eigen::MatrixXd columns;              // random columns for a joint fit, n x m
-  double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
+  double scale = 0.0;  // standard deviation of each column's coefficient, in the column's unit
+  Eigen::MatrixXd columns;  // random columns for a joint fit, n x m
+  double cost = 0.0;        // of the search over covariate, length and scale, in log evidence
   /// No fault: dials are as good as their makers say.
   [[nodiscard]] bool is_background() const {
     return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;

@@ -235,7 +235,11 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  outcome.said += fmt::format("<ll {:.3f} s {:.5f} conv {} gross {:.4f} fitted {} shared {}>", verdict.baseline.log_likelihood, verdict.baseline.s_mm, verdict.baseline.converged, verdict.baseline.gross_share, verdict.baseline.fitted, verdict.baseline.shared != nullptr);
+  outcome.said += fmt::format(
+      "<ll {:.3f} s {:.5f} conv {} gross {:.4f} fitted {} shared {}>",
+      verdict.baseline.log_likelihood, verdict.baseline.s_mm, verdict.baseline.converged,
+      verdict.baseline.gross_share, verdict.baseline.fitted,
+      verdict.baseline.shared != nullptr);
   judge(verdict, names_of(workshop, of), outcome);
   diagnosis::JointFit kinematics = verdict.baseline;
   kinematics.effects.clear();
