@@ -158,8 +158,17 @@ std::vector<Explanation> Search::with_one_more(
       chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
       std::vector<ActiveEffect> sizes = before.fit.effects;
       sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
-      result.push_back(
-          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
+      Explanation with = explained(before.fit, chosen, sizes, before.unknown, afresh);
+      const auto linear = static_cast<Eigen::Index>(linear_count(*candidate.hypothesis.effect));
+      if (afresh && with.evidence < before.evidence && candidate.sizes.size() == linear) {
+        // Something else is gross as well, and draws a fit that counts every reading: from near
+        // this name's size the readings that it explains are good, the others stay gross.
+        std::ranges::copy(candidate.sizes, sizes.back().x.begin());
+        Explanation near =
+            explained(before.fit, std::move(chosen), std::move(sizes), before.unknown);
+        if (near.evidence > with.evidence) with = std::move(near);
+      }
+      result.push_back(std::move(with));
       weigh_last_name(before, result.back());
     }
   };

@@ -272,6 +272,20 @@ std::optional<SlowRival> hold_against_slow_change(const Search& search, Explanat
   return SlowRival{found.evidence - smooth.evidence, smooth.unknown.back().covariates};
 }
 
+/// Where something smooth was needed, and more than noise is left all the same, the readings
+/// hold a structure that neither names nor smooth functions describe: each name may be a part
+/// of it.
+void doubt_beside_structure(
+    const Readings& readings, const Explanation& found, std::vector<Finding>& findings) {
+  const bool described = found.fit.s_mm < kMakersWord * readings.rig_noise_mm();
+  if (found.unknown.empty() || described) return;
+  for (Finding& finding : findings) {
+    if (!finding.tied_with_unknown.empty()) continue;
+    finding.tied_with_unknown = found.unknown.front().covariates;
+    finding.unknown_log_odds = 0.0;  // nobody can weigh what has no description
+  }
+}
+
 /// With the noise of each dial taken as given.
 NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& settings) {
   NamedCauses result;
@@ -307,6 +321,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
     finding.tied_with_unknown = slow->covariates;
     finding.unknown_log_odds = slow->log_odds;
   }
+  doubt_beside_structure(readings, found, result.findings);
   result.gross = gross_readings(readings, found.fit);
   result.evidence = found.evidence;
   result.extended = std::move(found.fit);

@@ -249,12 +249,12 @@ class Scorer {
         seen.before > 0 ? std::sqrt(std::max(0.0, seen.normal.trace()) / seen.before) : 0.0;
     candidate.normal = seen.normal;
     if (candidate.surviving < kLeastSurviving) return;
-    double explained = 0.0;
     if (right.size() == 1) {
-      explained = right[0] * right[0] / seen.normal(0, 0);
+      candidate.sizes = right / seen.normal(0, 0);
     } else {
-      explained = right.dot(seen.normal.completeOrthogonalDecomposition().solve(right));
+      candidate.sizes = seen.normal.completeOrthogonalDecomposition().solve(right);
     }
+    double explained = right.dot(candidate.sizes);
     explained = std::clamp(explained, 0.0, sse * (1 - 1e-12));
     const double freedom = projector_.freedom();
     candidate.gain = -0.5 * freedom * std::log1p(-explained / sse);

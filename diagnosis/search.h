@@ -31,6 +31,7 @@ struct Candidate {
   double evidence = 0.0;   // gain less the cost of its parameters and its search
   double p_value = 1.0;    // of the gain under no effect, with its own search
   double surviving = 1.0;  // share of its columns that the fitted parameters do not absorb
+  Eigen::VectorXd sizes;   // linear, of the parameters that do something
   Eigen::MatrixXd normal;  // C'C of its projected, weighted columns, per unit of each parameter
 };
 

@@ -125,22 +125,18 @@ TEST(Scatter, OfTheToolIsToldWithItsSizeAndNothingElse) {
 TEST(Scatter, OfTheRecordedJointValuesNamesNothing) {
   calibration::RandomSequence random(2, 7);
   std::string other;
-  int named = 0;
   int of_joints = 0;
   for (int i = 0; i < kSessions; ++i) {
     const double sd_rad = 3e-5 * std::pow(10.0 / 3.0, random.uniform(0, 1));
     const Diagnosis verdict = diagnosed(
         session_of({.seed = 300 + static_cast<std::uint64_t>(i), .scatter_rad = sd_rad}));
-    const std::string said = said_by(verdict);
-    other += said;
-    named += !said.empty();
-    for (const Cause& cause : verdict.causes) EXPECT_FALSE(cause.confirmed) << said;
+    other += said_by(verdict);
     ASSERT_TRUE(verdict.unexplained.scatter_size.has_value()) << sd_rad;
     of_joints += verdict.unexplained.scatter_size->in == ScatterIn::kJoints;
   }
-  EXPECT_LE(named, 1) << "2 % false alarms are allowed: two of twenty are one in fifteen; said "
-                      << other;
-  EXPECT_GE(of_joints, kSessions / 2) << "the cuboid turns with them: most are told apart";
+  EXPECT_EQ(other, "");
+  EXPECT_GE(of_joints, kSessions - 2)
+      << "of the joints, not of the tool: the cuboid turns with them";
 }
 
 TEST(Scatter, HidesNoBacklash) {
@@ -169,18 +165,29 @@ TEST(Scatter, IsNoGrossError) {
   EXPECT_EQ(verdict.named.gross.size(), static_cast<std::size_t>(kGross));
   const auto& size = verdict.unexplained.scatter_size;
   ASSERT_TRUE(size.has_value());
-  EXPECT_LT(std::abs(size->sd_mm - 0.006), 0.0012) << "as without gross errors";
+  EXPECT_TRUE(size->low_mm < 0.006 && 0.006 < size->high_mm) << size->sd_mm;
 }
 
 TEST(Scatter, IsNotWhatIsSmooth) {
-  Session session = session_of({.seed = 14});
-  // An encoder whose error no harmonic of a turn describes.
-  for (simulation::Trial& trial : session.trials) {
-    trial.q[0] += 1e-4 * std::sin(25.0 * trial.q[0]);
+  // An encoder whose error no harmonic of a turn describes; all dials alike by the joint's
+  // value, which no cause and no smooth function of the search is.
+  for (const bool encoder : {true, false}) {
+    Session session = session_of({.seed = 14});
+    for (simulation::Trial& trial : session.trials) {
+      const double wave = std::sin(25.0 * trial.q[0]);
+      if (encoder) {
+        trial.q[0] += 1e-4 * wave;
+      } else {
+        for (auto& reading : trial.reading) *reading += 0.006 * wave;
+      }
+    }
+    const Diagnosis verdict = diagnosed(session);
+    EXPECT_FALSE(verdict.unexplained.depends_on.empty());
+    EXPECT_FALSE(verdict.unexplained.scatter_size.has_value());
+    for (const Cause& cause : verdict.causes) {
+      EXPECT_FALSE(cause.finding.certain()) << cause.finding.hypothesis.name();
+    }
   }
-  const Diagnosis verdict = diagnosed(session);
-  EXPECT_FALSE(verdict.unexplained.depends_on.empty());
-  EXPECT_FALSE(verdict.unexplained.scatter_size.has_value());
 }
 
 TEST(Scatter, IsSharedByTheReadingsOfAStop) {
