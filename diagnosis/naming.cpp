@@ -144,6 +144,13 @@ std::optional<Explanation> with_next_name(
   return std::move(choices.front());
 }
 
+/// The suspicion that the rig is not as its file says; null: there is none.
+const UnknownCandidate* rig_of(const Explanation& found) {
+  const auto rig =
+      std::ranges::find(found.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
+  return rig == found.unknown.end() ? nullptr : &*rig;
+}
+
 /// Adds names one by one; at each number of names, smooth functions add what they can. The best
 /// of all these. `result` gets what the first search over all candidates found.
 Explanation best_of_growing(
@@ -167,6 +174,10 @@ Explanation best_of_growing(
     constexpr std::size_t kPatience = 2;
     if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
     auto next = with_next_name(search, settings, names, candidates);
+    if (rig_of(cuts.back()) != nullptr && best + 1 == cuts.size() &&
+        (!next || next->evidence < cuts.back().evidence)) {
+      break;  // the rig itself explains more than any name does: to be opened first
+    }
     if (!next) break;
     const std::size_t before = names.chosen.size();
     names = std::move(*next);
@@ -299,6 +310,10 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   const Search search(readings, settings, hypotheses);
 
   Explanation found = best_of_growing(search, settings, result);
+  if (const UnknownCandidate* rig = rig_of(found)) {  // name_causes_on_this_rig asks again
+    result.unknown = {*rig};
+    return result;
+  }
   if (found.unknown_findings() == 0) {
     drop_needless(search, settings, found);
   } else {
@@ -348,18 +363,37 @@ std::vector<std::string> NamedCauses::depends_on() const {
 
 namespace {
 
+/// What the names would be worth on a rig that is exactly as its file says, less what they are
+/// worth where it is open: below 0, the opening is needed.
+double log_odds_of_exactness(
+    const Readings& claimed, const NamedCauses& opened, const NamingSettings& settings) {
+  const JointFit& with = opened.extended;
+  const JointFit without = fit_jointly(
+      claimed, with.model, with.effects, &with,
+      random_columns(claimed.count(), opened.background));
+  return without.log_likelihood - with.log_likelihood + settings.name_preference;
+}
+
 /// Where the rig file claims more than holds: asks again with as much of it open as shows, so
-/// that no name has to stand for it.
-NamedCauses with_rig_open(Readings& readings, const NamingSettings& settings) {
+/// that no name has to stand for it. Where the names that come out then do without, it holds.
+NamedCauses name_causes_on_this_rig(Readings& readings, const NamingSettings& settings) {
   const Readings before = readings;
   NamedCauses result = name_causes_with_noise(readings, settings);
-  const auto rig =
-      std::ranges::find(result.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
-  if (rig == result.unknown.end()) return result;
-  Readings open = before.allowing_rig(rig->scale);
-  NamedCauses opened = name_causes_with_noise(open, settings);
-  opened.rig_geometry = rig->evidence;
-  readings = std::move(open);
+  if (result.unknown.empty() || result.unknown.front().kind != UnknownKind::kRigGeometry) {
+    return result;
+  }
+  const UnknownCandidate rig = result.unknown.front();
+  readings = before.allowing_rig(rig.scale);
+  NamedCauses opened = name_causes_with_noise(readings, settings);
+  Readings claimed = before.allowing_rig(0.0);
+  claimed.place_tool(opened.extended.model);
+  claimed.share(readings.shareable());
+  const double odds = log_odds_of_exactness(claimed, opened, settings);
+  if (odds >= 0.0) {
+    readings = before.allowing_rig(0.0);
+    return name_causes_with_noise(readings, settings);
+  }
+  opened.rig_geometry = -odds;
   return opened;
 }
 
@@ -367,7 +401,7 @@ NamedCauses with_rig_open(Readings& readings, const NamingSettings& settings) {
 /// than the others would make causes of its own. Its tails come in step by step.
 NamedCauses identify_from(
     Readings& readings, const Readings& as_measured, const NamingSettings& settings) {
-  NamedCauses result = with_rig_open(readings, settings);
+  NamedCauses result = name_causes_on_this_rig(readings, settings);
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -378,7 +412,7 @@ NamedCauses identify_from(
           noise[static_cast<std::size_t>(result.swap->place.other_dial)]);
     }
     readings = as_measured.with_noise(std::move(noise));
-    result = with_rig_open(readings, settings);
+    result = name_causes_on_this_rig(readings, settings);
   }
   return result;
 }

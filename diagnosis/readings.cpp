@@ -102,7 +102,7 @@ Readings Readings::with_noise(std::vector<double> of_dials) const {
   return result;
 }
 
-Readings Readings::allowing_rig(double of_a_workshop) const {
+Readings Readings::allowing_rig(std::optional<double> of_a_workshop) const {
   Readings result = *this;
   result.rig_allowance_ = of_a_workshop;
   result.nuisance_.reset();
@@ -112,9 +112,9 @@ Readings Readings::allowing_rig(double of_a_workshop) const {
 std::vector<simulation::RigQuantity> Readings::rig_quantities() const {
   if (!has_dials_) return {};
   auto result = simulation::stated_quantities(model_->rig());
-  if (!(rig_allowance_ > 0.0)) return result;
+  if (!rig_allowance_ || *rig_allowance_ == 0.0) return result;
   for (simulation::RigQuantity& each : simulation::claimed_quantities(model_->rig())) {
-    each.sd *= rig_allowance_;
+    each.sd *= *rig_allowance_;
     result.push_back(std::move(each));
   }
   return result;

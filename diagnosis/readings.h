@@ -65,8 +65,9 @@ class Readings {
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
   /// The same session, on a rig whose file claims more than holds: what it gives as exact is
   /// known to so many times what a workshop knows (simulation/rig_quantities.h).
-  [[nodiscard]] Readings allowing_rig(double of_a_workshop) const;
-  [[nodiscard]] double rig_allowance() const { return rig_allowance_; }
+  [[nodiscard]] Readings allowing_rig(std::optional<double> of_a_workshop) const;
+  /// 0: all that the file gives as exact is. Empty: nobody has asked.
+  [[nodiscard]] std::optional<double> rig_allowance() const { return rig_allowance_; }
   /// The quantities behind the first columns of nuisance(), with their standard deviations.
   [[nodiscard]] std::vector<simulation::RigQuantity> rig_quantities() const;
   /// Directions of travel and of plungers depend on where the tool was: set it again after a
@@ -143,7 +144,7 @@ class Readings {
   bool has_dials_ = false;
   std::size_t channels_ = 0;
   double rig_noise_mm_ = 0.0;
-  double rig_allowance_ = 0.0;
+  std::optional<double> rig_allowance_;
   std::vector<std::shared_ptr<const ScatterColumns>> shareable_;
 };
 

@@ -399,7 +399,7 @@ void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& 
       }
     }
   }
-  if (readings.rig_allowance() > 0.0) return;  // it is part of every fit
+  if (readings.rig_allowance()) return;  // part of every fit, or ruled out
   search.rig_geometry(
       rig_columns(readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
 }
