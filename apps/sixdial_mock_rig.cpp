@@ -19,6 +19,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "mock_devices/workshop.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
 
@@ -36,6 +37,8 @@ struct Arguments {
   std::optional<std::uint64_t> hide_seed;
   std::string hide_pool = "catalogue";
   std::string reveal_file;
+  bool workshop = false;
+  geometry::Rig file;  // what people wrote down of the rig
   std::string bundle;
   std::vector<int> points{100, 50};
 };
@@ -45,9 +48,24 @@ mock_devices::Pool pool_of(const std::string& name) {
   return name == "all" ? mock_devices::Pool::kAll : mock_devices::Pool::kCatalogue;
 }
 
+/// A rig as rigs are: all that `--workshop` means is drawn from the seed; what else was asked
+/// for stays.
+void make_workshop(mock_devices::World& world, int samples) {
+  mock_devices::Workshop drawn =
+      mock_devices::drawn_workshop(world.rig, world.seed, {}, samples);
+  world.rig = std::move(drawn.world.rig);
+  world.effects = std::move(drawn.world.effects);
+  world.dials.curve_mm = drawn.world.dials.curve_mm;
+  world.warm_up = drawn.world.warm_up;
+}
+
 void make_world(Arguments& arguments) {
   mock_devices::World& world = arguments.rig.world;
   if (!arguments.rig_file.empty()) world.rig = session::read_rig_file(arguments.rig_file);
+  arguments.file = world.rig;
+  if (arguments.workshop) {
+    make_workshop(world, std::max(1, arguments.points[0] + arguments.points[1]));
+  }
   const mock_devices::TrueRobot drawn = mock_devices::drawn_robot(world.rig, world.seed);
   if (arguments.robot == "drawn") {
     world.robot.parameters = drawn.parameters;
@@ -121,6 +139,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option(
       "--write-rig", arguments.write_rig,
       "When ready, write a rig file here that leads to this rig's Modbus TCP ports");
+  app.add_flag(
+      "--workshop", arguments.workshop,
+      "A rig as rigs are, drawn from the seed: dials that stand a little elsewhere than the "
+      "rig "
+      "file says, with error curves; gears that run out; links and base that move with the "
+      "day");
   app.add_option("--reveal", arguments.reveal_file, "Write what is hidden to this JSON file");
   CLI::Option* bundle = app.add_option(
       "--bundle", arguments.bundle,
@@ -140,8 +164,8 @@ void write_session(const Arguments& arguments) {
       arguments.bundle,
       mock_devices::generate_session(
           world, mock_devices::random_plan(
-                     world.rig, world.seed, arguments.points[0], arguments.points[1])),
-      world.rig, arguments.rig.start_time);
+                     arguments.file, world.seed, arguments.points[0], arguments.points[1])),
+      arguments.file, arguments.rig.start_time);
 }
 
 std::string ready_line(const mock_devices::MockRig& rig, const Arguments& arguments) {
@@ -158,6 +182,15 @@ std::string ready_line(const mock_devices::MockRig& rig, const Arguments& argume
   line["now"] = mock_devices::iso8601(rig.utc_ms());
   line["seed"] = arguments.rig.world.seed;
   return line.dump();
+}
+
+/// What the file says of the rig, with the connections that are open.
+geometry::Rig as_written_down(geometry::Rig file, const geometry::Rig& connected) {
+  file.robot.connection = connected.robot.connection;
+  for (std::size_t i = 0; i < file.dials.size(); ++i) {
+    file.dials[i].connection = connected.dials[i].connection;
+  }
+  return file;
 }
 
 /// The exit code after output: a full disk or a closed pipe is no success.
@@ -207,7 +240,8 @@ int main(int argc, char** argv) {
     rig.start();
     if (!arguments.write_rig.empty()) {
       session::write_file(
-          arguments.write_rig, session::write_rig(rig.connected_rig("modbus-tcp")));
+          arguments.write_rig,
+          session::write_rig(as_written_down(arguments.file, rig.connected_rig("modbus-tcp"))));
     }
     fmt::print("{}\n", ready_line(rig, arguments));
     if (printed() != 0) return 1;

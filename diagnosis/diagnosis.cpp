@@ -113,11 +113,14 @@ class Diagnoser {
   void confirm_on_g1() {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
-    if (enough_g1_ && (!found().findings.empty() || found().swap)) {
+    if (enough_g1_ && (!found().findings.empty() || found().swap || found().rig_geometry)) {
       // An exchange has to show itself there too.
-      Readings on_g1 = found().swap ? split(measured_).fitted : sides_->fitted;
+      Readings on_g1 =
+          (found().swap ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
       alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
+    result_.rig = rig_as_seen(readings_, found().extended);
+    result_.rig_confirmed = alone_ && alone_->rig_geometry;
     result_.noise = noise_of(readings_, found().extended);
   }
 

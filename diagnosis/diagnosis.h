@@ -25,6 +25,7 @@
 #include "diagnosis/limits.h"
 #include "diagnosis/model_choice.h"
 #include "diagnosis/naming.h"
+#include "diagnosis/rig_seen.h"
 #include "diagnosis/scatter.h"
 
 namespace sixdial::diagnosis {
@@ -88,8 +89,10 @@ struct Diagnosis {
   std::vector<NotTestable> not_testable;
   std::vector<Limit> limits;
   std::vector<ParameterChange> parameters;
-  std::vector<GainRow> gain;  // empty without points to judge on
-  JointFit commanding;        // robot and named causes alone (command_fit.h)
+  std::vector<RigSeen> rig;    // by the fit with the causes; empty: the file claims exactness
+  bool rig_confirmed = false;  // G1 alone contradicts the file's claim too
+  std::vector<GainRow> gain;   // empty without points to judge on
+  JointFit commanding;         // robot and named causes alone (command_fit.h)
   /// What a residual model learned of all that `commanding` leaves; empty without a table of
   /// the gain.
   std::optional<calibration::TrainedResidual> on_top;

@@ -227,6 +227,7 @@ DiagnosisResult result_of(
       .dependence = std::move(found.dependence),
       .gross_readings = gross_readings_of(found, readings, session),
       .parameters = std::move(found.parameters),
+      .rig = found.rig,
       .baseline = summary_of(found.named.baseline),
       .extended = summary_of(data.after),
       .cross_validation = cross_validation_of(found),
@@ -237,6 +238,7 @@ DiagnosisResult result_of(
       .false_alarm_probability = found.false_alarm_probability,
       .extended_fit = extended_fit_of(readings, found),
       .residuals = residuals_of(data)};
+  add_rig_geometry(result.causes, found);
   add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "diagnosis/thresholds.h"
@@ -127,6 +128,31 @@ std::vector<GrossReading> gross_readings_of(
          .near_edge = each.near_edge});
   }
   return list;
+}
+
+void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found) {
+  if (!found.named.rig_geometry) return;
+  // Its sizes: what moved for sure, the most first.
+  constexpr double kForSure = 2.0;  // standard deviations
+  constexpr std::size_t kMost = 3;
+  std::vector<diagnosis::RigSeen> moved;
+  for (const diagnosis::RigSeen& each : found.rig) {
+    if (!each.stated && std::abs(each.off) > kForSure * each.sd) moved.push_back(each);
+  }
+  std::ranges::sort(moved, std::greater{}, &diagnosis::RigSeen::ratio);
+  FoundCause cause{
+      .kind = CauseKind::kRigGeometry,
+      .id = {"rig_geometry", "rig"},
+      .delta_bic = 2 * *found.named.rig_geometry,
+      .gain_mm = kNan,
+      .standing = found.rig_confirmed ? Standing::kConfirmed : Standing::kSuspected,
+      .on_g1 = found.rig_confirmed,
+      .g2_log_odds = kNan,
+      .visible_ratio = kNan};
+  for (std::size_t i = 0; i < std::min(kMost, moved.size()); ++i) {
+    cause.estimate.push_back({moved[i].name, moved[i].unit, moved[i].off, moved[i].sd});
+  }
+  causes.push_back(std::move(cause));
 }
 
 void add_data_faults(

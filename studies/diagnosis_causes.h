@@ -26,6 +26,9 @@ namespace sixdial::studies {
 
 /// Outliers and stale readings as causes of their own, where there are such. Of so many
 /// readings in all: more than a few gross ones are not certain to be just that.
+/// The rig's geometry as one cause, where the file claims what the readings contradict.
+void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
+
 void add_data_faults(
     std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross,
     std::size_t readings);

@@ -32,6 +32,7 @@ enum class CauseKind {
   kEffect,         // of the catalogue (simulation/effect.h)
   kOutliers,       // single readings far from everything else
   kStaleReadings,  // a reading handed over a second time, after the tool had moved
+  kRigGeometry,    // dials and cuboid are not where and as the rig file claims
 };
 enum class Certainty { kCertain, kTied };
 enum class Standing {
@@ -132,7 +133,9 @@ struct FoundCause {
     return tied_with.empty() ? Certainty::kCertain : Certainty::kTied;
   }
   /// Of the readings, not of the robot or the instruments.
-  [[nodiscard]] bool is_data_fault() const { return kind != CauseKind::kEffect; }
+  [[nodiscard]] bool is_data_fault() const {
+    return kind == CauseKind::kOutliers || kind == CauseKind::kStaleReadings;
+  }
   /// The odds say that it is there, but the points that were fitted and those that were not do
   /// not show it alike.
   [[nodiscard]] bool is_only_suspected() const {
@@ -271,6 +274,8 @@ struct DiagnosisResult {
   std::vector<NotTestable> not_testable{};
   std::vector<Limit> limits{};
   std::vector<diagnosis::ParameterChange> parameters{};
+  /// The rig as the data see it; empty in results of early versions.
+  std::optional<std::vector<diagnosis::RigSeen>> rig{};
   FitSummary baseline{}, extended{};
   std::vector<GainRow> gain{};                        // empty: not computed
   std::optional<CrossValidation> cross_validation{};  // within G1; empty: not computed

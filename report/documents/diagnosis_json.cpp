@@ -149,6 +149,16 @@ void describe_keys(Fields& at, Of<Fields, studies::Limit>& limit) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, diagnosis::RigSeen>& each) {
+  at("name", each.name);
+  at("unit", each.unit);
+  at("off", each.off);
+  at("sd", each.sd);
+  at("known_sd", each.known_sd);
+  at("stated", each.stated);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::JudgedOn>& on) {
   at("samples", on.samples);
   at("fitted_samples", on.fitted_samples);
@@ -358,6 +368,7 @@ void describe_keys(Fields& at, Of<Fields, studies::DiagnosisResult>& result) {
   at("gross_readings", result.gross_readings);
   at("detection_limits", result.limits);
   describe_fits(at, result);
+  at.maybe("rig", result.rig);
   at("gain", result.gain);
   at.maybe("cross_validation", result.cross_validation);
   at("judged_on", result.judged_on);

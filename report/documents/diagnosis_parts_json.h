@@ -27,6 +27,7 @@ inline constexpr std::string_view kUnsettled = "unsettled_fit";
 inline constexpr std::string_view kLeftOut = "left_out_readings";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
+inline constexpr std::string_view kRigGeometry = "rig_geometry";
 
 /// "x, y" as a list.
 inline std::vector<std::string> split(std::string_view text) {
@@ -159,10 +160,11 @@ template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::FoundCause>& cause) {
   describe_keys(at, cause.id);
   if constexpr (Fields::kReads) {
-    cause.kind = cause.id.cause == diagnosis_document::kOutliers ? studies::CauseKind::kOutliers
-                 : cause.id.cause == diagnosis_document::kStale
-                     ? studies::CauseKind::kStaleReadings
-                     : studies::CauseKind::kEffect;
+    cause.kind =
+        cause.id.cause == diagnosis_document::kOutliers ? studies::CauseKind::kOutliers
+        : cause.id.cause == diagnosis_document::kStale  ? studies::CauseKind::kStaleReadings
+        : cause.id.cause == diagnosis_document::kRigGeometry ? studies::CauseKind::kRigGeometry
+                                                             : studies::CauseKind::kEffect;
   } else {
     const CauseTexts texts = texts_of(cause);
     at("certainty", cause.certainty() == studies::Certainty::kCertain ? "certain" : "tied");

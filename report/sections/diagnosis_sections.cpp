@@ -15,6 +15,7 @@
 #include "report/html_report.h"
 #include "report/report_run.h"
 #include "report/sections/diagnosis_figures.h"
+#include "report/sections/rig_section.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -418,6 +419,7 @@ std::vector<Section> diagnosis_sections(const DiagnosisResult& result, Beside be
   }
   if (alone && !result.gross_readings.empty()) sections.push_back(gross_section(result));
   sections.push_back(left_section(result));
+  if (result.rig && !result.rig->empty()) sections.push_back(rig_section(result));
   sections.push_back(gain_section(result));
   if (alone) sections.push_back(parameter_section(result));
   sections.push_back(not_testable_section(result));

@@ -21,16 +21,30 @@ using studies::CauseKind;
 using studies::FoundCause;
 using studies::HypothesisId;
 
-/// Faults of the data are no effects of the catalogue: their words stand here.
-struct DataFaultWords {
+/// What is no effect of the catalogue: its words stand here.
+struct WordsOfKind {
   CauseKind kind;
   std::string_view in_words;
   CauseTexts texts;
 };
 
-const DataFaultWords* data_fault_words(CauseKind kind) {
+const WordsOfKind* words_of_kind(CauseKind kind) {
   static const std::array kWords{
-      DataFaultWords{
+      WordsOfKind{
+          CauseKind::kRigGeometry,
+          "the rig's own geometry",
+          {.signature =
+               "The readings of several dials contradict where the rig file says that the "
+               "dials stand, how they lean, or what the cuboid measures.",
+           .consequence =
+               "None on parts. Positions that are computed from the dials are off, and so are "
+               "lengths that are fitted to them.",
+           .advice =
+               "Measure the places and axes of the dials again, those first that the table of "
+               "the rig has at its top, and enter them. Then write into the rig file how well "
+               "each is known (position_sd_mm, axis_sd_deg): what is known to a tenth of a "
+               "millimetre is not known exactly."}},
+      WordsOfKind{
           CauseKind::kOutliers,
           "gross reading errors",
           {.signature =
@@ -41,7 +55,7 @@ const DataFaultWords* data_fault_words(CauseKind kind) {
            .advice =
                "Nothing, if they are few. Else look at the dials in the list: cable, battery, "
                "dirt on the face, a tip that leaves the face at its edge."}},
-      DataFaultWords{
+      WordsOfKind{
           CauseKind::kStaleReadings,
           "readings handed over twice",
           {.signature =
@@ -51,8 +65,18 @@ const DataFaultWords* data_fault_words(CauseKind kind) {
            .advice =
                "Let the dial's connection ask for a new value at each sample; look at its time "
                "stamps and time-outs."}}};
-  const auto* found = std::ranges::find(kWords, kind, &DataFaultWords::kind);
+  const auto* found = std::ranges::find(kWords, kind, &WordsOfKind::kind);
   return found == kWords.end() ? nullptr : found;
+}
+
+std::string rig_size(const FoundCause& cause) {
+  if (cause.estimate.empty()) return "nothing by much, many things by a little";
+  std::vector<std::string> moved;
+  for (const Estimate& each : cause.estimate) {
+    moved.push_back(
+        fmt::format("{} {}", each.name, quantity_in_words(each.value, each.sd, each.unit)));
+  }
+  return list_of(moved) + " from what the file says";
 }
 
 std::string data_fault_size(const FoundCause& cause) {
@@ -70,7 +94,7 @@ std::string named(const HypothesisId& id) {
 }
 
 std::string named(const FoundCause& cause) {
-  const DataFaultWords* fault = data_fault_words(cause.kind);
+  const WordsOfKind* fault = words_of_kind(cause.kind);
   return fault != nullptr ? std::string(fault->in_words) : named(cause.id);
 }
 
@@ -91,7 +115,7 @@ std::string named(const studies::Rival& rival) {
 }
 
 CauseTexts texts_of(const FoundCause& cause) {
-  if (const DataFaultWords* fault = data_fault_words(cause.kind)) return fault->texts;
+  if (const WordsOfKind* fault = words_of_kind(cause.kind)) return fault->texts;
   const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
   if (effect == nullptr) return {};  // of another version of this program
   return {effect->signature, effect->consequence, effect->advice, effect->why_not_learned};
@@ -102,8 +126,9 @@ std::string quantity_in_words(double value, double sd, std::string_view unit) {
 }
 
 std::string size_in_words(const FoundCause& cause) {
-  if (cause.estimate.empty()) return "";
+  if (cause.estimate.empty() && cause.kind == CauseKind::kEffect) return "";
   if (cause.is_data_fault()) return data_fault_size(cause);
+  if (cause.kind == CauseKind::kRigGeometry) return rig_size(cause);
   const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
   static const simulation::Effect kUnknownToThisProgram{};
   std::vector<simulation::FoundParameter> found;
