@@ -252,8 +252,10 @@ class Diagnoser {
                       alone_->findings.begin(), alone_->findings.end(),
                       [&](const Finding& each) { return shares_a_name(each, cause.finding); });
     if (i < study.g2_log_odds.size()) cause.g2_log_odds = study.g2_log_odds[i];
+    // G2 is asked with and without the name, not with something smooth in its place.
+    const bool its_own = cause.finding.tied_with_unknown.empty();
     cause.confirmed =
-        cause.on_g1 && cause.g2_log_odds > kConfirms && !cause.finding.of_a_part();
+        cause.on_g1 && cause.g2_log_odds > kConfirms && its_own && !cause.finding.of_a_part();
     cause.gain_mm =
         mean_mm(GainModel::kWithout, cause.finding.hypothesis) - mean_mm(GainModel::kExtended);
     return cause;

@@ -332,8 +332,9 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
         "{}: suspected only, {}", list_of(names),
         result.gain.empty()
             ? "as no points were kept back to check it (no gain was computed)."
-            : "as either the fitted points or the others alone do not show it clearly; measure "
-              "more before spending money on it.")));
+            : "as either the fitted points or the others alone do not show it clearly, or "
+              "something smooth without a name would do as well; measure more before spending "
+              "money on it.")));
   }
   if (std::string rig = rig_sentence(result); !rig.empty()) lines.push_back(std::move(rig));
   if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {

@@ -186,6 +186,7 @@ TEST(Scatter, IsNotWhatIsSmooth) {
     EXPECT_FALSE(verdict.unexplained.scatter_size.has_value());
     for (const Cause& cause : verdict.causes) {
       EXPECT_FALSE(cause.finding.certain()) << cause.finding.hypothesis.name();
+      EXPECT_FALSE(cause.confirmed) << cause.finding.hypothesis.name();
     }
   }
 }
