@@ -32,7 +32,8 @@ constexpr Words kWords[] = {
      "between "
      "the neighbours is taken instead."},
     {"clock_set_back",
-     "The clock went back by {step} while this was measured. The rows are taken in the order "
+     "The clock went back by {set_back} while this was measured. The rows are taken in the "
+     "order "
      "in "
      "which they stand, and the time is taken to run on: do not sort them by time."},
     {"not_in_order_of_time",
