@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "geometry/same_pose.h"
 #include "simulation/extended_model.h"
 
 namespace sixdial::simulation {
@@ -86,9 +87,19 @@ TEST(Circumstances, SidesThatNobodyRecordedAreThoseOfTheMoves) {
   }
   const auto samples = walked.circumstances();
   EXPECT_TRUE(samples[0].approach.isZero()) << "nobody knows where the robot came from";
+  int moves = 0;
   for (std::size_t t = 3; t < samples.size(); ++t) {
-    EXPECT_EQ(samples[t].approach, recorded[t].approach) << t;
+    const std::size_t before = t - t % 3 - 1;
+    for (Eigen::Index joint = 0; joint < 2; ++joint) {
+      const double way = walked.trials[t].q[joint] - walked.trials[before].q[joint];
+      const bool moved = std::abs(way) > geometry::kSamePose_rad;
+      moves += moved;
+      // What an encoder's jitter may be is no move: the side stays that of the last one.
+      const Circumstance& expected = moved ? recorded[t] : samples[before];
+      EXPECT_EQ(samples[t].approach[joint], expected.approach[joint]) << t << ", " << joint;
+    }
   }
+  EXPECT_GT(moves, 60);
 }
 
 TEST(Circumstances, SidesOfOneJointWithTheOtherSignAreTurnedRound) {
