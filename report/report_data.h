@@ -197,6 +197,7 @@ struct ReportData {
   Facts facts{};  // what several sections show
 
   std::vector<studies::Warning> warnings{};  // what speaks against the session
+  bool plausibility_judged = true;           // false: nobody looked for warnings
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 

@@ -177,6 +177,10 @@ constexpr Words kWords[] = {
     {"implausible_length",
      "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
      "mm: no such robot is made. Look at the units, the dials' order and the rig file."},
+    {"made_unjudged",
+     "This {what} is of an earlier version, which did not look for what is listed here: "
+     "nothing "
+     "of it was left out or put right. Make it again."},
 };
 
 const Words* words_of(std::string_view code) {

@@ -20,6 +20,7 @@
 #include "studies/compare.h"
 #include "studies/plausibility.h"
 #include "studies/plausibility/check.h"
+#include "studies/stored_warnings.h"
 #include "tests/studies/plausible_session.h"
 #include "tests/support/paths.h"
 
@@ -65,6 +66,41 @@ TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
     }
     EXPECT_GT(widest_mm, 0.5);
   }
+}
+
+// A version that did not look left no warnings: its result is called nothing before somebody
+// has looked, and is then held against the data as that version took them.
+TEST(Plausibility, AResultOfAnEarlyVersionIsJudgedWhereItsSessionIs) {
+  const auto of_an_early_version = [](const session::Session& session) {
+    CalibrationResult result = calibrate(session, quick());
+    result.warnings.reset();
+    return result;
+  };
+  const session::Session right = right_session();
+  CalibrationResult result = of_an_early_version(right);
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kUnknown);
+  EXPECT_EQ(report::verdict_of(result).title, "Not judged");
+  EXPECT_FALSE(report::to_json(result).contains("state"));
+  const session::Session copied = session_with([](session::Session& each) {
+    for (std::size_t i = 0; i < 20; ++i) {
+      each.samples.push_back(each.samples[i]);
+      each.samples.back().point += 1000;
+    }
+  });
+  judge_stored(result, copied);
+  EXPECT_FALSE(result.warnings) << "of another session";
+  judge_stored(result, right);
+  ASSERT_TRUE(result.warnings);
+  EXPECT_THAT(*result.warnings, IsEmpty());
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kCalibrated);
+  EXPECT_EQ(report::to_json(result)["state"], "calibrated");
+  // Today the copies are left out; the early version fitted them.
+  result = of_an_early_version(copied);
+  judge_stored(result, copied);
+  EXPECT_THAT(codes_of(*result.warnings), ElementsAre("copied_rows", kMadeUnjudged));
+  const report::Verdict said = report::verdict_of(result);
+  EXPECT_EQ(said.state, report::CalibrationState::kNotCalibrated);
+  EXPECT_THAT(said.headline, HasSubstr("This calibration is of an earlier version"));
 }
 
 TEST(Plausibility, ALengthThatNoSuchRobotHasIsNotCalibrated) {
