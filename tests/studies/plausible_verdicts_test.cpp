@@ -32,27 +32,28 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
-  const auto only = [](std::size_t poses) {
-    return session_with([&](session::Session& each) {
-      // All samples at the first poses, with the noise of their own.
-      std::vector<session::Sample> kept(
-          each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
-      each.samples.clear();
-      for (int repeat = 0; repeat < 20; ++repeat) {
-        for (session::Sample sample : kept) {
-          sample.repeat = repeat;
-          for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
-            if (sample.channels[i].value)
-              *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
-          }
-          each.samples.push_back(sample);
+/// All samples at the first poses, with the noise of their own.
+session::Session session_at(std::size_t poses) {
+  return session_with([&](session::Session& each) {
+    std::vector<session::Sample> kept(
+        each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
+    each.samples.clear();
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      for (session::Sample sample : kept) {
+        sample.repeat = repeat;
+        for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
+          if (sample.channels[i].value)
+            *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
         }
+        each.samples.push_back(sample);
       }
-    });
-  };
+    }
+  });
+}
+
+TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
   for (const std::size_t poses : {std::size_t{1}, std::size_t{3}, std::size_t{4}}) {
-    const CalibrationResult result = calibrate(only(poses), quick());
+    const CalibrationResult result = calibrate(session_at(poses), quick());
     ASSERT_TRUE(result.warnings);
     EXPECT_THAT(codes_of(*result.warnings), ::testing::Contains("too_few_poses"));
     EXPECT_THAT(result.gross_errors->found, IsEmpty());
@@ -66,6 +67,30 @@ TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
     }
     EXPECT_GT(widest_mm, 0.5);
   }
+}
+
+// Every method of a comparison says what these poses leave open, and how far.
+TEST(Plausibility, AComparisonOfTooFewPosesSaysWhatWasHeld) {
+  CompareRequest request;
+  request.methods = {"before", "lm", "lse", "ekf"};
+  request.threads = 1;
+  const auto widest_of = [&](const session::Session& session, bool held) {
+    const ComparisonResult result = compare(session, request);
+    for (const ComparedRow& method : result.methods) {
+      if (!method.robot) continue;
+      SCOPED_TRACE(method.id);
+      double widest_mm = 0.0;
+      int holds = 0;
+      for (const auto& [name, parameter] : method.robot->parameters) {
+        holds += parameter.partly_held.value();
+        if (name.front() == 'l') widest_mm = std::max(widest_mm, parameter.sd);
+      }
+      EXPECT_EQ(holds > 0, held);
+      EXPECT_EQ(widest_mm > 0.5, held) << widest_mm;
+    }
+  };
+  widest_of(session_at(4), true);
+  widest_of(right_session(), false);
 }
 
 // A version that did not look left no warnings: its result is called nothing before somebody
