@@ -177,11 +177,12 @@ void keep_identifiers(
   std::erase_if(choices, learns);
 }
 
-[[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
+[[noreturn]] void refuse(
+    const calibration::Trouble& trouble, const std::string& session, std::string hint = "") {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw StudyError(
       cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
-      {{"session", session}});
+      {{"session", session}}, std::move(hint));
 }
 
 }  // namespace
@@ -214,7 +215,9 @@ ComparisonResult compare_here(
   const auto g2 = positions(checked.g2);
   const bool by_readings = request.space == "dials" && g1.samples() == 0;
   if (!by_readings) {
-    if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
+    if (auto trouble = calibration::trouble_with(g1)) {
+      refuse(*trouble, session.name, settle_first(session, believed).value_or(""));
+    }
   }
   calibration::ObservationSpace space =
       space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
