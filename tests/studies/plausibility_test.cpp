@@ -94,6 +94,29 @@ TEST(Plausibility, ABlankAroundTheNameOfASetIsTold) {
   EXPECT_EQ(counted(judged, "G1"), 100U);
 }
 
+TEST(Plausibility, ACertificateThatHadRunOutIsTold) {
+  const std::string folder = test_paths::test_data() + "/session_00/";
+  const std::string csv = session::read_file(folder + "session.csv");  // of 2026-03-02
+  const auto told_with = [&](const std::string& cuboid, const std::string& dial_b) {
+    std::string rig = session::read_file(folder + "rig.toml");
+    rig.insert(rig.find('\n', rig.find("[cuboid]")) + 1, cuboid);
+    rig.insert(rig.find('\n', rig.find("id = \"B\"")) + 1, dial_b);
+    return plausible(session::parse_session(csv, "session.csv", rig, "rig.toml")).warnings;
+  };
+  EXPECT_THAT(told_with("due = 2026-03-02\n", "due = \"2027-01-15\"\n"), IsEmpty());
+  EXPECT_THAT(told_with("certificate = \"K 1\"\n", ""), IsEmpty());  // nobody says until when
+  const auto warnings =
+      told_with("due = 2026-03-01\n", "serial = \"12\"\ndue = \"2025-12-31\"\n");
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0].code, "certificate_expired");
+  EXPECT_TRUE(is_clean(warnings));  // it is told, and the calibration stands
+  EXPECT_THAT(
+      report::warning_line(warnings[0]),
+      HasSubstr(
+          "certificate of cuboid, dial B had run out (due 2025-12-31 at the earliest) when "
+          "this was measured on 2026-03-02"));
+}
+
 TEST(Plausibility, CopiedRowsCountOnce) {
   const session::Session right = right_session();
   const session::Session session = session_with([&](session::Session& each) {
