@@ -6,7 +6,12 @@
 #include <string>
 #include <string_view>
 
+#include "db/store.h"
+#include "report/documents/calibration_json.h"
+#include "report/documents/warnings_document.h"
+#include "report/headline.h"
 #include "report/words/warning_words.h"
+#include "service/recommended_model.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
@@ -14,12 +19,14 @@
 #include "studies/diagnose.h"
 #include "studies/error.h"
 #include "studies/plausibility.h"
+#include "studies/stored_warnings.h"
 #include "tests/studies/plausible_session.h"
 #include "tests/support/paths.h"
 
 namespace sixdial::studies {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -68,6 +75,38 @@ TEST(Plausibility, ACertificateThatHadRunOutIsTold) {
       HasSubstr(
           "certificate of cuboid, dial B had run out (due 2025-12-31 at the earliest) when "
           "this was measured on 2026-03-02"));
+}
+
+// Stored by a version that did not look: the service commands nothing by it either.
+TEST(Plausibility, AnEarlyResultInAStoreIsJudgedByItsSession) {
+  const std::string folder = test_paths::test_data() + "/session_00/";
+  const std::string csv = session::read_file(folder + "session.csv");
+  const std::string right = session::read_file(folder + "rig.toml");
+  std::string wrong = right;
+  const std::string_view pose = "reference_pose_mm = [28.0, 48.0]";
+  ASSERT_NE(wrong.find(pose), std::string::npos);
+  wrong.replace(wrong.find(pose), pose.size(), "reference_pose_mm = [0.0, 60.0]");
+  db::Store store = db::Store::open(":memory:");
+  const auto record_of = [&](const std::string& rig, const std::string& name) {
+    session::Session session = session::parse_session(csv, "session.csv", rig, "rig.toml");
+    session.name = name;
+    const db::SessionId id = store.import_session(session);
+    CalibrationResult result = calibrate(store.load_session(id), quick());
+    result.warnings.reset();
+    const std::string json = report::to_json(result).dump();
+    return store.load_result(
+        store.save_result({.session = id, .kind = "calibration", .json = json}));
+  };
+  const auto judged = [&](const db::ResultRecord& record) {
+    return service::warnings_of(store, record, Json::parse(record.json));
+  };
+  EXPECT_THAT(judged(record_of(right, "right")), IsEmpty());
+  const db::ResultRecord of_wrong = record_of(wrong, "wrong");
+  EXPECT_THAT(codes_of(judged(of_wrong)), ElementsAre("reference_pose", kMadeUnjudged));
+  EXPECT_THROW(report::check_may_command(judged(of_wrong)), StudyError);
+  const auto model = service::recommended_model(store, of_wrong);
+  EXPECT_EQ(
+      report::verdict_of(model.calibration).state, report::CalibrationState::kNotCalibrated);
 }
 
 TEST(Plausibility, TheSignOfAllDialsIsOneMessageAndComesBeforeMorePoints) {
