@@ -200,6 +200,8 @@ def documents(rig):
     line.close()
     yield run("compare", *quick("tuesday", "--bpnn-epochs", "5", "-o", "comparison.json"))
     yield file_of("comparison.json")
+    yield run("compare", "tuesday", "--methods", "before,lm", "--space", "dials", "-o", "by_dials.json")
+    yield "comparison.json", json.loads((folder / "by_dials.json").read_text(encoding="utf-8"))
     yield run("diagnose", "tuesday", "--bootstrap", "0", "-o", "diagnosis.json", "--report", "page.html")
     yield file_of("diagnosis.json")
     yield run("diagnose", bundle, "--bootstrap", "0", "--no-gain")
