@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <mutex>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/workshop_table.h"
 #include "tests/blind/challenge.h"
 #include "tests/blind/limit_power.h"
 
@@ -314,6 +316,9 @@ int main(int argc, char** argv) {
   int first = 0;
   int threads = 2;
   bool verbose = false;
+  bool workshop = false;
+  sixdial::blind::WorkshopCase rigs;
+  bool exact = false, silent = false;
   std::string file;
   CLI::App app{"Blind challenge: hidden effects, diagnosed without a hint"};
   app.add_option("--sessions", sessions, "drawn sessions of each kind")->capture_default_str();
@@ -333,6 +338,10 @@ int main(int argc, char** argv) {
   app.add_flag("--xy", challenge.xy_only, "positions instead of dial readings");
   app.add_flag("--curve", challenge.curve, "dials with error curves and hysteresis");
   app.add_flag("--rigs", challenge.drawn_rig, "another rig in each session");
+  CLI::Option* as_they_are = app.add_flag(
+      "--workshop", workshop, "rigs as they are: everything a little off, one strong cause");
+  app.add_flag("--exact", exact, "with the dials where the rig file says")->needs(as_they_are);
+  app.add_flag("--silent", silent, "with a rig file that claims exactness")->needs(as_they_are);
   app.add_option(
       "--scatter-mm", challenge.scatter.tool_mm,
       "standard deviation of each arrival in x and y");
@@ -347,6 +356,13 @@ int main(int argc, char** argv) {
   if (!file.empty()) finished().open(file);
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
   fmt::print("seed {}, {} sessions of a kind\n\n", seed, sessions);
+  if (workshop) {
+    rigs.misplaced = !exact;
+    rigs.deviations = !silent;
+    rigs.strong = challenge.kind != "none";
+    sixdial::blind::print_workshop(sessions, first_seed, threads, rigs, verbose);
+    return 0;
+  }
   if (challenge.kind == "all") return whole_table(sessions, first_seed, threads, challenge);
   if (challenge.kind == "limits") {
     print_power(sessions, first_seed, threads);

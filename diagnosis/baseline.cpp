@@ -13,6 +13,12 @@ bool looks_wrong(const Readings& readings, const JointFit& fit) {
   return gross >= kMuchGross || fit.s_mm >= kFarOff * readings.rig_noise_mm();
 }
 
+JointFit doubtful_start() {
+  JointFit result;
+  result.gross_share = kLeastGrossShare;
+  return result;
+}
+
 JointFit fit_baseline(const Readings& readings) {
   JointFit best = fit_jointly(readings, readings.model().nominal(), {});
   if (!readings.has_dials() || !looks_wrong(readings, best)) return best;

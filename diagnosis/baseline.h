@@ -8,6 +8,11 @@
 
 namespace sixdial::diagnosis {
 
+/// As `near` of a fit: any reading may be gross from the first step on, whereas a fit from afar
+/// counts them all until its steps are small. Readings that are off by centimetres (a tip
+/// beyond its face) draw all such steps their way.
+[[nodiscard]] JointFit doubtful_start();
+
 [[nodiscard]] JointFit fit_baseline(const Readings& readings);
 
 /// True if many readings are gross, or the error is far above the rig's noise: either two dials

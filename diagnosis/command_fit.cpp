@@ -43,7 +43,7 @@ Eigen::MatrixXd covariance_with_structure(
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, p + m);
   A.topLeftCorner(n, p) = whitening(plain.J);
   if (m > 0) {
-    A.topRightCorner(n, m) = whitening(plain.random);
+    A.topRightCorner(n, m) = whitening(plain.scaled_random());
     A.bottomRightCorner(m, m).setIdentity();
   }
   // Scaled: millimetres stand beside radians.
@@ -56,7 +56,7 @@ Eigen::MatrixXd covariance_with_structure(
   // Parameters by whitened reading.
   const Eigen::MatrixXd estimate =
       (scale.asDiagonal() * solver.pseudoInverse()).topLeftCorner(p, n);
-  const Eigen::MatrixXd smooth = estimate * whitening(structured.random);
+  const Eigen::MatrixXd smooth = estimate * whitening(structured.scaled_random());
   const Eigen::MatrixXd bent = estimate * whitening(curves);
   const double variance = structured.s_mm * structured.s_mm;
   return variance * (estimate * estimate.transpose() + smooth * smooth.transpose()) +
@@ -67,7 +67,9 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   const JointFit& extended = named.extended;
   JointFit fit = named.unknown.empty()
                      ? extended
-                     : fit_jointly(readings, extended.model, extended.effects);
+                     : fit_jointly(
+                           readings, extended.model, extended.effects, nullptr,
+                           random_columns(readings.count(), named.background));
   const JointFit& structured = named.unknown.empty() ? fit : extended;
   fit.covariance = covariance_with_structure(fit, structured, error_curves(readings));
   return fit;

@@ -13,7 +13,8 @@ constexpr double kStep = 3.0;
 }  // namespace
 
 MarginalLikelihood marginal_likelihood(
-    const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom) {
+    const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom,
+    double most) {
   MarginalLikelihood result;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
   const Eigen::VectorXd lambda = eigen.eigenvalues().cwiseMax(0.0);
@@ -27,6 +28,7 @@ MarginalLikelihood marginal_likelihood(
     return tried > 1 && result.by_scale[tried - 1] > result.by_scale[tried - 2];
   };
   for (double t2 = 1.0 / largest; t2 < kSpan / largest || still_rises(); t2 *= kStep) {
+    if (t2 > most * most && !result.by_scale.empty()) break;
     double explained = 0.0;
     double volume = 0.0;
     for (Eigen::Index j = 0; j < lambda.size(); ++j) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 namespace sixdial::diagnosis {
@@ -16,9 +17,10 @@ struct MarginalLikelihood {
   double explained = 0.0;        // fall of the sum of squares there
 };
 /// `normal` = C'C, `right` = C'e, `sse` = e'e, `freedom` = readings less fitted parameters.
-/// Empty `by_scale` where the columns vanish.
+/// Empty `by_scale` where the columns vanish. `most`: no t is larger.
 [[nodiscard]] MarginalLikelihood marginal_likelihood(
-    const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom);
+    const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom,
+    double most = std::numeric_limits<double>::infinity());
 
 /// The same columns against many residuals: log_mean_exp of by_scale, 0 where they vanish.
 class MarginalEvidence {

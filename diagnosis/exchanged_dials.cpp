@@ -26,13 +26,18 @@ Eigen::MatrixXd mounting_columns(const Readings& readings) {
   return columns;
 }
 
-/// The likelier of the fits from two starts, every dial free to stand elsewhere.
+/// The likeliest of the fits from three starts, every dial free to stand elsewhere.
 JointFit fit_with_mounting(const Readings& readings, const simulation::ModelVector& start) {
   const Eigen::MatrixXd columns = mounting_columns(readings);
-  JointFit from_nominal =
-      fit_jointly(readings, readings.model().nominal(), {}, nullptr, columns);
-  JointFit from_start = fit_jointly(readings, start, {}, nullptr, columns);
-  return from_start.log_likelihood > from_nominal.log_likelihood ? from_start : from_nominal;
+  const simulation::ModelVector nominal = readings.model().nominal();
+  JointFit best = fit_jointly(readings, nominal, {}, nullptr, columns);
+  const auto keep_likelier = [&](JointFit fit) {
+    if (fit.log_likelihood > best.log_likelihood) best = std::move(fit);
+  };
+  keep_likelier(fit_jointly(readings, start, {}, nullptr, columns));
+  const JointFit doubtful = doubtful_start();
+  keep_likelier(fit_jointly(readings, nominal, {}, &doubtful, columns));
+  return best;
 }
 
 }  // namespace
@@ -44,6 +49,7 @@ std::optional<Hypothesis> find_exchanged_dials(
   std::optional<Readings> best_readings;
   JointFit best = fit_with_mounting(readings, baseline.model);
   double best_likelihood = best.log_likelihood + kExchangeLogOdds;
+  const double left_out_before = best.left_out();
   // With nothing left but noise no exchange can be better, and none is tried.
   constexpr double kNearlyNoise = 3.0;
   const bool explained =
@@ -53,6 +59,9 @@ std::optional<Hypothesis> find_exchanged_dials(
     Readings swapped = readings.with_swapped_dials(each.place.dial, each.place.other_dial);
     JointFit fit = fit_with_mounting(swapped, baseline.model);
     if (fit.log_likelihood <= best_likelihood) continue;
+    // An exchange brings the readings of two dials back; one that has to do without more of
+    // them than before is none.
+    if (fit.left_out() > std::max(kMostLeftOut, left_out_before)) continue;
     best_likelihood = fit.log_likelihood;
     best = std::move(fit);
     best_readings = std::move(swapped);

@@ -32,10 +32,25 @@ double implausibility(const ActiveEffect& active) {
   return std::isfinite(sum) ? std::log1p(sum) : kNever;
 }
 
-JointFit without_sharing(JointFit fit) {
-  fit.shared = nullptr;
-  fit.shift_mm.setZero();
+/// A fit as if its noise were another's: what the readings of an arrival share.
+JointFit sharing_like(JointFit fit, const JointFit& other) {
+  fit.shared = other.shared;
+  fit.shared_ratio = other.shared_ratio;
+  if (!fit.shared) fit.shift_mm.setZero();
   return fit;
+}
+
+/// Whether columns weigh differently in the two fits.
+bool shares_otherwise(const JointFit& a, const JointFit& b) {
+  if (a.shared != b.shared) return true;
+  constexpr double kAlike = 0.3;  // of the ratio's logarithm: a seventh of a unit of evidence
+  return a.shared && std::abs(std::log(a.shared_ratio / b.shared_ratio)) > kAlike;
+}
+
+/// Whether a fit without some part calls gross what that part explained: then its weights hide
+/// what another name could explain instead.
+bool gives_up(const Explanation& less, const Explanation& all) {
+  return less.fit.left_out() > all.fit.left_out() + kMuchGross;
 }
 
 /// A searched value that the fit moved out of the range of the search.
@@ -51,6 +66,11 @@ bool out_of_range(const Readings& readings, const ActiveEffect& active) {
 }
 
 }  // namespace
+
+std::size_t Explanation::unknown_findings() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      unknown, [](const UnknownCandidate& each) { return !each.is_background(); }));
+}
 
 std::vector<Candidate> Search::scored(const Explanation& with) const {
   std::vector<Hypothesis> open;
@@ -79,15 +99,7 @@ Explanation Search::explained(
     const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
     std::vector<UnknownCandidate> unknown, bool afresh) const {
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
-  Eigen::MatrixXd random(readings_.count(), 0);
-  if (!result.unknown.empty()) {
-    random = readings_.nuisance();
-    for (const UnknownCandidate& each : result.unknown) {
-      const Eigen::Index before = random.cols();
-      random.conservativeResize(Eigen::NoChange, before + each.columns.cols());
-      random.rightCols(each.columns.cols()) = each.columns;
-    }
-  }
+  const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
       fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
@@ -96,7 +108,7 @@ Explanation Search::explained(
     result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
   }
   for (const UnknownCandidate& each : result.unknown) {
-    result.evidence -= each.cost + settings_.name_preference;
+    result.evidence -= each.cost + (each.is_background() ? 0.0 : settings_.name_preference);
   }
   return result;
 }
@@ -148,6 +160,7 @@ std::vector<Explanation> Search::with_one_more(
       sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
       result.push_back(
           explained(before.fit, std::move(chosen), std::move(sizes), before.unknown, afresh));
+      weigh_last_name(before, result.back());
     }
   };
   add_best_of(candidates, list.most);
@@ -155,7 +168,7 @@ std::vector<Explanation> Search::with_one_more(
     // What passes for a scatter of arrivals may be the cause itself: as if nothing were shared.
     std::vector<Hypothesis> open;
     for (const Candidate& each : candidates) open.push_back(each.hypothesis);
-    add_best_of(score_all(readings_, without_sharing(before.fit), open), (list.most + 1) / 2);
+    add_best_of(score_all(readings_, sharing_like(before.fit, {}), open), (list.most + 1) / 2);
   }
   std::stable_sort(
       result.begin(), result.end(),
@@ -163,12 +176,64 @@ std::vector<Explanation> Search::with_one_more(
   return result;
 }
 
+Explanation Search::with_background(Explanation now) const {
+  for (std::size_t i = 0; i < now.unknown.size(); ++i) {
+    if (!now.unknown[i].is_background()) continue;
+    now = without_unknown(now, i--);
+  }
+  for (UnknownCandidate& each : score_unknown(readings_, now.fit)) {
+    if (!each.is_background() || each.evidence <= 0.0) continue;
+    std::vector<UnknownCandidate> unknown = now.unknown;
+    unknown.push_back(std::move(each));
+    Explanation next = explained(now.fit, now.chosen, now.fit.effects, std::move(unknown));
+    if (next.evidence > now.evidence) now = std::move(next);
+  }
+  return now;
+}
+
+std::vector<Explanation> Search::instead_of(
+    const Explanation& all, std::size_t i, const Explanation& less, Shortlist list) const {
+  if (!gives_up(less, all)) return with_one_more(less, scored(less), list);
+  Explanation left = less;
+  left.fit = without_effects(all.fit, {i});
+  return with_one_more(left, scored(left), list, true);
+}
+
+std::vector<Explanation> Search::instead_of_unknown(
+    const Explanation& all, std::size_t i, const Explanation& less, Shortlist list) const {
+  if (!gives_up(less, all)) return with_one_more(less, scored(less), list);
+  Explanation left = less;
+  left.fit = all.fit;
+  Eigen::Index first = readings_.nuisance().cols();
+  for (std::size_t k = 0; k < i; ++k) first += all.unknown[k].columns.cols();
+  const Eigen::Index own = all.unknown[i].columns.cols();
+  const Eigen::Index after = all.fit.random.cols() - first - own;
+  left.fit.residual_mm += all.fit.random.middleCols(first, own) * all.fit.u.segment(first, own);
+  left.fit.random.resize(Eigen::NoChange, first + after);
+  left.fit.random << all.fit.random.leftCols(first), all.fit.random.rightCols(after);
+  left.fit.u.resize(first + after);
+  left.fit.u << all.fit.u.head(first), all.fit.u.tail(after);
+  return with_one_more(left, scored(left), list, true);
+}
+
+void Search::weigh_last_name(const Explanation& before, Explanation& with) const {
+  if (!shares_otherwise(before.fit, with.fit)) return;
+  Chosen& last = with.chosen.back();
+  const auto again =
+      score_all(readings_, sharing_like(before.fit, with.fit), {last.candidate.hypothesis});
+  if (again.empty()) return;
+  const double cost = cost_of(again.front()) + prior_cost(hypotheses_.size());
+  with.evidence += last.cost - cost;
+  last.cost = cost;
+}
+
 Explanation Search::with_unknown(const Explanation& names) const {
   constexpr std::size_t kMostUnknown = 2;
   Explanation best = names;
-  while (best.unknown.size() < kMostUnknown) {
+  while (best.unknown_findings() < kMostUnknown) {
     std::optional<Explanation> next;
     const auto try_best_of = [&](std::vector<UnknownCandidate> candidates) {
+      std::erase_if(candidates, [](const auto& each) { return each.is_background(); });
       if (candidates.empty() || candidates.front().evidence <= settings_.unknown_log_odds)
         return;
       std::vector<UnknownCandidate> unknown = best.unknown;
@@ -180,7 +245,7 @@ Explanation Search::with_unknown(const Explanation& names) const {
     try_best_of(score_unknown(readings_, best.fit));
     if (best.fit.shared) {
       // What passes for a scatter of arrivals may be the very thing that is smooth.
-      try_best_of(score_unknown(readings_, without_sharing(best.fit)));
+      try_best_of(score_unknown(readings_, sharing_like(best.fit, {})));
     }
     if (!next || next->evidence <= best.evidence) break;
     best = std::move(*next);
@@ -188,10 +253,73 @@ Explanation Search::with_unknown(const Explanation& names) const {
   return best;
 }
 
+Explanation Search::with_stand_in(
+    const Explanation& all, const TwoEffects& two, const StandIn& instead) const {
+  std::vector<Chosen> chosen;
+  std::vector<ActiveEffect> sizes;
+  for (std::size_t i = 0; i < all.chosen.size(); ++i) {
+    if (i == two[0] || i == two[1]) continue;
+    chosen.push_back(all.chosen[i]);
+    sizes.push_back(all.fit.effects[i]);
+  }
+  const std::size_t kept = chosen.size();
+  for (const ActiveEffect& each : instead.effects) {
+    Candidate candidate;
+    candidate.hypothesis = {each.effect, each.place};
+    chosen.push_back({std::move(candidate), 0.0});
+    sizes.push_back(each);
+  }
+  Explanation result =
+      explained(all.fit, std::move(chosen), std::move(sizes), all.unknown, true);
+  for (std::size_t i = kept; i < result.chosen.size(); ++i) {
+    result.chosen[i].cost = cost_in(result.fit, i) + prior_cost(hypotheses_.size());
+    result.evidence -= result.chosen[i].cost;
+  }
+  return result;
+}
+
+std::vector<Search::Exchange> Search::exchange_twos(Explanation& now) const {
+  constexpr int kMostExchanges = 6;
+  std::vector<Exchange> result;
+  // The first better one, or none.
+  const auto better = [&]() -> std::optional<Explanation> {
+    result.clear();
+    if (now.chosen.size() < 2) return std::nullopt;
+    const StandIns stand_ins(readings_, now.fit, hypotheses_);
+    for (std::size_t j = 1; j < now.chosen.size(); ++j) {
+      for (std::size_t i = 0; i < j; ++i) {
+        const TwoEffects two{i, j};
+        double evidence = now.evidence;
+        for (const std::size_t k : two) {
+          const Chosen& own = now.chosen[k];
+          if (own.candidate.hypothesis.effect->searched) continue;
+          evidence += own.cost - cost_in(now.fit, k) - prior_cost(hypotheses_.size());
+        }
+        for (const StandIn& instead : stand_ins.of(two)) {
+          Explanation rival = with_stand_in(now, two, instead);
+          const double log_odds = evidence - rival.evidence;
+          constexpr double kBetter = 0.1;
+          if (log_odds < -kBetter) return rival;
+          if (log_odds < settings_.tie_log_odds) {
+            result.push_back({two, std::move(rival), log_odds});
+          }
+        }
+      }
+    }
+    return std::nullopt;
+  };
+  for (int i = 0; i < kMostExchanges; ++i) {
+    std::optional<Explanation> next = better();
+    if (!next) break;
+    now = std::move(*next);
+  }
+  return result;
+}
+
 void Search::reconsider(Explanation& now) const {
   for (std::size_t i = 0; now.chosen.size() > 1 && i < now.chosen.size(); ++i) {
     const Explanation less = without(now, i);
-    auto rivals = with_one_more(less, scored(less), kBetterRivals);
+    auto rivals = instead_of(now, i, less, kBetterRivals);
     if (!rivals.empty() && rivals.front().evidence > now.evidence + 0.1) {
       now = std::move(rivals.front());
       i = 0;

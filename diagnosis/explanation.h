@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diagnosis/naming.h"
+#include "diagnosis/stand_ins.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -25,6 +26,8 @@ struct Explanation {
   std::vector<UnknownCandidate> unknown;
   JointFit fit;
   double evidence = 0.0;  // log likelihood less all costs
+  /// Smooth functions that are a finding: all but what the dials' makers allow.
+  [[nodiscard]] std::size_t unknown_findings() const;
 };
 
 class Search {
@@ -56,14 +59,39 @@ class Search {
   [[nodiscard]] std::vector<Explanation> with_one_more(
       const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
       bool afresh = false) const;
+  /// The same with what the makers of the dials allow, where that explains something, and
+  /// without it where it does not any more.
+  [[nodiscard]] Explanation with_background(Explanation now) const;
+  /// The explanation with another name instead of effect i, or instead of smooth function i;
+  /// best first. `less`: fitted without it.
+  [[nodiscard]] std::vector<Explanation> instead_of(
+      const Explanation& all, std::size_t i, const Explanation& less, Shortlist list) const;
+  [[nodiscard]] std::vector<Explanation> instead_of_unknown(
+      const Explanation& all, std::size_t i, const Explanation& less, Shortlist list) const;
   /// The same names with what smooth functions add, if that is more than nothing.
   [[nodiscard]] Explanation with_unknown(const Explanation& names) const;
+
+  /// Explanations with other names for two of these. Both sides of `log_odds` count what their
+  /// names cost in their own fits.
+  struct Exchange {
+    TwoEffects two;
+    Explanation rival;
+    double log_odds;  // evidence for the two less evidence for the rival
+  };
+  /// Where two names together have a better stand-in, it takes their place, until none has.
+  /// Returns those that do about as well as what is then there.
+  std::vector<Exchange> exchange_twos(Explanation& now) const;
 
   /// Looks at the earlier effects again after a new one was added: one of them may have a
   /// better rival now, or may not be worth its cost any more.
   void reconsider(Explanation& now) const;
 
  private:
+  [[nodiscard]] Explanation with_stand_in(
+      const Explanation& all, const TwoEffects& two, const StandIn& instead) const;
+  /// What the last name costs, in the noise of the fit that has it. Without it, it may have
+  /// passed for a scatter of arrivals, in which large columns look small and cost little.
+  void weigh_last_name(const Explanation& before, Explanation& with) const;
   [[nodiscard]] Explanation explained(
       const JointFit& from, std::vector<Chosen> chosen,
       std::vector<simulation::ActiveEffect> sizes, std::vector<UnknownCandidate> unknown,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "diagnosis/eliminated.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -73,7 +74,7 @@ void weigh(
       squares += fit.weight[i] * std::pow(own_mm / fit.noise[i], 2);
       good += fit.weight[i];
     }
-    squares += fit.u.squaredNorm();
+    squares += fit.u.tail(fit.u.size() - fit.known).squaredNorm();
     fit.s_mm = std::max(smallest_s_mm, std::sqrt(squares / std::max(1.0, good)));
     fit.gross_share = std::clamp(1 - good / n, kLeastGrossShare, kMostGrossShare);
   }
@@ -88,35 +89,28 @@ double cost_of_sharing(const JointFit& fit, const Whitening& whitening) {
   return llt.matrixLLT().diagonal().array().log().sum() + kSharedLogOdds;
 }
 
-/// Covariance, and u integrated out of the likelihood:
-///   -|u|^2 / 2s^2 - ln det(I + C'P C) / 2,   P projects off the fitted columns;
+/// Covariance, and u integrated out of the likelihood, with r = s / (standard deviation of u):
+///   -|r u|^2 / 2s^2 - ln det(I + C'P C / r^2) / 2,   P projects off the fitted columns;
 /// shared shifts likewise: their likelihood is the residual one (sample_scatter.h).
 void finish(JointFit& fit) {
   const Whitening whitening = fit.whitening();
-  const Eigen::Index p = fit.J.cols();
   const Eigen::Index m = fit.random.cols();
-  Eigen::MatrixXd A(fit.residual_mm.size(), p + m);
-  A.leftCols(p) = whitening(fit.J);
-  if (m > 0) A.rightCols(m) = whitening(fit.random);
-  Eigen::MatrixXd normal = A.transpose() * A;
-  normal.bottomRightCorner(m, m).diagonal().array() += 1.0;
-  const double squares = whitening(fit.residual_mm).squaredNorm() + fit.u.squaredNorm();
-  const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted);
-  // Scaled: millimetres stand beside radians.
-  const Eigen::VectorXd scale =
-      normal.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
-  const Eigen::MatrixXd inverse = scale.asDiagonal() *
-                                  scaled.completeOrthogonalDecomposition().pseudoInverse() *
-                                  scale.asDiagonal();
-  fit.covariance = inverse.topLeftCorner(p, p) * variance;
+  const Eigen::VectorXd own = fit.root_of_u();
+  const EliminatedEquations equations(
+      whitening(fit.J), whitening(fit.random), whitening(fit.residual_mm), own, fit.u);
+  const Eigen::VectorXd variance_of_u = equations.variance_of_u();
+  // A known prior is no reading of the noise; what the data take from it they spend.
+  const Eigen::VectorXd left = variance_of_u.cwiseProduct(own.cwiseAbs2());
+  const double spent = static_cast<double>(fit.known) - left.head(fit.known).sum();
+  const double squares =
+      whitening(fit.residual_mm).squaredNorm() + fit.u.tail(m - fit.known).squaredNorm();
+  const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted - spent);
+  fit.covariance = equations.covariance() * variance;
+  fit.u_sd_mm = (variance_of_u * variance).cwiseMax(0.0).cwiseSqrt();
   if (fit.shared) fit.log_likelihood -= cost_of_sharing(fit, whitening);
   if (m == 0) return;
-  // det of the Schur complement: 1 / det of the inverse's corner.
-  const Eigen::MatrixXd corner = inverse.bottomRightCorner(m, m);
-  const Eigen::VectorXd pivots = corner.ldlt().vectorD();
-  fit.log_likelihood += 0.5 * pivots.array().max(1e-300).log().sum() -
-                        0.5 * fit.u.squaredNorm() / (fit.s_mm * fit.s_mm);
+  fit.log_likelihood += 0.5 * equations.log_volume_of_u() + own.array().log().sum() -
+                        0.5 * own.cwiseProduct(fit.u).squaredNorm() / (fit.s_mm * fit.s_mm);
 }
 
 Eigen::VectorXd tamed(Eigen::VectorXd e) {
@@ -127,8 +121,6 @@ Eigen::VectorXd tamed(Eigen::VectorXd e) {
 // data would make the weights of gross readings meaningless.
 constexpr double kFinest_mm = 1e-6;
 constexpr double kFinestShare = 0.05;
-// Of the largest eigenvalue of the scaled normal matrix: what is smaller is rounding.
-constexpr double kUnseen = 1e-13;
 // Damping of the normal matrix, in its largest eigenvalue. Some effects bend the readings the
 // same way as lengths do, to a millionth.
 constexpr double kLeastDamping = 1e-10;
@@ -150,7 +142,12 @@ class Fitter {
       : readings_(readings),
         parameters_(start.size()),
         smallest_s_mm_(std::max(kFinest_mm, kFinestShare * readings.rig_noise_mm())) {
-    fit_.random = random.cols() > 0 ? random : readings.nuisance();
+    const Eigen::MatrixXd& nuisance = readings.nuisance();
+    fit_.known = nuisance.cols();
+    fit_.known_sd_mm = std::max(kFinest_mm, readings.rig_noise_mm());
+    fit_.random.resize(readings.count(), nuisance.cols() + random.cols());
+    fit_.random.leftCols(nuisance.cols()) = nuisance;
+    fit_.random.rightCols(random.cols()) = random;
     fit_.u = Eigen::VectorXd::Zero(fit_.random.cols());
     fit_.noise = readings.relative_noise();
     fit_.model = start;
@@ -227,7 +224,9 @@ class Fitter {
   [[nodiscard]] bool share_anew() {
     const Eigen::VectorXd root = fit_.root();
     const double freedom = std::max(3.0, fit_.weight.sum() - fit_.fitted);
-    const LeftOver left{root, fit_.residual_mm, fit_.J, fit_.random, fit_.u, freedom};
+    const Eigen::MatrixXd random = fit_.scaled_random();
+    const Eigen::VectorXd u = fit_.scaled_u();
+    const LeftOver left{root, fit_.residual_mm, fit_.J, random, u, freedom};
     const auto before = fit_.shared;
     const double ratio_before = fit_.shared_ratio;
     fit_.shared = nullptr;
@@ -236,7 +235,7 @@ class Fitter {
     for (const auto& each : readings_.shareable()) {
       // Beside smooth functions a look is dear: the kind of sharing then stays.
       const bool same = each == before;
-      if (before && !same && fit_.random.cols() > 0) continue;
+      if (before && !same && fit_.random.cols() > fit_.known) continue;
       if (!before && !may_be_shared(left, *each)) continue;
       const auto size = scatter_size(left, *each, {.near = same ? ratio_before : 0.0});
       if (!size || size->gain <= most) continue;
@@ -250,13 +249,11 @@ class Fitter {
            (fit_.shared && std::abs(std::log(fit_.shared_ratio / ratio_before)) > kSettled);
   }
 
-  /// Least squares of one step, columns scaled to length one, in the eigenvectors' directions.
+  /// Least squares of one step.
   struct Equations {
     Whitening whitening;
-    Eigen::VectorXd scale;
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-    Eigen::VectorXd along;
-    double largest;  // eigenvalue
+    Eigen::VectorXd root_of_u;  // of the prior's rows
+    EliminatedEquations solved;
     double squares;  // to be made less
   };
   struct Moved {
@@ -272,6 +269,10 @@ class Fitter {
   [[nodiscard]] Eigen::VectorXd simulated(
       const ModelVector& model, const std::vector<ActiveEffect>& effects) const {
     return readings_.simulate(model, ExtendedModel(readings_.model(), effects));
+  }
+  [[nodiscard]] static double squares_of_u(
+      const Equations& equations, const Eigen::VectorXd& u) {
+    return u.size() > 0 ? equations.root_of_u.cwiseProduct(u).squaredNorm() : 0.0;
   }
   void weigh_here() { weigh(fit_, readings_.relative_noise(), doubt_mm_, smallest_s_mm_); }
   [[nodiscard]] Eigen::VectorXd residual_of(
@@ -307,60 +308,29 @@ class Fitter {
 
   /// By how much the least-squares step would raise the log likelihood.
   [[nodiscard]] double gain_of(const Equations& equations) const {
-    const auto& values = equations.eigen.eigenvalues();
-    double squares = 0.0;
-    for (Eigen::Index i = 0; i < values.size(); ++i) {
-      if (values[i] <= kUnseen * equations.largest) continue;
-      squares += equations.along[i] * equations.along[i] / values[i];
-    }
-    return 0.5 * squares / (fit_.s_mm * fit_.s_mm);
+    return 0.5 * equations.solved.fall() / (fit_.s_mm * fit_.s_mm);
   }
 
   /// Also says how many parameters the data determine.
   [[nodiscard]] Equations equations_here() {
-    Equations result{fit_.whitening(), {}, {}, {}, 0.0, 0.0};
-    const Whitening& whitening = result.whitening;
-    const Eigen::Index n = readings_.count();
-    const Eigen::Index m = fit_.random.cols();
-    const Eigen::Index count = fit_.J.cols();
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, count + m);
-    A.topLeftCorner(n, count) = whitening(fit_.J);
-    Eigen::VectorXd target = Eigen::VectorXd::Zero(n + m);
-    target.head(n) = whitening(fit_.residual_mm);
-    const double squares = target.squaredNorm();
-    if (m > 0) {
-      A.topRightCorner(n, m) = whitening(fit_.random);
-      A.bottomRightCorner(m, m).setIdentity();
-      target.tail(m) = -fit_.u;
-    }
-    result.scale.resize(count + m);
-    for (Eigen::Index i = 0; i < count + m; ++i) {
-      const double norm = A.col(i).norm();
-      result.scale[i] = norm > 0 ? 1.0 / norm : 0.0;
-      A.col(i) *= result.scale[i];
-    }
-    result.eigen.compute(A.transpose() * A);
-    result.along = result.eigen.eigenvectors().transpose() * (A.transpose() * target);
-    result.largest = result.eigen.eigenvalues().maxCoeff();
-    const Eigen::Index seen =
-        (result.eigen.eigenvalues().array() > kUnseen * result.largest).count();
-    fit_.fitted = static_cast<int>(seen - m);
-    result.squares = squares + fit_.u.squaredNorm();
+    const Whitening whitening = fit_.whitening();
+    const Eigen::VectorXd e = whitening(fit_.residual_mm);
+    const Eigen::VectorXd root_of_u = fit_.root_of_u();
+    Equations result{
+        whitening, root_of_u,
+        EliminatedEquations(whitening(fit_.J), whitening(fit_.random), e, root_of_u, fit_.u),
+        0.0};
+    fit_.fitted = static_cast<int>(result.solved.determined());
+    result.squares = e.squaredNorm() + squares_of_u(result, fit_.u);
     return result;
   }
 
   /// The least damped step that does not go uphill; empty if there is none.
   [[nodiscard]] std::optional<Moved> downhill(const Equations& equations) {
-    const auto& values = equations.eigen.eigenvalues();
-    const double largest = equations.largest;
     for (damping_ /= 100; damping_ < kMostDamping;
          damping_ = std::max(10 * damping_, kLeastDamping)) {
       if (damping_ < kLeastDamping) damping_ = 0.0;
-      const Eigen::VectorXd change = equations.scale.cwiseProduct(
-          equations.eigen.eigenvectors() *
-          (equations.along.array() * values.array().unaryExpr([&](double value) {
-            return value > kUnseen * largest ? 1.0 / (value + damping_ * largest) : 0.0;
-          })).matrix());
+      const Eigen::VectorXd change = equations.solved.step(damping_);
       if (!change.allFinite()) return std::nullopt;
       Moved next{fit_.model + change.head(parameters_), fit_.effects, {}, {}, 0.0};
       Eigen::Index at = parameters_;
@@ -371,7 +341,8 @@ class Fitter {
       }
       next.u = fit_.u + change.tail(fit_.random.cols());
       next.residual = residual_of(next.model, next.effects, next.u);
-      next.squares = equations.whitening(next.residual).squaredNorm() + next.u.squaredNorm();
+      next.squares =
+          equations.whitening(next.residual).squaredNorm() + squares_of_u(equations, next.u);
       if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
     return std::nullopt;
@@ -396,7 +367,7 @@ std::optional<ScatterSize> JointFit::scatter(bool with_interval) const {
   const Eigen::VectorXd roots = root();
   const double freedom = std::max(3.0, weight.sum() - fitted);
   return scatter_size(
-      {roots, residual_mm, J, random, u, freedom}, *shared,
+      {roots, residual_mm, J, scaled_random(), scaled_u(), freedom}, *shared,
       {.near = shared_ratio, .with_interval = with_interval});
 }
 

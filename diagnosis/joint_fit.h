@@ -6,8 +6,10 @@
 // are lost as evidence. Fitted by weighted Gauss-Newton steps, weights = probability of being
 // good, with the full derivative: what an effect does depends on the robot it does it to.
 //
-// Random columns C with C u, u ~ N(0, s^2 I), enter as rows of an identity below the others: a
-// smooth function that nobody named (unknown.h), the angle of a free mount at each sample.
+// Random columns C with C u enter as rows of a diagonal below the others. First those of
+// Readings::nuisance, u ~ N(0, known^2 I): where the rig's own geometry is known to within
+// something, the angle of a free mount at each sample. Then smooth functions that nobody named
+// (unknown.h), u ~ N(0, s^2 I).
 //
 // Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its
 // size belongs to the noise, as s does: each fit finds its own, and has none where that does
@@ -35,6 +37,9 @@ struct JointFit {
   Eigen::MatrixXd covariance;   // of the same, with the fitted s
   Eigen::MatrixXd random;       // C, count x m
   Eigen::VectorXd u;            // [mm]
+  Eigen::VectorXd u_sd_mm;      // of what the data left open of each
+  Eigen::Index known = 0;       // so many of u come first, with a known standard deviation
+  double known_sd_mm = 1.0;
   double s_mm = 0.0;            // standard deviation of the good readings
   double gross_share = 0.0;     // eps
   double log_likelihood = 0.0;  // with u's density, and u integrated out
@@ -48,6 +53,17 @@ struct JointFit {
   bool converged = false;
   /// What a row of the least squares is multiplied by, if readings were independent ...
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
+  /// What the row of each u is multiplied by: s over its own standard deviation.
+  [[nodiscard]] Eigen::VectorXd root_of_u() const {
+    Eigen::VectorXd result = Eigen::VectorXd::Ones(u.size());
+    result.head(known).setConstant(s_mm / known_sd_mm);
+    return result;
+  }
+  /// C and u scaled so that each u ~ N(0, s^2).
+  [[nodiscard]] Eigen::MatrixXd scaled_random() const {
+    return random * root_of_u().cwiseInverse().asDiagonal();
+  }
+  [[nodiscard]] Eigen::VectorXd scaled_u() const { return root_of_u().cwiseProduct(u); }
   /// ... and what makes all rows independent and alike.
   [[nodiscard]] Whitening whitening() const { return {root(), shared.get(), shared_ratio}; }
   /// residual_mm without what an arrival's readings share: of each reading alone.
@@ -59,7 +75,8 @@ struct JointFit {
 };
 
 /// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
-/// the fit of a similar model, whose noise is a good first guess.
+/// the fit of a similar model, whose noise is a good first guess. `random`: columns beside
+/// those of the readings' own nuisance.
 [[nodiscard]] JointFit fit_jointly(
     const Readings& readings, const simulation::ModelVector& start,
     std::vector<simulation::ActiveEffect> effects, const JointFit* near = nullptr,

@@ -44,8 +44,12 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   result.noise = readings.relative_noise().cwiseAbs2();
   result.noise += (readings.doubt_mm(fitted.model, extended) / fitted.s_mm).cwiseAbs2();
   result.noise = result.noise.cwiseSqrt();
-  result.random.resize(readings.count(), 0);
-  result.u.resize(0);
+  // The rig's own geometry is that of G1; what is smooth was fitted at G1's readings only.
+  result.random =
+      readings.nuisance().leftCols(std::min(fitted.known, readings.nuisance().cols()));
+  result.known = result.random.cols();
+  result.u = fitted.u.head(result.known);
+  result.residual_mm -= result.random * result.u;
   result.shared = readings.shareable_like(fitted.shared.get());
   result.shift_mm = Eigen::VectorXd::Zero(readings.count());
   return result;

@@ -38,8 +38,9 @@ class Refinement {
   /// What a name must show here. Something that wanders in time makes steps and drifts of its
   /// own, at every scale.
   [[nodiscard]] double needed(const Hypothesis& name) const {
-    if (found_.unknown.empty()) return settings_.least_log_odds;
+    if (found_.unknown_findings() == 0) return settings_.least_log_odds;
     for (const UnknownCandidate& each : found_.unknown) {
+      if (each.kind == UnknownKind::kRigGeometry && name.effect->of_rig_geometry) return kNever;
       const bool wanders = each.length < 0 && each.covariates.front() == "time";
       if (wanders && name.effect->in_time) return settings_.beside_wandering_log_odds;
     }
@@ -51,7 +52,7 @@ class Refinement {
     bool changed = false;
     for (std::size_t i = 0; i < found_.chosen.size();) {
       Explanation names = found_;
-      names.unknown.clear();
+      std::erase_if(names.unknown, [](const auto& each) { return !each.is_background(); });
       Explanation less = search_.with_unknown(search_.without(names, i));
       if (less.evidence > found_.evidence - needed(found_.chosen[i].candidate.hypothesis)) {
         found_ = std::move(less);
@@ -81,8 +82,9 @@ class Refinement {
 
   bool name_unknown() {
     for (std::size_t i = 0; i < found_.unknown.size(); ++i) {
+      if (found_.unknown[i].is_background()) continue;
       const Explanation less = search_.without_unknown(found_, i);
-      auto named = search_.with_one_more(less, search_.scored(less), kNamesForUnknown);
+      auto named = search_.instead_of_unknown(found_, i, less, kNamesForUnknown);
       if (named.empty() || named.front().evidence <= found_.evidence) continue;
       found_ = search_.with_unknown(named.front());
       return true;
@@ -94,10 +96,10 @@ class Refinement {
     if (static_cast<int>(found_.chosen.size()) >= settings_.most_causes) return false;
     const auto candidates = search_.scored(found_);
     if (family_p_value(candidates) > settings_.false_alarm_level) return false;
-    const double least =
-        found_.unknown.empty() ? settings_.least_log_odds : settings_.beside_unknown_log_odds;
     auto choices = search_.with_one_more(found_, candidates, kBetterRivals);
-    if (choices.empty() || choices.front().evidence <= found_.evidence + least) return false;
+    if (choices.empty()) return false;
+    const double least = needed(choices.front().chosen.back().candidate.hypothesis);
+    if (choices.front().evidence <= found_.evidence + least) return false;
     found_ = std::move(choices.front());
     return true;
   }
@@ -146,7 +148,8 @@ std::optional<Explanation> with_next_name(
 /// of all these. `result` gets what the first search over all candidates found.
 Explanation best_of_growing(
     const Search& search, const NamingSettings& settings, NamedCauses& result) {
-  Explanation names{{}, {}, result.baseline, result.baseline.log_likelihood};
+  Explanation names =
+      search.with_background({{}, {}, result.baseline, result.baseline.log_likelihood});
   std::vector<Explanation> cuts;  // by number of names
   std::size_t best = 0;
   const auto cut = [&] {
@@ -168,6 +171,8 @@ Explanation best_of_growing(
     const std::size_t before = names.chosen.size();
     names = std::move(*next);
     search.reconsider(names);
+    search.exchange_twos(names);
+    names = search.with_background(std::move(names));
     if (names.chosen.size() <= before) {
       cut();
       break;
@@ -181,6 +186,7 @@ std::vector<UnknownCandidate> rivals_of_unknown(
     const Readings& readings, const Search& search, const Explanation& found) {
   std::vector<UnknownCandidate> result;
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    if (found.unknown[i].is_background()) continue;
     const Explanation less = search.without_unknown(found, i);
     const auto same = [&](const UnknownCandidate& each) {
       return each.covariates == found.unknown[i].covariates &&
@@ -191,7 +197,8 @@ std::vector<UnknownCandidate> rivals_of_unknown(
     if (own == rivals.end()) continue;
     const double least = own->evidence - kUnknownTie;
     for (UnknownCandidate& rival : rivals) {
-      if (!same(rival) && rival.evidence > least) result.push_back(std::move(rival));
+      if (!same(rival) && !rival.is_background() && rival.evidence > least)
+        result.push_back(std::move(rival));
     }
   }
   return result;
@@ -215,7 +222,7 @@ Finding finding_of(
   // single name is held against one here.
   const Explanation unnamed =
       found.chosen.size() == 1 ? search.with_unknown(less) : Explanation{};
-  if (unnamed.unknown.size() > found.unknown.size() &&
+  if (unnamed.unknown_findings() > found.unknown_findings() &&
       found.evidence - unnamed.evidence < settings.tie_log_odds) {
     finding.tied_with_unknown = unnamed.unknown.back().covariates;
     finding.unknown_log_odds = found.evidence - unnamed.evidence;
@@ -225,7 +232,7 @@ Finding finding_of(
   if (finding.evidence > kNever / 2) {
     finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
   }
-  for (auto& rival : search.with_one_more(less, search.scored(less), kTies)) {
+  for (auto& rival : search.instead_of(found, i, less, kTies)) {
     const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
     if (other == finding.hypothesis) continue;
     const double odds = found.evidence - rival.evidence;
@@ -251,13 +258,13 @@ bool is_slow(const Hypothesis& name) {
 }
 std::optional<SlowRival> hold_against_slow_change(const Search& search, Explanation& found) {
   Explanation others = found;
-  others.unknown.clear();
+  std::erase_if(others.unknown, [](const auto& each) { return !each.is_background(); });
   for (std::size_t i = others.chosen.size(); i-- > 0;) {
     if (is_slow(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
   }
   if (others.chosen.size() + 1 >= found.chosen.size()) return std::nullopt;
   Explanation smooth = search.with_unknown(others);
-  if (smooth.unknown.empty()) return std::nullopt;
+  if (smooth.unknown_findings() == 0) return std::nullopt;
   if (smooth.evidence > found.evidence) {
     found = std::move(smooth);
     return std::nullopt;
@@ -278,18 +285,21 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   const Search search(readings, settings, hypotheses);
 
   Explanation found = best_of_growing(search, settings, result);
-  if (found.unknown.empty()) {
+  if (found.unknown_findings() == 0) {
     drop_needless(search, settings, found);
   } else {
     Refinement(search, settings, found).run();
   }
+  const auto exchanges = search.exchange_twos(found);
   const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
-  result.unknown = found.unknown;
+  for (const UnknownCandidate& each : found.unknown) {
+    (each.is_background() ? result.background : result.unknown).push_back(each);
+  }
   result.unknown_rivals = rivals_of_unknown(readings, search, found);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
-  tie_alike_sets(readings, search, settings, found, result.findings);
+  tie_alike_sets(readings, search, settings, found, exchanges, result.findings);
   for (Finding& finding : result.findings) {
     if (!slow || slow->log_odds >= settings.tie_log_odds || !is_slow(finding.hypothesis)) {
       continue;
@@ -323,11 +333,26 @@ std::vector<std::string> NamedCauses::depends_on() const {
 
 namespace {
 
+/// Where the rig file claims more than holds: asks again with as much of it open as shows, so
+/// that no name has to stand for it.
+NamedCauses with_rig_open(Readings& readings, const NamingSettings& settings) {
+  const Readings before = readings;
+  NamedCauses result = name_causes_with_noise(readings, settings);
+  const auto rig =
+      std::ranges::find(result.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
+  if (rig == result.unknown.end()) return result;
+  Readings open = before.allowing_rig(rig->scale);
+  NamedCauses opened = name_causes_with_noise(open, settings);
+  opened.rig_geometry = rig->evidence;
+  readings = std::move(open);
+  return opened;
+}
+
 /// Asks again with the noise that each dial shows, until it stays: a dial that scatters more
 /// than the others would make causes of its own. Its tails come in step by step.
 NamedCauses identify_from(
     Readings& readings, const Readings& as_measured, const NamingSettings& settings) {
-  NamedCauses result = name_causes_with_noise(readings, settings);
+  NamedCauses result = with_rig_open(readings, settings);
   constexpr int kMostPasses = 3;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     std::vector<double> noise = uneven_noise(readings, result.extended);
@@ -338,7 +363,7 @@ NamedCauses identify_from(
           noise[static_cast<std::size_t>(result.swap->place.other_dial)]);
     }
     readings = as_measured.with_noise(std::move(noise));
-    result = name_causes_with_noise(readings, settings);
+    result = with_rig_open(readings, settings);
   }
   return result;
 }
@@ -352,6 +377,12 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
   // are tried: the noise first, or the names first.
   if (result.findings.empty() && result.unknown.empty()) return result;
+  // Names that leave nothing but the noise that the rig file says, alike at all dials: a noise
+  // of one dial would have had to be left.
+  const bool nothing_left = result.unknown.empty() &&
+                            readings.noise_of_dial() == as_measured.noise_of_dial() &&
+                            result.extended.s_mm < kMakersWord * readings.rig_noise_mm();
+  if (nothing_left) return result;
   std::vector<double> noise = uneven_noise(as_measured, plain);
   if (noise.empty() || result.swap) return result;
   Readings noise_first = as_measured.with_noise(std::move(noise));

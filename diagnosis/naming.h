@@ -70,6 +70,11 @@ struct NamedCauses {
   /// well.
   std::vector<UnknownCandidate> unknown;
   std::vector<UnknownCandidate> unknown_rivals;
+  /// The rig file claims exactness that the readings contradict, by this log evidence. What it
+  /// claims is then known to within Readings::rig_allowance in all that follows.
+  std::optional<double> rig_geometry;
+  /// What the dials' makers allow, as far as it shows: part of the fit, and no finding.
+  std::vector<UnknownCandidate> background;
   /// Covariates of both, each once.
   [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;

@@ -38,16 +38,11 @@ Eigen::MatrixXd effect_columns(
 Projector::Projector(const JointFit& fit) : whitening_(fit.whitening()) {
   const Eigen::Index n = fit.residual_mm.size();
   const Eigen::Index m = fit.random.cols();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + m, fit.J.cols() + m);
-  columns.topLeftCorner(n, fit.J.cols()) = whitening_(fit.J);
   Eigen::VectorXd e(n + m);
   e.head(n) = whitening_(fit.residual_mm);
-  if (m > 0) {
-    columns.topRightCorner(n, m) = whitening_(fit.random);
-    columns.bottomRightCorner(m, m).setIdentity();
-    e.tail(m) = -fit.u;
-  }
-  const Eigen::MatrixXd Q = orthonormal_basis(columns);
+  const Eigen::VectorXd own = fit.root_of_u();
+  e.tail(m) = -own.cwiseProduct(fit.u);
+  const Eigen::MatrixXd Q = orthonormal_basis(whitening_(fit.J), whitening_(fit.random), own);
   e -= Q * (Q.transpose() * e);
   Q_ = Q.topRows(n);
   e_ = e.head(n);

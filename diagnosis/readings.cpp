@@ -7,11 +7,13 @@
 #include <limits>
 #include <utility>
 
+#include "diagnosis/rig_columns.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
+constexpr double kFinestNoise_mm = 1e-6;
 /// Long sessions: looked at every so many samples.
 void check_end_at(std::size_t trial) {
   constexpr std::size_t kEvery = 256;
@@ -100,6 +102,24 @@ Readings Readings::with_noise(std::vector<double> of_dials) const {
   return result;
 }
 
+Readings Readings::allowing_rig(double of_a_workshop) const {
+  Readings result = *this;
+  result.rig_allowance_ = of_a_workshop;
+  result.nuisance_.reset();
+  return result;
+}
+
+std::vector<simulation::RigQuantity> Readings::rig_quantities() const {
+  if (!has_dials_) return {};
+  auto result = simulation::stated_quantities(model_->rig());
+  if (!(rig_allowance_ > 0.0)) return result;
+  for (simulation::RigQuantity& each : simulation::claimed_quantities(model_->rig())) {
+    each.sd *= rig_allowance_;
+    result.push_back(std::move(each));
+  }
+  return result;
+}
+
 Readings Readings::with_swapped_dials(int dial, int other) const {
   std::vector<simulation::Trial> trials = trials_;
   for (auto& trial : trials) {
@@ -109,6 +129,7 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
   }
   // A dial's noise goes with its cable: its numbers come under the other's name.
   Readings result{*model_, std::move(trials), counts_};
+  result.rig_allowance_ = rig_allowance_;
   if (!noise_of_dial_.empty()) {
     std::vector<double> noise = noise_of_dial_;
     std::swap(noise[static_cast<std::size_t>(dial)], noise[static_cast<std::size_t>(other)]);
@@ -120,13 +141,17 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = trials_;
   for (auto& trial : trials) trial.reading[dial].reset();
-  return Readings(*model_, std::move(trials), counts_).with_noise(noise_of_dial_);
+  return Readings(*model_, std::move(trials), counts_)
+      .with_noise(noise_of_dial_)
+      .allowing_rig(rig_allowance_);
 }
 
 Readings Readings::counting(std::vector<bool> counts) const {
   Readings result(*model_, trials_, std::move(counts));
   result.circumstances_ = circumstances_;
   result.doubts_ = doubts_;
+  result.placed_at_ = placed_at_;
+  result.rig_allowance_ = rig_allowance_;
   for (const auto& each : shareable_) result.shareable_.push_back(rows_of(*each, result));
   return result.with_noise(noise_of_dial_);
 }
@@ -168,6 +193,8 @@ void Readings::place_tool(const simulation::ModelVector& at) {
   circumstances_ = simulation::circumstances_of(*model_, at, trials_);
   doubts_ = simulation::doubts_of(circumstances_);
   reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  placed_at_ = at;
+  nuisance_.reset();
 }
 
 void Readings::pick(
@@ -291,12 +318,22 @@ const Eigen::MatrixXd& Readings::reading_columns(
   return reading_columns_->emplace(key, std::move(columns)).first->second;
 }
 
-Eigen::MatrixXd Readings::nuisance() const {
+const Eigen::MatrixXd& Readings::nuisance() const {
+  if (nuisance_) return *nuisance_;
+  const Eigen::MatrixXd of_rig = rig_columns(*this, placed_at_, rig_quantities());
+  const Eigen::MatrixXd angles = angles_of_free_mount();
+  nuisance_.emplace(count(), of_rig.cols() + angles.cols());
+  nuisance_->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
+  nuisance_->rightCols(angles.cols()) = angles;
+  return *nuisance_;
+}
+
+Eigen::MatrixXd Readings::angles_of_free_mount() const {
   if (model_->rig().cuboid.mount != geometry::Mount::kFree || !has_dials_) {
     return Eigen::MatrixXd(count(), 0);
   }
   constexpr double kPriorAngle_rad = 0.01;
-  const double per_noise = kPriorAngle_rad / std::max(1e-6, rig_noise_mm_);
+  const double per_noise = kPriorAngle_rad / std::max(kFinestNoise_mm, rig_noise_mm_);
   Eigen::MatrixXd result =
       Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
   for (std::size_t t = 0; t < trials_.size(); ++t) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "simulation/extended_model.h"
 #include "simulation/extended_slopes.h"
 #include "simulation/forward_model.h"
+#include "simulation/rig_quantities.h"
 #include "simulation/trial.h"
 
 namespace sixdial::diagnosis {
@@ -61,6 +63,12 @@ class Readings {
   [[nodiscard]] const std::vector<double>& noise_of_dial() const { return noise_of_dial_; }
   /// The same session, dial d's noise so many times the common one.
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
+  /// The same session, on a rig whose file claims more than holds: what it gives as exact is
+  /// known to so many times what a workshop knows (simulation/rig_quantities.h).
+  [[nodiscard]] Readings allowing_rig(double of_a_workshop) const;
+  [[nodiscard]] double rig_allowance() const { return rig_allowance_; }
+  /// The quantities behind the first columns of nuisance(), with their standard deviations.
+  [[nodiscard]] std::vector<simulation::RigQuantity> rig_quantities() const;
   /// Directions of travel and of plungers depend on where the tool was: set it again after a
   /// fit.
   void place_tool(const simulation::ModelVector& at);
@@ -92,9 +100,12 @@ class Readings {
   /// that a joint came from, a temperature that was not recorded) [mm]; mostly 0.
   [[nodiscard]] Eigen::VectorXd doubt_mm(
       const simulation::ModelVector& at, const simulation::ExtendedModel& extended) const;
-  /// Random columns that every fit has: with a free mount, the angle of each sample around the
-  /// one that its active three gave, count x samples, scaled to 10 mrad. Else none.
-  [[nodiscard]] Eigen::MatrixXd nuisance() const;
+  /// Random columns that every fit has, each scaled so that rig_noise_mm() is the standard
+  /// deviation of its number: what the rig file says of the rig's own geometry to within a
+  /// standard deviation (rig_quantities(), in that order); with a free mount, the
+  /// angle of each sample around the one that its active three gave, known to 10 mrad. Not for
+  /// two threads on one object.
+  [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
   /// Rows of one dial.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
     return rows_of_dial_[dial];
@@ -122,12 +133,17 @@ class Readings {
   std::vector<std::vector<Eigen::Index>> rows_of_dial_;
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
       std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  [[nodiscard]] Eigen::MatrixXd angles_of_free_mount() const;
+
+  simulation::ModelVector placed_at_;
+  mutable std::optional<Eigen::MatrixXd> nuisance_;
   Eigen::VectorXd measured_mm_;
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;
   bool has_dials_ = false;
   std::size_t channels_ = 0;
   double rig_noise_mm_ = 0.0;
+  double rig_allowance_ = 0.0;
   std::vector<std::shared_ptr<const ScatterColumns>> shareable_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/eliminated.h"
 #include "diagnosis/orthonormal.h"
 
 namespace sixdial::diagnosis {
@@ -138,18 +139,13 @@ class ResidualLikelihood {
   ResidualLikelihood(const LeftOver& left, const ScatterColumns& columns)
       : freedom_(left.freedom) {
     const Eigen::Index n = left.residual_mm.size();
-    const Eigen::Index p = left.fitted.cols();
     const Eigen::Index m = left.random.cols();
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, p + m);
-    A.topLeftCorner(n, p) = left.root.asDiagonal() * left.fitted;
     Eigen::VectorXd e(n + m);
     e.head(n) = left.root.cwiseProduct(left.residual_mm);
-    if (m > 0) {
-      A.topRightCorner(n, m) = left.root.asDiagonal() * left.random;
-      A.bottomRightCorner(m, m).setIdentity();
-      e.tail(m) = -left.u;
-    }
-    const Eigen::MatrixXd Q = orthonormal_basis(A);
+    e.tail(m) = -left.u;
+    const Eigen::MatrixXd Q = orthonormal_basis(
+        left.root.asDiagonal() * left.fitted, left.root.asDiagonal() * left.random,
+        Eigen::VectorXd::Ones(m));
     e -= Q * (Q.transpose() * e);
     squares_ = e.squaredNorm();
     fitted_ = Q.cols();
@@ -180,7 +176,7 @@ class ResidualLikelihood {
         volume += std::log1p(ratio * lambda_(b, i));
       }
     }
-    Eigen::MatrixXd normal = -(seen_.transpose() * share.asDiagonal() * seen_);
+    Eigen::MatrixXd normal = -gram(share.cwiseSqrt().asDiagonal() * seen_);
     normal.diagonal().head(fitted_).array() += 1.0;
     normal(fitted_, fitted_) += squares_;
     const Eigen::LLT<Eigen::MatrixXd> llt(normal.topLeftCorner(fitted_, fitted_));

@@ -78,6 +78,7 @@ inline constexpr Shortlist kNextNamesAmongGross{25.0, 4};
 inline constexpr Shortlist kNamesForUnknown{25.0, 5};
 inline constexpr Shortlist kBetterRivals{15.0, 5};
 inline constexpr Shortlist kTies{15.0, 6};
+inline constexpr Shortlist kStandIns{15.0, 5};
 /// Smooth functions whose linear scores differ by less are not told apart.
 inline constexpr double kUnknownTie = 6.0;
 /// A session needs so many readings beyond the number of parameters.

@@ -119,14 +119,22 @@ void tie(
 
 void tie_alike_sets(
     const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, std::vector<Finding>& findings) {
+    const Explanation& found, const std::vector<Search::Exchange>& exchanges,
+    std::vector<Finding>& findings) {
+  for (const Search::Exchange& each : exchanges) {
+    std::vector<Hypothesis> instead;
+    for (std::size_t i = found.chosen.size() - 2; i < each.rival.chosen.size(); ++i) {
+      instead.push_back(each.rival.chosen[i].candidate.hypothesis);
+    }
+    tie(findings, {each.two[0], each.two[1]}, each.rival, instead, each.log_odds);
+  }
   std::map<const simulation::Effect*, Group> groups;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     const simulation::Effect* effect = findings[i].hypothesis.effect;
     if (!effect->searched) groups[effect].push_back(i);
   }
   for (const auto& [effect, group] : groups) {
-    if (group.size() < 2) continue;
+    if (group.size() < 3) continue;  // two: among the exchanges
     std::vector<Hypothesis> places;
     for (const Hypothesis& each : search.hypotheses()) {
       if (each.effect == effect) places.push_back(each);

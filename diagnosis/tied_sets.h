@@ -13,6 +13,7 @@ namespace sixdial::diagnosis {
 /// is not in it gets those of its places that were not found as rivals.
 void tie_alike_sets(
     const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, std::vector<Finding>& findings);
+    const Explanation& found, const std::vector<Search::Exchange>& exchanges,
+    std::vector<Finding>& findings);
 
 }  // namespace sixdial::diagnosis

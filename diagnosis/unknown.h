@@ -12,16 +12,32 @@
 
 namespace sixdial::diagnosis {
 
+enum class UnknownKind {
+  kSmooth,       // a smooth function of its covariates
+  kDialCurves,   // of each dial's own reading, all dials at once, within their makers' limits
+  kDialHabits,   // effects that every dial has some of (Effect::within_accuracy), likewise
+  kRigGeometry,  // places and sizes that the rig file claims exactly
+};
+
 struct UnknownCandidate {
+  UnknownKind kind = UnknownKind::kSmooth;
   std::vector<std::string> covariates;  // names of covariate.h: {"x", "y"}, {"time"}
   std::string enters;                   // "tool", "joint1", "dial A", "clamp"
   double evidence = 0.0;                // log Bayes factor against nothing
   double length = 0.0;                  // of the kernel, in half ranges of the covariate
   double rms_mm = 0.0;                  // of what it explains in the readings
-  Eigen::MatrixXd columns;              // random columns for a joint fit, n x m
-  double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
+  double scale = 0.0;  // standard deviation of each column's coefficient, in the column's unit
+  Eigen::MatrixXd columns;  // random columns for a joint fit, n x m
+  double cost = 0.0;        // of the search over covariate, length and scale, in log evidence
+  /// No fault: dials are as good as their makers say.
+  [[nodiscard]] bool is_background() const {
+    return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;
+  }
 };
 
+/// The columns of several, side by side.
+[[nodiscard]] Eigen::MatrixXd random_columns(
+    Eigen::Index readings, const std::vector<UnknownCandidate>& of);
 /// A smooth function of time that moves the tool: the rival of every cause that changes with
 /// time alone.
 struct SmoothInTime {

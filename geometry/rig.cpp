@@ -1,5 +1,6 @@
 #include "geometry/rig.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,12 @@ std::optional<std::size_t> Rig::find_dial(std::string_view id) const {
     if (dials[i].id == id) return i;
   }
   return std::nullopt;
+}
+
+bool Rig::states_deviations() const {
+  if (cuboid.deviations != CuboidDeviations{}) return true;
+  return std::ranges::any_of(
+      dials, [](const Dial& dial) { return dial.deviations != DialDeviations{}; });
 }
 
 std::vector<DialGeometry> Rig::dial_geometries() const {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "geometry/deviations.h"
 #include "geometry/instruments/contact.h"
 #include "geometry/robots/five_bar.h"
 
@@ -35,6 +36,7 @@ struct Cuboid {
   double side_mm = 80.0;
   Mount mount = Mount::kDistal2;
   Eigen::Vector2d reference_pose_mm{28.0, 48.0};  // gamma = clamp angle here
+  CuboidDeviations deviations{};
 };
 
 struct Dial {
@@ -46,6 +48,7 @@ struct Dial {
   double force_n = 1.0;             // at zero displacement
   double spring_n_per_mm = 0.03;
   std::string connection;
+  DialDeviations deviations{};
 };
 
 /// What measures, by the name of its kind in the registry.
@@ -66,6 +69,8 @@ struct Rig {
   /// Index of a dial by id.
   [[nodiscard]] std::optional<std::size_t> find_dial(std::string_view id) const;
   [[nodiscard]] std::vector<DialGeometry> dial_geometries() const;
+  /// Whether the file says anywhere how well the rig's own geometry is known.
+  [[nodiscard]] bool states_deviations() const;
 };
 
 /// The rig and robot of spec 1: centre (28, 48), side 80, dials A..F.

@@ -24,6 +24,7 @@ enum class Stream : std::uint32_t {
   kNoiseByte,
   kBefore,   // where things stood before the first move
   kScatter,  // how far an arrival is off
+  kWorkshop,
 };
 
 class Random {

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "geometry/units.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/session_generator.h"
 
@@ -53,6 +54,25 @@ std::string dial_figures(const geometry::Dial& dial, const geometry::Dial* commo
   line("force_n", dial.force_n, usual.force_n);
   line("spring_n_per_mm", dial.spring_n_per_mm, usual.spring_n_per_mm);
   return text;
+}
+
+std::string sd_line(const char* key, const std::optional<double>& sd, double unit = 1.0) {
+  return sd ? fmt::format("{} = {}\n", key, toml_number(*sd / unit)) : std::string();
+}
+
+std::string deviations(const geometry::DialDeviations& of) {
+  std::string text;
+  if (of.position_mm) {
+    text += fmt::format("position_sd_mm = {}\n", toml_pair(*of.position_mm));
+  }
+  return text + sd_line("axis_sd_deg", of.axis_rad, geometry::kRadPerDeg) +
+         sd_line("tip_radius_sd_mm", of.tip_radius_mm);
+}
+
+std::string deviations(const geometry::CuboidDeviations& of) {
+  return sd_line("side_sd_mm", of.side_mm) +
+         sd_line("squareness_sd_deg", of.squareness_rad, geometry::kRadPerDeg) +
+         sd_line("offset_sd_mm", of.offset_mm);
 }
 
 }  // namespace
@@ -102,15 +122,16 @@ std::string rig_toml(const geometry::Rig& rig) {
                                  : rig.cuboid.mount == geometry::Mount::kDistal1 ? "distal1"
                                                                                  : "distal2";
   text += fmt::format(
-      "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n\n[dials]\n",
-      toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
+      "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n{}\n[dials]\n",
+      toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm),
+      deviations(rig.cuboid.deviations));
   const geometry::Dial common = rig.dials.empty() ? geometry::Dial{} : rig.dials.front();
   text += dial_figures(common, nullptr);
   for (const geometry::Dial& dial : rig.dials) {
     text += fmt::format(
         "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_string(dial.id),
         toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
-    text += dial_figures(dial, &common);
+    text += dial_figures(dial, &common) + deviations(dial.deviations);
     if (!dial.connection.empty()) {
       text += fmt::format("connection = {}\n", toml_string(dial.connection));
     }

@@ -13,6 +13,7 @@
 #include "geometry/instrument_kind.h"
 #include "geometry/units.h"
 #include "session/csv.h"
+#include "session/rig_deviations.h"
 #include "session/rig_figures.h"
 #include "session/toml_checks.h"
 #include "session/toml_text.h"
@@ -50,11 +51,18 @@ std::string alternatives(
 }
 
 const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
-const std::vector<std::string> kCuboidKeys = traced({"side_mm", "mount", "reference_pose_mm"});
+
+/// The keys of [cuboid], those of its certificate with them.
+std::vector<std::string> cuboid_keys() {
+  std::vector<std::string> keys{"side_mm", "mount", "reference_pose_mm"};
+  keys.insert(keys.end(), cuboid_deviation_keys().begin(), cuboid_deviation_keys().end());
+  return traced(std::move(keys));
+}
 
 std::vector<std::string> dials_keys() {
   std::vector<std::string> keys{"connection"};
   for (const DialFigure& figure : kDialFigures) keys.emplace_back(figure.key);
+  keys.insert(keys.end(), dial_deviation_keys().begin(), dial_deviation_keys().end());
   return keys;
 }
 
@@ -102,9 +110,9 @@ geometry::RobotFile robot_file(
   return result;
 }
 
-class RigReader : TomlChecks {
+class RigReader : DeviationChecks {
  public:
-  explicit RigReader(std::string file_name) : TomlChecks(std::move(file_name)) {}
+  explicit RigReader(std::string file_name) : DeviationChecks(std::move(file_name)) {}
 
   Rig read(const toml::table& top) {
     known_keys(top, "the top level", kTopKeys);
@@ -278,7 +286,7 @@ class RigReader : TomlChecks {
 
   void read_cuboid(const toml::table& from, geometry::Cuboid& cuboid) {
     const std::string where = "[cuboid]";
-    known_keys(from, where, kCuboidKeys);
+    known_keys(from, where, cuboid_keys());
     check_trace(from, where);
     length(from, where, "side_mm", false, cuboid.side_mm);
     const std::string mount = text(from, where, "mount", "distal2");
@@ -293,6 +301,7 @@ class RigReader : TomlChecks {
           from.get("mount")->source(), "mount", shown(mount) + " is not a mount",
           "write \"distal1\", \"distal2\" or \"free\"");
     }
+    read_deviations(from, where, cuboid.deviations);
     if (cuboid.mount == geometry::Mount::kFree && from.get("reference_pose_mm") == nullptr)
       return;
     if (const auto pose = pair(from, where, "reference_pose_mm"))
@@ -303,8 +312,10 @@ class RigReader : TomlChecks {
     const toml::node* list = top.get("dial");
     const toml::table* common = nullptr;
     if (top.get("dials") != nullptr) common = table(top, "dials");
+    geometry::DialDeviations deviations;
     if (common != nullptr) {
       known_keys(*common, "[dials]", dials_keys());
+      read_deviations(*common, "[dials]", deviations);
       Dial checked;
       for (const DialFigure& figure : kDialFigures) {
         if (common->get(figure.key) == nullptr) continue;
@@ -321,6 +332,9 @@ class RigReader : TomlChecks {
     std::set<std::string> ids;
     for (const toml::node& node : *array) {
       rig.dials.push_back(read_dial(*node.as_table(), common, ids));
+      geometry::DialDeviations& own = rig.dials.back().deviations;
+      own = deviations;
+      read_deviations(*node.as_table(), "[[dial]]", own);
     }
   }
 

@@ -1,70 +1,25 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <set>
 
-#include "geometry/units.h"
-#include "session/csv.h"
+#include "session/rig_deviations.h"
 #include "session/rig_figures.h"
 #include "session/rig_file.h"
+#include "session/toml_write.h"
 
 namespace sixdial::session {
 namespace {
 
 using geometry::Dial;
-using geometry::kRadPerDeg;
-
-std::string toml_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (static_cast<unsigned char>(c) < 0x20U || c == 0x7F) {
-      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
-/// Shortest text that reads back as the same double, always with a point or an exponent.
-std::string toml_number(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string toml_pair(const Eigen::Vector2d& pair) {
-  return fmt::format("[{}, {}]", toml_number(pair.x()), toml_number(pair.y()));
-}
-
-/// Degrees that convert back to the same radians, if a double does; the shortest such text.
-double degrees_of(double rad) {
-  const double near = rad / kRadPerDeg;
-  for (const int digits : {6, 9, 12, 15}) {
-    const double rounded = parse_number(fmt::format("{:.{}g}", near, digits)).value;
-    if (rounded * kRadPerDeg == rad) return rounded;
-  }
-  double down = near;
-  double up = near;
-  for (int step = 0; step < 4; ++step) {
-    if (down * kRadPerDeg == rad) return down;
-    if (up * kRadPerDeg == rad) return up;
-    down = std::nextafter(down, -1e300);
-    up = std::nextafter(up, 1e300);
-  }
-  return near;
-}
 
 /// [cuboid] or [instrument]: what measures.
 std::string instrument_text(const geometry::Rig& rig) {
   const geometry::Instrument usual;
   std::string out;
   if (rig.instrument.kind != usual.kind) {
-    out += fmt::format("\n[instrument]\nkind = {}\n", toml_text(rig.instrument.kind));
+    out += fmt::format("\n[instrument]\nkind = {}\n", toml_string(rig.instrument.kind));
     if (rig.instrument.sd_mm > 0.0) {
       out += fmt::format("sd_mm = {}\n", toml_number(rig.instrument.sd_mm));
     }
@@ -79,7 +34,7 @@ std::string instrument_text(const geometry::Rig& rig) {
   out += fmt::format(
       "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n",
       toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
-  return out;
+  return out + deviations_text(rig.cuboid.deviations);
 }
 
 }  // namespace
@@ -87,7 +42,7 @@ std::string instrument_text(const geometry::Rig& rig) {
 std::string write_rig(const geometry::Rig& rig) {
   std::string out = "# Measurement rig and nominal robot. Lengths in mm, angles in degrees.\n";
   out += fmt::format(
-      "name = {}\n{}\n[robot]\nmodel = \"{}\"\n", toml_text(rig.name),
+      "name = {}\n{}\n[robot]\nmodel = \"{}\"\n", toml_string(rig.name),
       rig.tolerance_mm ? fmt::format("tolerance_mm = {}\n", toml_number(*rig.tolerance_mm))
                        : "",
       rig.robot.model->kind->name);
@@ -95,7 +50,7 @@ std::string write_rig(const geometry::Rig& rig) {
   if (robot.kind->to_file != nullptr) out += robot.kind->to_file(robot);
   for (const geometry::BranchInfo& mode : robot.modes) {
     if (robot.modes.size() == 1 || mode.number != rig.robot.working_mode.number) continue;
-    out += fmt::format("working_mode = {}\n", toml_text(mode.name));
+    out += fmt::format("working_mode = {}\n", toml_string(mode.name));
   }
   if (robot.assemblies.size() > 1) {
     out += fmt::format("assembly = {}\n", static_cast<int>(rig.robot.assembly));
@@ -109,7 +64,7 @@ std::string write_rig(const geometry::Rig& rig) {
         toml_number(info.shown_unit == "deg" ? degrees_of(value) : value));
   }
   if (!rig.robot.connection.empty()) {
-    out += fmt::format("connection = {}\n", toml_text(rig.robot.connection));
+    out += fmt::format("connection = {}\n", toml_string(rig.robot.connection));
   }
   out += instrument_text(rig);
   // A figure that all dials share stands in [dials], any other in its [[dial]].
@@ -122,17 +77,22 @@ std::string write_rig(const geometry::Rig& rig) {
     if (shared[f])
       out += fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(*values.begin()));
   }
+  const bool alike = std::ranges::all_of(rig.dials, [&](const Dial& dial) {
+    return dial.deviations == rig.dials.front().deviations;
+  });
+  if (alike && !rig.dials.empty()) out += deviations_text(rig.dials.front().deviations);
   for (Dial dial : rig.dials) {
     out += fmt::format(
-        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_text(dial.id),
+        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_string(dial.id),
         toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
     for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
       if (shared[f]) continue;
       out +=
           fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(kDialFigures[f].of(dial)));
     }
+    if (!alike) out += deviations_text(dial.deviations);
     if (!dial.connection.empty()) {
-      out += fmt::format("connection = {}\n", toml_text(dial.connection));
+      out += fmt::format("connection = {}\n", toml_string(dial.connection));
     }
   }
   return out;

@@ -151,8 +151,10 @@ class Walk {
     return comes_from_sides_ || (t > 0 && arrives_against_its_move(t));
   }
 
-  /// Where nobody says a side, it is still that of the last move if the joint has not moved;
-  /// and that of the way from the sample before, if sides were not recorded at all.
+  /// Where nobody says a side, it is still that of the last move if the robot has not moved;
+  /// and that of the way from the sample before, if sides were not recorded at all. A joint
+  /// that moved by less than its encoder scatters while another one moved may have been sent
+  /// either way, or not at all: nobody knows.
   [[nodiscard]] Eigen::VectorXd sides_at(std::size_t t) const {
     const Trial& trial = trials_[t];
     Eigen::VectorXd result(trial.q.size());
@@ -161,12 +163,21 @@ class Walk {
       if (result[joint] != 0.0 || t == 0 || sides_.size() != result.size()) continue;
       const double way = trial.q[joint] - trials_[t - 1].q[joint];
       if (std::abs(way) <= jitter(joint)) {
-        result[joint] = sides_[joint];
+        if (way == 0.0 || !any_moved(t)) result[joint] = sides_[joint];
       } else if (from_[static_cast<std::size_t>(joint)] == SidesFrom::kRows) {
         result[joint] = way > 0 ? 1.0 : -1.0;
       }
     }
     return result;
+  }
+
+  /// Since the sample before.
+  [[nodiscard]] bool any_moved(std::size_t t) const {
+    const Eigen::VectorXd way = trials_[t].q - trials_[t - 1].q;
+    for (Eigen::Index joint = 0; joint < way.size(); ++joint) {
+      if (std::abs(way[joint]) > jitter(joint)) return true;
+    }
+    return false;
   }
 
   [[nodiscard]] bool has_moved(std::size_t t) const {

@@ -143,6 +143,10 @@ struct Effect {
   bool in_time = false;
   /// A constant shift from the sample on that is searched.
   bool is_step = false;
+  /// The rig itself is not as its file says: something stands, leans or measures otherwise.
+  bool of_rig_geometry = false;
+  /// Every dial has some of it: no fault while it is within what the maker allows.
+  bool within_accuracy = false;
   /// It has no size: the readings of place.dial and place.other_dial come under each other's
   /// name. Diagnosis tries it by exchanging the measured readings.
   bool exchanges_dials = false;

@@ -22,6 +22,7 @@ constinit const Effect cuboid_offset{
     .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
     .parameters = kParameters,
     .needs = kDials,
+    .of_rig_geometry = true,
     .before_contact = bend_contact,
     .size = "{u,v}",
     .plot = {Shows::kReading, Against::kRotation, Groups::kNone, false},

@@ -21,6 +21,7 @@ constinit const Effect cuboid_size{
     .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
     .parameters = kParameters,
     .needs = kDials,
+    .of_rig_geometry = true,
     .before_contact = bend_contact,
     .size = "{l}",
     .plot = {Shows::kReading, Against::kRotation},

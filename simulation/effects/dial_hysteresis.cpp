@@ -24,6 +24,7 @@ constinit const Effect dial_hysteresis{
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
+    .within_accuracy = true,
     .after_reading = bend_after_reading,
     .size = "{h}",
     .plot = {Shows::kReading, Against::kReading, Groups::kPlungerDirection},

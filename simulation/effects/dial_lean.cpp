@@ -26,6 +26,7 @@ constinit const Effect dial_lean{
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
+    .of_rig_geometry = true,
     .before_contact = bend_contact,
     .size = "{angle}",
     .plot = {Shows::kReading, Against::kReadingTimesRotation, Groups::kNone, false},

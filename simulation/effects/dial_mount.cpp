@@ -24,6 +24,7 @@ constinit const Effect dial_mount{
     .places = at_each_dial,
     .parameters = kParameters,
     .needs = kDials,
+    .of_rig_geometry = true,
     .before_contact = bend_contact,
     .size = "{shift}",
     .plot = {Shows::kReading, Against::kReading},

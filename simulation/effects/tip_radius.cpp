@@ -24,6 +24,7 @@ constinit const Effect tip_radius{
     .places = [](const geometry::Rig&) { return at_one_place("dials"); },
     .parameters = kParameters,
     .needs = kDials,
+    .of_rig_geometry = true,
     .before_contact = bend_contact,
     .size = "{rho}",
     .plot = {Shows::kReading, Against::kRotation, Groups::kNone, false},

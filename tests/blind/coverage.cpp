@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <string>
+#include <string_view>
 
 #include "diagnosis/diagnosis.h"
 #include "mock_devices/session_generator.h"
@@ -207,13 +210,65 @@ void count_gain(
   covered.gain.count(stated->low_mm <= mean && mean <= stated->high_mm);
 }
 
+/// The number of the mock rig's effect that one of a diagnosis' stands for, in its unit. The
+/// generator's numbers have names of its own, with units in them ("b_rad", "change_mm").
+std::optional<double> true_size(
+    const mock_devices::HiddenEffect& hidden, const diagnosis::Estimate& estimate) {
+  const auto& cause = hidden.cause;
+  const auto& number = hidden.parameters;
+  const auto or_none = [&](const char* name) {
+    const auto found = number.find(name);
+    return found == number.end() ? 0.0 : found->second;
+  };
+  if (cause == "joint_compliance") {
+    return 1 / number.at(estimate.name == "1/K1" ? "k1_nmm_per_rad" : "k2_nmm_per_rad");
+  }
+  if (cause == "dial_cyclic") {
+    if (estimate.name == "period") return number.at("period_mm");
+    const double phase_rad = or_none("phase_rad");
+    return number.at("amplitude_mm") *
+           (estimate.name == "a" ? std::cos(phase_rad) : std::sin(phase_rad));
+  }
+  if (cause == "step") {
+    if (estimate.name == "sample") return std::nullopt;  // a whole number
+    const bool turns = number.contains("amount_rad");
+    const double amount = number.at(turns ? "amount_rad" : "amount_mm");
+    if (hidden.where != "base") return amount;
+    const double direction_rad = or_none("direction_rad");
+    return amount *
+           (estimate.name == "shift" ? std::cos(direction_rad) : std::sin(direction_rad));
+  }
+  static const std::map<std::string_view, std::string> kNames{
+      {"joint_eccentricity a", "a_rad"},
+      {"joint_eccentricity b", "b_rad"},
+      {"joint_second_harmonic a", "a_rad"},
+      {"joint_second_harmonic b", "b_rad"},
+      {"joint_gain g", "gain"},
+      {"joint_backlash b", "b_rad"},
+      {"link_thermal_growth a", "per_k"},
+      {"passive_clearance c", "c_mm"},
+      {"base_drift vx", "x_mm_per_h"},
+      {"base_drift vy", "y_mm_per_h"},
+      {"frame_skew s", "angle_rad"},
+      {"cuboid_size l", "change_mm"},
+      {"cuboid_squareness s", "angle_rad"},
+      {"cuboid_offset u", "x_mm"},
+      {"cuboid_offset v", "y_mm"},
+      {"tip_radius rho", "change_mm"},
+      {"dial_gain g", "gain"},
+      {"dial_lean angle", "angle_rad"},
+      {"dial_mount shift", "change_mm"},
+      {"dial_hysteresis h", "width_mm"}};
+  return number.at(kNames.at(cause + " " + estimate.name));
+}
+
 void count_amplitudes(
     const diagnosis::Cause& cause, const mock_devices::HiddenEffect& hidden, Covered& covered) {
   for (const diagnosis::Estimate& estimate : cause.estimate) {
-    const auto truth = hidden.parameters.find(estimate.name);
-    if (truth == hidden.parameters.end() || !std::isfinite(estimate.sd)) continue;
-    covered.amplitudes.count(
-        std::abs(estimate.value - truth->second) <= kNormal_95 * estimate.sd);
+    const auto truth = true_size(hidden, estimate);
+    if (!truth || !std::isfinite(estimate.sd)) continue;
+    const bool inside = std::abs(estimate.value - *truth) <= kNormal_95 * estimate.sd;
+    covered.amplitudes.count(inside);
   }
 }
 

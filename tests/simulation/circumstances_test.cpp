@@ -87,19 +87,18 @@ TEST(Circumstances, SidesThatNobodyRecordedAreThoseOfTheMoves) {
   }
   const auto samples = walked.circumstances();
   EXPECT_TRUE(samples[0].approach.isZero()) << "nobody knows where the robot came from";
-  int moves = 0;
+  int unknown = 0;
   for (std::size_t t = 3; t < samples.size(); ++t) {
-    const std::size_t before = t - t % 3 - 1;
+    const std::size_t first = t - t % 3;
     for (Eigen::Index joint = 0; joint < 2; ++joint) {
-      const double way = walked.trials[t].q[joint] - walked.trials[before].q[joint];
-      const bool moved = std::abs(way) > geometry::kSamePose_rad;
-      moves += moved;
-      // What an encoder's jitter may be is no move: the side stays that of the last one.
-      const Circumstance& expected = moved ? recorded[t] : samples[before];
-      EXPECT_EQ(samples[t].approach[joint], expected.approach[joint]) << t << ", " << joint;
+      // By chance one pose has nearly the joint value of the one before.
+      const double way = walked.trials[first].q[joint] - walked.trials[first - 1].q[joint];
+      const bool hardly = std::abs(way) < geometry::kSamePose_rad;
+      unknown += hardly;
+      EXPECT_EQ(samples[t].approach[joint], hardly ? 0.0 : recorded[t].approach[joint]) << t;
     }
   }
-  EXPECT_GT(moves, 60);
+  EXPECT_EQ(unknown, 3);
 }
 
 TEST(Circumstances, SidesOfOneJointWithTheOtherSignAreTurnedRound) {
