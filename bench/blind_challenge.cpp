@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
+#include "bench/workshop_table.h"
 #include "tests/blind/challenge.h"
 #include "tests/blind/limit_power.h"
-#include "tests/blind/workshop.h"
 
 namespace {
 
@@ -306,72 +306,6 @@ void print_power(int sessions, std::uint64_t first_seed, int threads) {
   }
 }
 
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-/// Rigs as they are: the table of what is asked of them, over `sessions` drawn rigs.
-void print_workshop(
-    int sessions, std::uint64_t first_seed, int threads,
-    const sixdial::blind::WorkshopCase& of, bool verbose) {
-  using sixdial::blind::WorkshopOutcome;
-  std::vector<std::optional<WorkshopOutcome>> drawn(static_cast<std::size_t>(sessions));
-  std::atomic<int> next{0};
-  std::vector<std::jthread> workers;
-  for (int w = 0; w < threads; ++w) {
-    workers.emplace_back([&] {
-      for (int i = next++; i < sessions; i = next++) {
-        drawn[static_cast<std::size_t>(i)] =
-            sixdial::blind::try_workshop(of, first_seed + static_cast<std::uint64_t>(i));
-      }
-    });
-  }
-  workers.clear();
-  int n = 0, wrong = 0, strong = 0, found = 0, worse = 0;
-  sixdial::blind::Share parameters;
-  std::vector<double> kinematics, extended, seconds;
-  for (const auto& each : drawn) {
-    if (!each) continue;
-    ++n;
-    wrong += each->wrong;
-    strong += each->strong.empty() ? 0 : 1;
-    found += each->found;
-    worse += each->extended_mm > each->kinematics_mm * (1 + 1e-9);
-    parameters.inside += each->parameters.inside;
-    parameters.of += each->parameters.of;
-    kinematics.push_back(each->kinematics_mm);
-    extended.push_back(each->extended_mm);
-    seconds.push_back(each->seconds);
-    if (!verbose) continue;
-    fmt::print(
-        "  seed {} {}{}strong {}, um {:.1f} -> {:.1f}, {:.1f} s: {}\n", each->seed,
-        each->wrong ? "WRONG " : "", each->strong.empty() || each->found ? "" : "MISSED ",
-        each->strong.empty() ? "none" : each->strong, 1e3 * each->kinematics_mm,
-        1e3 * each->extended_mm, each->seconds, each->said);
-  }
-  const auto line = [](const char* what, double value, const char* asked) {
-    fmt::print("{:<58}{:>8.2f}  {}\n", what, value, asked);
-  };
-  line("sessions", n, "");
-  line("with a certain name that is not there, %", percent(wrong, n), "at most 5");
-  if (strong > 0) {
-    line("the strong cause named, or in its set, %", percent(found, strong), "at least 90");
-  }
-  line("commanded by kinematics, median, um", 1e3 * median(kinematics), "");
-  line(
-      "commanded by the extended model, median, um", 1e3 * median(extended),
-      of.misplaced ? "at most 5" : "at most 1");
-  line("in so many sessions worse than kinematics", worse, "0");
-  line(
-      "95 % intervals of parameters that hold the truth, %",
-      percent(parameters.inside, parameters.of), "92 to 98");
-  line("seconds of a diagnosis, median", median(seconds), "at most 2");
-  line("longest", *std::max_element(seconds.begin(), seconds.end()), "at most 10");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -407,8 +341,7 @@ int main(int argc, char** argv) {
   CLI::Option* as_they_are = app.add_flag(
       "--workshop", workshop, "rigs as they are: everything a little off, one strong cause");
   app.add_flag("--exact", exact, "with the dials where the rig file says")->needs(as_they_are);
-  app.add_flag("--silent", silent, "with a rig file that claims exactness")
-      ->needs(as_they_are);
+  app.add_flag("--silent", silent, "with a rig file that claims exactness")->needs(as_they_are);
   app.add_option(
       "--scatter-mm", challenge.scatter.tool_mm,
       "standard deviation of each arrival in x and y");
@@ -427,7 +360,7 @@ int main(int argc, char** argv) {
     rigs.misplaced = !exact;
     rigs.deviations = !silent;
     rigs.strong = challenge.kind != "none";
-    print_workshop(sessions, first_seed, threads, rigs, verbose);
+    sixdial::blind::print_workshop(sessions, first_seed, threads, rigs, verbose);
     return 0;
   }
   if (challenge.kind == "all") return whole_table(sessions, first_seed, threads, challenge);

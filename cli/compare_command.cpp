@@ -39,7 +39,7 @@ void print_comparison(Cli& cli, const Json& document, const std::string& output)
     cli.console.out << for_terminal(line) << '\n';
   }
   if (result.precision) {
-    cli.console.out << report::precision_line(*result.precision) << '\n';
+    cli.console.out << report::precision_line(*result.precision, result.choices.space) << '\n';
   }
   cli.console.note(fmt::format(
       "{}; seed {}, {:.1f} s", report::before_in_words(result.before_uses_targets),

@@ -20,6 +20,7 @@
 #include "studies/diagnose.h"
 #include "studies/extended_command.h"
 #include "studies/recommendation.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::cli {
 namespace {
@@ -156,6 +157,7 @@ service::ExitCode extend_bundle(
     if (!options.from_other_session) {
       studies::check_same_data(diagnosis.inputs, session, "diagnosis", kOtherSession);
     }
+    studies::judge_stored(diagnosis, session);
   }
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
@@ -193,6 +195,7 @@ studies::CalibrationResult calibration_of(
     if (!options.from_other_session) {
       studies::check_same_data(stored.inputs, session, "calibration", kOtherSession);
     }
+    studies::judge_stored(stored, session);
     return stored;
   }
   studies::CalibrationRequest request;

@@ -12,6 +12,7 @@
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/recommendation.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::cli {
 namespace {
@@ -60,7 +61,7 @@ void print_recommendation(Cli& cli, const Json& answer, const std::string& outpu
 service::ExitCode recommend_bundle(Cli& cli, const RecommendOptions& options) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::CalibrationResult calibration =
+  studies::CalibrationResult calibration =
       !options.result_file.empty()
           ? report::calibration_from_json(read_document(options.result_file))
           : run_here(
@@ -71,6 +72,7 @@ service::ExitCode recommend_bundle(Cli& cli, const RecommendOptions& options) {
                   request.method = options.method;
                   return studies::calibrate(session, request, progress, std::move(stop));
                 });
+  studies::judge_stored(calibration, session);
   std::optional<studies::DiagnosisResult> diagnosis;
   if (!options.diagnosis_file.empty()) {
     diagnosis = report::diagnosis_from_json(read_document(options.diagnosis_file));

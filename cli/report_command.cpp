@@ -22,6 +22,7 @@
 #include "studies/calibrate.h"
 #include "studies/compare.h"
 #include "studies/diagnose.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::cli {
 namespace {
@@ -71,10 +72,11 @@ service::ExitCode report_bundle(
     Cli& cli, const ReportOptions& options, const std::string& folder) {
   const session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
-  const studies::CalibrationResult result =
+  studies::CalibrationResult result =
       options.result_file.empty()
           ? calibrate_here(cli, session, options)
           : report::calibration_from_json(read_document(options.result_file));
+  studies::judge_stored(result, session);
   std::optional<studies::ComparisonResult> comparison;
   if (options.compare) {
     studies::CompareRequest request;

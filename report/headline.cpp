@@ -57,6 +57,7 @@ std::vector<ShownMethod> methods_of(const studies::CalibrationResult& result) {
 ReportData headline_data(const studies::CalibrationResult& result) {
   ReportData data;
   data.warnings = result.warnings.value_or(std::vector<studies::Warning>());
+  data.plausibility_judged = result.warnings.has_value();
   for (const studies::CorrelationRow& each : result.identification.correlations) {
     data.correlations.push_back({each.first, each.second, each.coefficient});
   }

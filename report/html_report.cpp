@@ -120,7 +120,9 @@ class Page {
     fact("Instruments", instruments());
     fact(
         "Traceability",
-        h.traced.empty() ? "" : fmt::format("{} parts, see the annex", h.traced.size()));
+        h.traced.parts.empty()
+            ? ""
+            : counted(std::ssize(h.traced.parts), "part", "parts") + ", see the annex");
     fact(
         "Software", h.software_version.empty()
                         ? ""

@@ -60,6 +60,23 @@ ordered_json rows(const Table& table) {
   return out;
 }
 
+/// Who measured with what, as the rig file says; what it does not say is null.
+ordered_json traceability(const session::Traceability& traced) {
+  const auto said = [](const std::string& text) {
+    return text.empty() ? ordered_json() : value(text);
+  };
+  ordered_json parts = ordered_json::array();
+  for (const session::TracedPart& part : traced.parts) {
+    parts.push_back(
+        {{"part", value(part.what)},
+         {"serial", said(part.serial)},
+         {"certificate", said(part.certificate)},
+         {"certified", said(part.certified)},
+         {"due", said(part.due)}});
+  }
+  return {{"operator", said(traced.operator_name)}, {"parts", std::move(parts)}};
+}
+
 ordered_json head(const Head& h) {
   ordered_json instruments = ordered_json::array();
   for (const ShownDial& i : h.instruments) {
@@ -98,6 +115,7 @@ ordered_json head(const Head& h) {
       {"profile", value(h.profile)},
       {"settings", std::move(settings)},
       {"instruments", std::move(instruments)},
+      {"traceability", traceability(h.traced)},
       {"accredited", false}};
 }
 

@@ -17,6 +17,7 @@
 #include "report/document.h"
 #include "report/facts.h"
 #include "session/session.h"
+#include "session/traceability.h"
 #include "studies/calibration_result.h"
 #include "studies/conformity.h"
 #include "studies/dial_residuals.h"
@@ -51,9 +52,7 @@ struct Head {
   std::vector<std::pair<std::string, std::string>>
       settings;  // name, value: what else was chosen
   std::vector<ShownDial> instruments{};
-  /// "dial A", "serial 12345, certificate K 4711 of 2026-01-15": what the figures can be traced
-  /// to, as far as the rig file says it.
-  std::vector<std::pair<std::string, std::string>> traced{};
+  session::Traceability traced{};  // to what the figures go back, as far as the rig file says
 };
 
 /// One line of the paper's Table 2, in shown units (mm or deg).
@@ -197,6 +196,7 @@ struct ReportData {
   Facts facts{};  // what several sections show
 
   std::vector<studies::Warning> warnings{};  // what speaks against the session
+  bool plausibility_judged = true;           // false: nobody looked for warnings
   std::vector<Section> sections{};  // of later parts: comparison, uncertainty, diagnosis
 };
 

@@ -250,15 +250,17 @@ report::Head report_head(
   report::Head head;
   head.session_name = session.name;
   head.rig_name = session.rig.name;
-  head.robot = fmt::format(
-      "planar five-bar, working mode {}", geometry::to_string(session.rig.robot.working_mode));
-  const session::Traceability traced = session::traceability_of(session.rig_text);
+  const geometry::RobotModel& robot_model = *session.rig.robot.model;
+  head.robot = robot_model.kind->in_words;
+  if (robot_model.modes.size() > 1) {
+    head.robot +=
+        fmt::format(", working mode {}", robot_model.mode_name(session.rig.robot.working_mode));
+  }
+  head.traced = session::traceability_of(session.rig_text);
+  const session::Traceability& traced = head.traced;
   head.operator_name = traced.operator_name.empty()
                            ? operator_name
                            : fmt::format("{} (as {})", traced.operator_name, operator_name);
-  for (const session::TracedPart& part : traced.parts) {
-    head.traced.emplace_back(part.what, part.words());
-  }
   if (const auto* robot = traced.find("robot"); robot != nullptr && !robot->serial.empty()) {
     head.robot += ", serial " + robot->serial;
   }

@@ -274,7 +274,9 @@ Section conditions(const ReportData& data) {
   add("seed of all random numbers", head.seed ? fmt::format("{}", *head.seed) : "");
   add("hash of the measured data", head.data_hash);
   add("hash of the rig file", head.rig_hash);
-  for (const auto& [part, words] : head.traced) add("traced to: " + part, words);
+  for (const session::TracedPart& part : head.traced.parts) {
+    add("traced to: " + part.what, part.words());
+  }
   out.blocks.emplace_back(std::move(t));
   return out;
 }

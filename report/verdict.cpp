@@ -270,12 +270,26 @@ void decide(const ReportData& data, Verdict& out) {
   }
 }
 
+/// The figures are those of the result, and nobody has looked whether its data are plausible.
+void leave_open(Verdict& out) {
+  out.state = CalibrationState::kUnknown;
+  out.title = "Not judged";
+  out.headline +=
+      " This result is of an earlier version, which did not look whether the data are "
+      "plausible.";
+  out.to_do = {"Calibrate this session again before you use the result."};
+  out.cautions.clear();
+}
+
 /// A session that contradicts itself calibrates nothing, whatever its figures say.
 void doubt(const ReportData& data, Verdict& out) {
   const auto first = std::ranges::find_if(data.warnings, [](const studies::Warning& each) {
     return each.severity != studies::Severity::kNote;
   });
-  if (first == data.warnings.end()) return;
+  if (first == data.warnings.end()) {
+    if (!data.plausibility_judged) leave_open(out);
+    return;
+  }
   out.state = CalibrationState::kNotCalibrated;
   out.title = first->code == studies::kTooFewPoses
                   ? "Not calibrated: too few different poses"

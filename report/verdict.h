@@ -11,7 +11,7 @@
 namespace sixdial::report {
 
 enum class CalibrationState {
-  kUnknown,        // nothing to compare
+  kUnknown,        // nothing to compare, or nobody has looked whether the data are plausible
   kCalibrated,     // at least twice as accurate on points that were not fitted
   kImproved,       // more accurate, by less than that
   kNotImproved,    // the calibration does not help

@@ -6,8 +6,10 @@
 #include "report/documents/calibration_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/validation_json.h"
+#include "report/documents/warnings_document.h"
 #include "service/methods/method.h"
 #include "service/result_lookup.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::service {
 namespace {
@@ -29,7 +31,23 @@ bool commands_as(
   return agree(reader.load_result({number}), Json::parse(record.json), keys);
 }
 
+/// A session is only loaded for a result of a version that did not judge.
+void judge(db::Store& reader, const db::ResultRecord& record, auto& result) {
+  if (!result.warnings) studies::judge_stored(result, reader.load_session(record.session));
+}
+
 }  // namespace
+
+std::vector<studies::Warning> warnings_of(
+    db::Store& reader, const db::ResultRecord& record, const Json& document) {
+  const auto judged = [&](auto result) {
+    judge(reader, record, result);
+    return result.warnings.value_or(std::vector<studies::Warning>());
+  };
+  if (document.contains("warnings")) return report::warnings_in(document);
+  if (record.kind == "diagnosis") return judged(report::diagnosis_from_json(document));
+  return judged(report::calibration_from_json(document));
+}
 
 studies::Recommendation RecommendedModel::recommendation() const {
   return studies::recommend(
@@ -40,9 +58,11 @@ RecommendedModel recommended_model(db::Store& reader, const db::ResultRecord& ca
   RecommendedModel model{
       .calibration = report::calibration_from_json(Json::parse(calibration.json)),
       .calibration_number = calibration.id.value};
+  judge(reader, calibration, model.calibration);
   const auto diagnosis = companion_of(reader, calibration, "diagnosis");
   if (diagnosis) {
     model.diagnosis = report::diagnosis_from_json(Json::parse(diagnosis->json));
+    judge(reader, *diagnosis, *model.diagnosis);
     model.diagnosis_number = diagnosis->id.value;
   }
   std::vector<db::ResultRecord> validations =

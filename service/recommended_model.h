@@ -20,6 +20,11 @@ struct RecommendedModel {
   [[nodiscard]] studies::Recommendation recommendation() const;
 };
 
+/// What speaks against the data of a stored calibration or diagnosis; an early version's is
+/// judged now. `document`: the record's, parsed.
+[[nodiscard]] std::vector<studies::Warning> warnings_of(
+    db::Store& reader, const db::ResultRecord& record, const Json& document);
+
 /// A validation counts if it commanded the parameters of this calibration; what it tells of a
 /// diagnosis' model is left out where the newest diagnosis has another one.
 [[nodiscard]] RecommendedModel recommended_model(

@@ -55,8 +55,7 @@ const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
 /// The keys of [cuboid], those of its certificate with them.
 std::vector<std::string> cuboid_keys() {
   std::vector<std::string> keys{"side_mm", "mount", "reference_pose_mm"};
-  keys.insert(
-      keys.end(), cuboid_deviation_keys().begin(), cuboid_deviation_keys().end());
+  keys.insert(keys.end(), cuboid_deviation_keys().begin(), cuboid_deviation_keys().end());
   return traced(std::move(keys));
 }
 

@@ -100,16 +100,17 @@ void use_noise_of(
 /// Dials that allow no position can be fitted all the same.
 [[noreturn]] void refuse_with_hint(
     const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
-    const std::string& session) {
+    const session::Session& session, const session::Session& believed) {
+  const std::string& name = session.name;
   const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
     return std::ranges::any_of(
         trial.reading, [](const auto& each) { return each.has_value(); });
   });
   if (trouble.kind != calibration::Trouble::Kind::kTooFewSamples || !any_reading) {
-    refuse(trouble, session);
+    refuse(trouble, name, settle_first(session, believed));
   }
   throw StudyError(
-      StudyErrorCode::kBadData, trouble.message, {{"session", session}},
+      StudyErrorCode::kBadData, trouble.message, {{"session", name}},
       "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
 }
 
@@ -141,7 +142,7 @@ CalibrationResult calibrate_here(
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
   if (const auto trouble = calibration::trouble_with(data.g1)) {
-    refuse_with_hint(*trouble, checked.g1, session.name);
+    refuse_with_hint(*trouble, checked.g1, session, believed);
   }
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;

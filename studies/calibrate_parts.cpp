@@ -95,13 +95,17 @@ calibration::ResidualSettings residual_settings(const calibration::PipelineSetti
   return residual;
 }
 
-void refuse(const calibration::Trouble& trouble, const std::string& session) {
+void refuse(
+    const calibration::Trouble& trouble, const std::string& session,
+    const std::optional<std::string>& hint) {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw StudyError(
       cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
       {{"session", session}},
-      cancelled ? ""
-                : "Measure more points of set G1: collect.start, or look at the rig file.");
+      cancelled
+          ? ""
+          : hint.value_or(
+                "Measure more points of set G1: collect.start, or look at the rig file."));
 }
 
 const MethodRow* CalibrationResult::method(std::string_view id) const {

@@ -43,7 +43,10 @@ struct ModelledRow {
     const calibration::PipelineSettings& settings);
 
 /// Throws StudyError bad_data or cancelled.
-[[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session);
+/// `hint`: what to do first; empty: measure more.
+[[noreturn]] void refuse(
+    const calibration::Trouble& trouble, const std::string& session,
+    const std::optional<std::string>& hint = std::nullopt);
 
 /// `fraction`: of the whole, 0 to 1. `iteration` of `iterations` of a search, 0 of 0: none.
 using TellFraction = std::function<void(

@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "calibration/comparison.h"
+#include "calibration/identifiability.h"
+#include "calibration/uncertainty.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
@@ -72,6 +74,24 @@ std::optional<calibration::ErrorStats> stats_of(const calibration::ErrorStats& s
   return stats;
 }
 
+/// What a method found. Its sd has what the poses leave open, which no fit of them knows.
+std::vector<std::pair<std::string, ComparedParameter>> parameters_of(
+    const calibration::Identified& found, const calibration::ObservationSpace& space) {
+  const Eigen::MatrixXd covariance =
+      found.covariance + calibration::held_covariance(found.fit, space.parameter_info);
+  const auto estimates = calibration::parameter_estimates(
+      found.fit, space.nominal, covariance, space.parameter_names());
+  std::vector<std::pair<std::string, ComparedParameter>> parameters;
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    parameters.emplace_back(
+        space.parameter_info[i].name, ComparedParameter{
+                                          .value = found.x[static_cast<Eigen::Index>(i)],
+                                          .sd = estimates[i].sd,
+                                          .partly_held = estimates[i].partly_held});
+  }
+  return parameters;
+}
+
 ComparedRow row_of(
     const ComparedMethod& method, const Comparison& all,
     const calibration::ObservationSpace& space) {
@@ -93,12 +113,7 @@ ComparedRow row_of(
   found.status = robot.found.status;
   found.iterations = robot.found.iterations;
   found.objective_rmse_mm = robot.found.rmse;
-  for (int i = 0; i < space.parameters(); ++i) {
-    found.parameters.emplace_back(
-        space.parameter_info[static_cast<std::size_t>(i)].name,
-        ComparedParameter{
-            .value = robot.found.x[i], .sd = std::sqrt(robot.found.covariance(i, i))});
-  }
+  found.parameters = parameters_of(robot.found, space);
   if (method.choice.residual == nullptr) return row;
   row.residual_model = method.choice.residual->name;
   row.description =
@@ -162,11 +177,12 @@ void keep_identifiers(
   std::erase_if(choices, learns);
 }
 
-[[noreturn]] void refuse(const calibration::Trouble& trouble, const std::string& session) {
+[[noreturn]] void refuse(
+    const calibration::Trouble& trouble, const std::string& session, std::string hint = "") {
   const bool cancelled = trouble.kind == calibration::Trouble::Kind::kCancelled;
   throw StudyError(
       cancelled ? StudyErrorCode::kCancelled : StudyErrorCode::kBadData, trouble.message,
-      {{"session", session}});
+      {{"session", session}}, std::move(hint));
 }
 
 }  // namespace
@@ -199,7 +215,9 @@ ComparisonResult compare_here(
   const auto g2 = positions(checked.g2);
   const bool by_readings = request.space == "dials" && g1.samples() == 0;
   if (!by_readings) {
-    if (auto trouble = calibration::trouble_with(g1)) refuse(*trouble, session.name);
+    if (auto trouble = calibration::trouble_with(g1)) {
+      refuse(*trouble, session.name, settle_first(session, believed).value_or(""));
+    }
   }
   calibration::ObservationSpace space =
       space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);

@@ -55,7 +55,9 @@ struct ComparisonChoices {
 
 struct ComparedParameter {
   double value = 0.0;  // mm or rad
-  double sd = 0.0;
+  double sd = 0.0;     // what these poses leave open is in it, as it was known before
+  /// Leans on the nominal value. Empty in results of early versions, whose sd leaves that out.
+  std::optional<bool> partly_held{};
 };
 
 /// What a method's identifier found.

@@ -323,8 +323,10 @@ DiagnosisResult diagnose_here(
   } catch (const std::invalid_argument& error) {
     throw StudyError(
         StudyErrorCode::kBadData, error.what(), {{"session", session.name}},
-        "Measure more points, or check the rig file: a reading counts only while its plunger "
-        "is inside its travel.");
+        settle_first(session, believed)
+            .value_or(
+                "Measure more points, or check the rig file: a reading counts only while its "
+                "plunger is inside its travel."));
   }
   geometry::check_end();
   const DiagnosedReadings data{

@@ -2,8 +2,11 @@
 // pose; then a fit leaves nothing over whatever the robot is like, and nothing can be accused.
 #include "studies/plausibility_of_fit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string_view>
 
 namespace sixdial::studies {
@@ -72,6 +75,27 @@ std::optional<std::string> why_no_reading_is_judged(const std::vector<Warning>& 
   }
   if (forbids_commands(warnings)) return "the session contradicts itself, see above";
   return std::nullopt;
+}
+
+std::optional<std::string> settle_first(
+    const session::Session& measured, const session::Session& believed) {
+  const auto readings = [](const session::Session& session) {
+    std::int64_t count = 0;
+    for (const session::Sample& sample : session.samples) {
+      if (sample.left_out) continue;
+      count += std::ranges::count_if(sample.channels, [](const session::ChannelValue& each) {
+        return each.value && each.quality != session::Quality::kBad;
+      });
+    }
+    return count;
+  };
+  const std::int64_t all = readings(measured);
+  const std::int64_t set_aside = all - readings(believed);
+  if (2 * set_aside <= all) return std::nullopt;
+  return fmt::format(
+      "{} of {} readings are not used, as they are not plausible: settle first what the "
+      "session's warnings list, more points would not help.",
+      set_aside, all);
 }
 
 std::vector<Warning> implausible_lengths(

@@ -33,6 +33,11 @@ void add(std::vector<Warning> more, std::vector<Warning>& warnings);
 [[nodiscard]] std::optional<std::string> why_no_reading_is_judged(
     const std::vector<Warning>& warnings);
 
+/// What to do first where too little is left to fit, since most of it was set aside as not
+/// plausible: more points of the same kind would not help. Empty: little was set aside.
+[[nodiscard]] std::optional<std::string> settle_first(
+    const session::Session& measured, const session::Session& believed);
+
 /// Lengths that no robot of this kind has, if it is the one that the rig file describes.
 [[nodiscard]] std::vector<Warning> implausible_lengths(
     const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot);

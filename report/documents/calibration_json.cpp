@@ -201,7 +201,10 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("measured_joints", result.measured_joints);
   at.maybe("frame", result.frame);
   at.maybe("warnings", result.warnings);
-  if constexpr (!Fields::kReads) at("state", state_name(verdict_of(result).state));
+  // Of a result that nobody has judged no state is known.
+  if constexpr (!Fields::kReads) {
+    if (result.warnings) at("state", state_name(verdict_of(result).state));
+  }
 }
 
 Json to_json(const studies::CalibrationResult& result) { return write(result); }

@@ -55,6 +55,7 @@ template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::ComparedParameter>& parameter) {
   at("value", parameter.value);
   at("sd", parameter.sd);
+  at.maybe("partly_held", parameter.partly_held);
 }
 
 template <class Fields>

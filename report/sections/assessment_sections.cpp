@@ -119,7 +119,7 @@ report::Table precision_table(const studies::Precision& precision) {
          expanded(unit.per_unit * each.dials_sd, 5), number(each.ratio, 2)});
   }
   table.notes.push_back(fmt::format(
-      "From the noise alone. A fit of raw readings would be {:.2f} times as precise (geometric "
+      "From the noise alone. A fit of raw readings is {:.2f} times as precise (geometric "
       "mean).",
       precision.geometric_mean_ratio));
   return table;

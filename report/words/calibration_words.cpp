@@ -194,7 +194,13 @@ std::vector<std::string> gross_error_lines(const GrossErrors& errors) {
   return lines;
 }
 
-std::string precision_line(const studies::Precision& precision) {
+std::string precision_line(const studies::Precision& precision, std::string_view space) {
+  if (space == "dials") {
+    return fmt::format(
+        "this fit of the raw readings of all dials is {:.1f} times as precise as one of "
+        "positions (geometric mean)",
+        precision.geometric_mean_ratio);
+  }
   return fmt::format(
       "a fit of the raw readings of all dials would be {:.1f} times as precise as this one of "
       "positions (geometric mean){}",

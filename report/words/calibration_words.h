@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "studies/calibration_result.h"
@@ -29,7 +30,9 @@ namespace sixdial::report {
 /// What the data can tell, a sentence a line.
 [[nodiscard]] std::vector<std::string> assessment_lines(const studies::Assessment& assessment);
 [[nodiscard]] std::vector<std::string> gross_error_lines(const studies::GrossErrors& errors);
-[[nodiscard]] std::string precision_line(const studies::Precision& precision);
+/// `space`: what was fitted, "positions" or "dials".
+[[nodiscard]] std::string precision_line(
+    const studies::Precision& precision, std::string_view space = "positions");
 
 /// "condition number by working mode: ++ 379 (50 samples), -+ 402 (50); pooled 151"; empty for
 /// one mode.

@@ -310,6 +310,28 @@ std::string chance_sentence(const DiagnosisResult& result) {
       chance);
 }
 
+/// " ... 0.14 ± 0.02 mm, 1.4 times ...": how the rig stands to what its file states; empty
+/// where the file states nothing.
+std::string rig_sentence(const DiagnosisResult& result) {
+  if (!result.rig) return "";
+  std::vector<diagnosis::RigSeen> stated;
+  for (const diagnosis::RigSeen& each : *result.rig) {
+    if (each.stated) stated.push_back(each);
+  }
+  const diagnosis::RigSeen* worst = diagnosis::worst_of(stated);
+  if (worst == nullptr) return "";
+  constexpr double kWithin = 3.0;  // one of some thirty may be off by that
+  const std::string size = fmt::format(
+      "{} {}, {:.1f} times its stated standard deviation", worst->name,
+      quantity_in_words(worst->off, worst->sd, worst->unit), worst->ratio());
+  return worst->ratio() <= kWithin
+             ? fmt::format("The rig stands within what its file states; off by most: {}.", size)
+             : fmt::format(
+                   "The rig does not stand within what its file states: {}. Measure that "
+                   "again.",
+                   size);
+}
+
 std::vector<std::string> trust(const DiagnosisResult& result) {
   std::vector<std::string> lines;
   // The chance is of the effects' search: readings that are set right are left to it.
@@ -346,28 +368,6 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
   }
   if (!result.unexplained.significant) lines.push_back(remainder_sentence(result));
   return lines;
-}
-
-/// " ... 0.14 ± 0.02 mm, 1.4 times ...": how the rig stands to what its file states; empty
-/// where the file states nothing.
-std::string rig_sentence(const DiagnosisResult& result) {
-  if (!result.rig) return "";
-  std::vector<diagnosis::RigSeen> stated;
-  for (const diagnosis::RigSeen& each : *result.rig) {
-    if (each.stated) stated.push_back(each);
-  }
-  const diagnosis::RigSeen* worst = diagnosis::worst_of(stated);
-  if (worst == nullptr) return "";
-  constexpr double kWithin = 3.0;  // one of some thirty may be off by that
-  const std::string size = fmt::format(
-      "{} {}, {:.1f} times its stated standard deviation", worst->name,
-      quantity_in_words(worst->off, worst->sd, worst->unit), worst->ratio());
-  return worst->ratio() <= kWithin
-             ? fmt::format("The rig stands within what its file states; off by most: {}.", size)
-             : fmt::format(
-                   "The rig does not stand within what its file states: {}. Measure that "
-                   "again.",
-                   size);
 }
 
 /// Causes first, then what is left, then what readings went wrong.

@@ -27,12 +27,17 @@ constexpr Words kWords[] = {
      "{rows:row|rows} of {samples} {rows|belongs|belong} to the set \"{set}\" and "
      "{rows|is|are} "
      "not used: only G1 is fitted and only G2 validates.[ Was \"{meant}\" meant?]"},
+    {"set_with_blanks",
+     "{rows:row has|rows have} blanks around the name of the set, which nobody sees: it is "
+     "read "
+     "as \"{set}\"."},
     {"wrong_date",
      "{rows:row is|rows are} dated {date}, while the others begin at {others}: the time "
      "between "
      "the neighbours is taken instead."},
     {"clock_set_back",
-     "The clock went back by {step} while this was measured. The rows are taken in the order "
+     "The clock went back by {set_back} while this was measured. The rows are taken in the "
+     "order "
      "in "
      "which they stand, and the time is taken to run on: do not sort them by time."},
     {"not_in_order_of_time",
@@ -50,10 +55,9 @@ constexpr Words kWords[] = {
      "{travel:g} mm: an instrument's way to write that there is no reading. They are not "
      "used."},
     {"sign_of_dial",
-     "Dial {dial} reads below zero in {rows:row|rows} of {readings}, which no dial of the rig "
-     "file does: its sign is the other way round. They are not used. Turn the sign in the "
-     "data, "
-     "or set the dial to count up when it is pushed in."},
+     "Readings of {dials} are below zero, {below} of {readings}, which no dial of the rig file "
+     "shows: their sign is the other way round. They are not used. Turn the sign in the data, "
+     "or set {dials} to count up when the plunger is pushed in."},
     {"outside_travel",
      "Dial {dial} reads outside its travel of {travel:g} mm in {rows:row|rows} of {readings} "
      "({value:g}): look at its unit, its zero and travel_mm. They are not used."},
@@ -176,6 +180,10 @@ constexpr Words kWords[] = {
     {"implausible_length",
      "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
      "mm: no such robot is made. Look at the units, the dials' order and the rig file."},
+    {"made_unjudged",
+     "This {what} is of an earlier version, which did not look for what is listed here: "
+     "nothing "
+     "of it was left out or put right. Make it again."},
 };
 
 const Words* words_of(std::string_view code) {

@@ -32,7 +32,7 @@ Json target(const Call& call) {
   const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const Json document = Json::parse(record.json);
-  const auto warnings = report::warnings_in(document);
+  const auto warnings = warnings_of(call.service.reader(), record, document);
   report::check_may_command(warnings);
   geometry::Rig rig = call.service.reader().load_rig(record.session);
   rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
@@ -70,7 +70,7 @@ Json plan(const Call& call) {
   const bool extended = is_extended(by);
   const db::ResultRecord record = extended ? extending_record(call) : calibration_record(call);
   const Json document = Json::parse(record.json);
-  const auto warnings = report::warnings_in(document);
+  const auto warnings = warnings_of(call.service.reader(), record, document);
   report::check_may_command(warnings);
   geometry::Rig rig = call.service.reader().load_rig(record.session);
   rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);

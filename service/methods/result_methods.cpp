@@ -24,6 +24,7 @@
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/method_name.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::service {
 namespace {
@@ -124,9 +125,10 @@ Json write(const Call& call) {
     const Json wanted{{"session", other_name}};
     const db::ResultRecord other =
         calibration_record(Call{call.service, wanted, call.caller, call.sink});
-    const studies::CalibrationResult other_result =
+    studies::CalibrationResult other_result =
         report::calibration_from_json(Json::parse(other.json));
     const session::Session other_session = reader.load_session(other.session);
+    studies::judge_stored(other_result, other_session);
     more = report::against_sections({result, session}, {other_result, other_session});
   }
   std::optional<double> tolerance_mm;

@@ -15,6 +15,7 @@
 #include "service/session_name.h"
 #include "service/store_json.h"
 #include "session/rig_file.h"
+#include "studies/stored_warnings.h"
 
 namespace sixdial::service {
 namespace {
@@ -131,6 +132,7 @@ Validated validated(const Call& call, const db::ResultRecord& record) {
       .calibrated = reader.load_session(record.session),
       .calibration = report::calibration_from_json(Json::parse(record.json)),
       .calibration_number = record.id.value};
+  studies::judge_stored(result.calibration, result.calibrated);
   report::check_may_command(
       result.calibration.warnings.value_or(std::vector<studies::Warning>()));
   std::optional<db::ResultRecord> extending;

@@ -28,7 +28,7 @@ bool Look::told(std::string_view code) const {
 const std::vector<PlausibilityCheck>& checks() {
   static const std::vector<PlausibilityCheck> kChecks{
       // What the file says.
-      {"sets", {"set_not_used"}, look_at_sets},
+      {"sets", {"set_not_used", "set_with_blanks"}, look_at_sets},
       {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
       {"clock", {"wrong_date", "clock_set_back", "not_in_order_of_time"}, look_at_clock},
       {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},

@@ -162,7 +162,7 @@ void look_at_clock(Look& look) {
   const double first_step_s = rows[back.front()].time_s - rows[back.front() - 1].time_s;
   look.tell(
       "clock_set_back", Severity::kNote, look.rows(named, "time_utc"),
-      {{"step", step_text(first_step_s)}});
+      {{"set_back", step_text(first_step_s)}});
   // The run goes on where it was, one usual step after the row above.
   double shift_s = 0.0;
   std::size_t next = 0;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <string>
 
 #include "session/trials.h"
 #include "studies/plausibility/check.h"
@@ -48,9 +50,36 @@ Outside outside_of(const session::Session& session, std::size_t dial) {
   return outside;
 }
 
+/// Dials whose readings are below zero: one slip, told once.
+struct OtherSign {
+  std::vector<std::string> ids;
+  std::set<std::size_t> rows;
+  double below = 0, readings = 0;
+};
+
+void tell_sign(Look& look, const OtherSign& other) {
+  if (other.ids.empty()) return;
+  std::string fields;
+  std::string names;
+  for (std::size_t i = 0; i < other.ids.size(); ++i) {
+    const bool last = i + 1 == other.ids.size();
+    names += (i == 0 ? "" : last ? " and " : ", ") + other.ids[i];
+    fields += (i == 0 ? "dial_" : ", dial_") + other.ids[i] + "_mm";
+  }
+  const bool all = other.ids.size() == look.used.rig.dials.size() && other.ids.size() > 1;
+  const char* kind = other.ids.size() == 1 ? "dial " : "dials ";
+  const std::vector<std::size_t> rows(other.rows.begin(), other.rows.end());
+  look.tell(
+      "sign_of_dial", Severity::kDoubt, look.rows(rows, fields),
+      {{"dials", all ? "all dials" : kind + names},
+       {"below", other.below},
+       {"readings", other.readings}});
+}
+
 }  // namespace
 
 void look_at_travel(Look& look) {
+  OtherSign other;
   for (std::size_t dial = 0; dial < look.used.rig.dials.size(); ++dial) {
     const Outside outside = outside_of(look.used, dial);
     if (outside.rows.empty()) continue;
@@ -70,7 +99,10 @@ void look_at_travel(Look& look) {
     if (none != outside.values.end() || (most->second > 1 && most->second == count)) {
       look.tell("reading_for_none", many ? Severity::kDoubt : Severity::kNote, where, parts);
     } else if (outside.inside_as_negative == count && many) {
-      look.tell("sign_of_dial", Severity::kDoubt, where, parts);
+      other.ids.push_back(id);
+      other.rows.insert(outside.rows.begin(), outside.rows.end());
+      other.below += count;
+      other.readings += outside.readings;
     } else {
       look.tell("outside_travel", many ? Severity::kDoubt : Severity::kNote, where, parts);
     }
@@ -80,6 +112,7 @@ void look_at_travel(Look& look) {
       reading.reason = "outside the travel";
     }
   }
+  tell_sign(look, other);
 }
 
 }  // namespace sixdial::studies::plausibility

@@ -1,7 +1,7 @@
-// One session of a rig as they are (mock_devices/workshop.h), diagnosed without a hint: what was
-// named that is not there, whether the strong cause was found, where commands by the extended
-// model take the true robot, and how many intervals hold the truth. Used by the tests here and
-// by bench/blind_challenge --workshop.
+// One session of a rig as they are (mock_devices/workshop.h), diagnosed without a hint: what
+// was named that is not there, whether the strong cause was found, where commands by the
+// extended model take the true robot, and how many intervals hold the truth. Used by the tests
+// here and by bench/blind_challenge --workshop.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 namespace sixdial::blind {
 
 struct WorkshopCase {
-  bool misplaced = true;    // dials stand elsewhere than the file says
-  bool deviations = true;   // the file says how well it knows
-  bool strong = true;       // a cause that leaves at least as much as the noise
+  bool misplaced = true;         // dials stand elsewhere than the file says
+  bool deviations = true;        // the file says how well it knows
+  bool strong = true;            // a cause that leaves at least as much as the noise
   double low = 1.0, high = 5.0;  // of its strength R
 };
 
@@ -27,7 +27,7 @@ struct WorkshopOutcome {
   bool found = false;          // the strong cause is named, or in a set
   double kinematics_mm = 0.0;  // error of commands, best rigid alignment, mean of the targets
   double extended_mm = 0.0;
-  Share parameters;            // 95 % intervals of the robot's parameters
+  Share parameters;  // 95 % intervals of the robot's parameters
   double seconds = 0.0;
   std::string said;
 };

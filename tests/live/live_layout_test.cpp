@@ -155,8 +155,8 @@ TEST(LivePageLayout, WhatCannotBeDoneSaysWhyAndKeysAreListed) {
   EXPECT_EQ(
       shown.browser().run(
           "[...document.querySelectorAll('#keys li')].map(l => l.textContent.trim()).join()"),
-      "g Start,p Pause,c Continue,r Retake,s Skip,a Accept,m Moved,u Undo last,q Stop,k "
-      "Calibrate,d Diagnose,x Cancel,o Open report");
+      "g Start,p Pause,c Continue,r Retake,s Skip,a Accept,m Moved,u Undo last,q Stop "
+      "collecting,h Stop robot,k Calibrate,d Diagnose,x Cancel,o Open report");
   // What changes is read out: state, notice, lost connection.
   for (const char* id : {"state", "notice"}) {
     EXPECT_EQ(

@@ -100,6 +100,29 @@ TEST(Page, JsonAndCsvAgreeOnEveryPoint) {
   EXPECT_EQ(compared, 149);
 }
 
+TEST(Page, WhatTheFiguresGoBackToIsInTheJsonAsInTheRigFile) {
+  ReportData data = sample_session();
+  const json nothing = json::parse(json_report(data))["head"]["traceability"];
+  EXPECT_TRUE(nothing["operator"].is_null());
+  EXPECT_TRUE(nothing["parts"].empty());
+  data.head.traced = session::traceability_of(
+      "operator = \"A. Person\"\n[robot]\nserial = \"R-7\"\n[cuboid]\nserial = \"Q-12\"\n"
+      "certificate = \"K 4711\"\ncertified = 2026-01-15\ndue = 2027-01-15\n[[dial]]\n"
+      "id = \"A\"\ncertificate = \"D 1\"\n");
+  const json told = json::parse(json_report(data))["head"]["traceability"];
+  EXPECT_EQ(told["operator"], "A. Person");
+  ASSERT_EQ(told["parts"].size(), 3U);
+  EXPECT_EQ(
+      told["parts"][0], json::parse(R"({"part": "robot", "serial": "R-7", "certificate": null,
+                                        "certified": null, "due": null})"));
+  EXPECT_EQ(
+      told["parts"][1],
+      json::parse(R"({"part": "cuboid", "serial": "Q-12", "certificate": "K 4711",
+                      "certified": "2026-01-15", "due": "2027-01-15"})"));
+  EXPECT_EQ(told["parts"][2]["part"], "dial A");
+  EXPECT_EQ(told["parts"][2]["certificate"], "D 1");
+}
+
 TEST(Page, SeriesAreGivenInFullToPrograms) {
   const ReportData data = sample_session();
   const auto files = csv_report(data);

@@ -2,13 +2,15 @@
 import json
 import os
 import pathlib
+import queue
 import re
 import signal
 import socket
 import subprocess
+import threading
 import time
 
-PATIENCE_S = 120.0
+PATIENCE_S = 300.0  # of a busy machine
 
 
 class Rig:
@@ -72,7 +74,26 @@ class Rig:
         file = line.makefile("rw", encoding="utf-8")
         file.write(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": parameters}) + "\n")
         file.flush()
-        return line, file
+        return line, Lines(file)
+
+
+class Lines:
+    """Takes what comes at once, as the service drops who does not read for ten seconds, and keeps it for readline()."""
+
+    def __init__(self, file):
+        self.lines = queue.Queue()
+        threading.Thread(target=self._take, args=(file,), daemon=True).start()
+
+    def _take(self, file):
+        try:
+            for line in file:
+                self.lines.put(line)
+        except (OSError, ValueError):  # closed here, or nothing came for too long
+            pass
+        self.lines.put("")  # the end
+
+    def readline(self):
+        return self.lines.get(timeout=PATIENCE_S)
 
 
 def parsed(words, code, out, err):
@@ -175,9 +196,12 @@ def documents(rig):
         topic = event["params"].get("topic", "gap")
         seen[topic] = event
         yield "event", event
+    line.shutdown(socket.SHUT_RDWR)
     line.close()
     yield run("compare", *quick("tuesday", "--bpnn-epochs", "5", "-o", "comparison.json"))
     yield file_of("comparison.json")
+    yield run("compare", "tuesday", "--methods", "before,lm", "--space", "dials", "-o", "by_dials.json")
+    yield "comparison.json", json.loads((folder / "by_dials.json").read_text(encoding="utf-8"))
     yield run("diagnose", "tuesday", "--bootstrap", "0", "-o", "diagnosis.json", "--report", "page.html")
     yield file_of("diagnosis.json")
     yield run("diagnose", bundle, "--bootstrap", "0", "--no-gain")

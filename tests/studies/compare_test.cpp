@@ -117,6 +117,11 @@ TEST(Compare, AnyCombinationInEitherSpaceIsAResultOfTheSameShape) {
     const auto least = std::ranges::min_element(
         result.methods, {}, [](const ComparedRow& method) { return method.g2->mean_mm; });
     EXPECT_EQ(result.best, least->id);
+    EXPECT_THAT(
+        report::precision_line(*result.precision, result.choices.space),
+        ::testing::HasSubstr(
+            std::string_view(space) == "dials" ? "this fit of the raw readings"
+                                               : "as this one of positions"));
     // what comes out of a file is what went in
     const Json document = report::to_json(result);
     EXPECT_EQ(document["schema"], "sixdial.comparison");

@@ -20,6 +20,7 @@
 #include "studies/compare.h"
 #include "studies/plausibility.h"
 #include "studies/plausibility/check.h"
+#include "studies/stored_warnings.h"
 #include "tests/studies/plausible_session.h"
 #include "tests/support/paths.h"
 
@@ -31,27 +32,28 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
-  const auto only = [](std::size_t poses) {
-    return session_with([&](session::Session& each) {
-      // All samples at the first poses, with the noise of their own.
-      std::vector<session::Sample> kept(
-          each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
-      each.samples.clear();
-      for (int repeat = 0; repeat < 20; ++repeat) {
-        for (session::Sample sample : kept) {
-          sample.repeat = repeat;
-          for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
-            if (sample.channels[i].value)
-              *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
-          }
-          each.samples.push_back(sample);
+/// All samples at the first poses, with the noise of their own.
+session::Session session_at(std::size_t poses) {
+  return session_with([&](session::Session& each) {
+    std::vector<session::Sample> kept(
+        each.samples.begin(), each.samples.begin() + static_cast<std::ptrdiff_t>(poses));
+    each.samples.clear();
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      for (session::Sample sample : kept) {
+        sample.repeat = repeat;
+        for (std::size_t i = 0; i < each.rig.dials.size(); ++i) {
+          if (sample.channels[i].value)
+            *sample.channels[i].value += 0.001 * ((repeat + 3 * static_cast<int>(i)) % 5);
         }
+        each.samples.push_back(sample);
       }
-    });
-  };
+    }
+  });
+}
+
+TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
   for (const std::size_t poses : {std::size_t{1}, std::size_t{3}, std::size_t{4}}) {
-    const CalibrationResult result = calibrate(only(poses), quick());
+    const CalibrationResult result = calibrate(session_at(poses), quick());
     ASSERT_TRUE(result.warnings);
     EXPECT_THAT(codes_of(*result.warnings), ::testing::Contains("too_few_poses"));
     EXPECT_THAT(result.gross_errors->found, IsEmpty());
@@ -65,6 +67,65 @@ TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
     }
     EXPECT_GT(widest_mm, 0.5);
   }
+}
+
+// Every method of a comparison says what these poses leave open, and how far.
+TEST(Plausibility, AComparisonOfTooFewPosesSaysWhatWasHeld) {
+  CompareRequest request;
+  request.methods = {"before", "lm", "lse", "ekf"};
+  request.threads = 1;
+  const auto widest_of = [&](const session::Session& session, bool held) {
+    const ComparisonResult result = compare(session, request);
+    for (const ComparedRow& method : result.methods) {
+      if (!method.robot) continue;
+      SCOPED_TRACE(method.id);
+      double widest_mm = 0.0;
+      int holds = 0;
+      for (const auto& [name, parameter] : method.robot->parameters) {
+        holds += parameter.partly_held.value();
+        if (name.front() == 'l') widest_mm = std::max(widest_mm, parameter.sd);
+      }
+      EXPECT_EQ(holds > 0, held);
+      EXPECT_EQ(widest_mm > 0.5, held) << widest_mm;
+    }
+  };
+  widest_of(session_at(4), true);
+  widest_of(right_session(), false);
+}
+
+// A version that did not look left no warnings: its result is called nothing before somebody
+// has looked, and is then held against the data as that version took them.
+TEST(Plausibility, AResultOfAnEarlyVersionIsJudgedWhereItsSessionIs) {
+  const auto of_an_early_version = [](const session::Session& session) {
+    CalibrationResult result = calibrate(session, quick());
+    result.warnings.reset();
+    return result;
+  };
+  const session::Session right = right_session();
+  CalibrationResult result = of_an_early_version(right);
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kUnknown);
+  EXPECT_EQ(report::verdict_of(result).title, "Not judged");
+  EXPECT_FALSE(report::to_json(result).contains("state"));
+  const session::Session copied = session_with([](session::Session& each) {
+    for (std::size_t i = 0; i < 20; ++i) {
+      each.samples.push_back(each.samples[i]);
+      each.samples.back().point += 1000;
+    }
+  });
+  judge_stored(result, copied);
+  EXPECT_FALSE(result.warnings) << "of another session";
+  judge_stored(result, right);
+  ASSERT_TRUE(result.warnings);
+  EXPECT_THAT(*result.warnings, IsEmpty());
+  EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kCalibrated);
+  EXPECT_EQ(report::to_json(result)["state"], "calibrated");
+  // Today the copies are left out; the early version fitted them.
+  result = of_an_early_version(copied);
+  judge_stored(result, copied);
+  EXPECT_THAT(codes_of(*result.warnings), ElementsAre("copied_rows", kMadeUnjudged));
+  const report::Verdict said = report::verdict_of(result);
+  EXPECT_EQ(said.state, report::CalibrationState::kNotCalibrated);
+  EXPECT_THAT(said.headline, HasSubstr("This calibration is of an earlier version"));
 }
 
 TEST(Plausibility, ALengthThatNoSuchRobotHasIsNotCalibrated) {

@@ -373,11 +373,12 @@
     report: ['Open report', 'o', async () => { window.open(`report/${encodeURIComponent(session)}`, '_blank', 'noopener'); }],
   };
   const kHelp = { pause: 'after this point', resume: 'with the plan', retake: 'this or the last point', skip: 'leave it out', accept: 'store with the fault', moved: 'the robot is there', undo: 'withdraw a sample', stop: 'halts the robot, drops the point in hand, keeps what is stored; Start goes on', halt: 'halts it where it is and pauses; no emergency stop', start: 'at the next open point', calibrate: 'find the parameters', diagnose: 'name the causes', cancel: 'end the job', report: 'in a new tab' };
-  async function run(name) {
+  async function run(name, sure = true) {
     if (name in kNeedsSession && session && choices[name] === undefined && link.state().open) await askChoices().catch(() => {});
     const why = reason(name);
     if (why) { say(`“${commands[name][0]}” cannot be done now: ${why}.`); return; }
     say('');
+    if (!sure && name in kAsk) { ask(name); return; }
     try { await commands[name][2](); } catch (error) { complain(error); }
   }
   // A letter may be struck by chance: what stops, leaves out or takes back is asked first.
@@ -402,7 +403,7 @@
     }
     const name = Object.keys(commands).find((each) => commands[each][1] === key);
     if (!name) return false;
-    if (name in kAsk && !reason(name)) ask(name); else run(name);
+    run(name, false);
     return true;
   }
   for (const name in commands) {

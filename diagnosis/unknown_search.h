@@ -1,0 +1,81 @@
+// One smooth function after the other, each scored against the same residual of a fit, by the
+// same evidence as a named effect.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "diagnosis/joint_fit.h"
+#include "diagnosis/kernel_basis.h"
+#include "diagnosis/unknown.h"
+
+namespace sixdial::diagnosis {
+
+/// Scores one smooth function after the other against the same residual.
+class UnknownSearch {
+ public:
+  UnknownSearch(const Readings& readings, const JointFit& fit)
+      : readings_(readings), projector_(fit), weight_(fit.weight.sum()) {}
+
+  /// f(covariate), one for each column of the stage.
+  void along(
+      const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
+      const Eigen::MatrixXd& stage, int functions);
+
+  /// f(x, y), one for each column of the stage.
+  void over(
+      const Eigen::VectorXd& x, const Eigen::VectorXd& y, const std::string& enters,
+      const Eigen::MatrixXd& stage);
+
+  /// A smooth function of its own reading for each dial, all of one size, which is within the
+  /// makers' limits.
+  void dial_curves(const Eigen::MatrixXd& own_mm, double limit_mm);
+
+  /// What every dial has some of, a column a dial for one mm of it.
+  void dial_habit(const std::string& name, const Eigen::MatrixXd& columns, double limit_mm);
+
+  /// All that the rig file claims to know exactly, each as well as a workshop knows it.
+  void rig_geometry(const Eigen::MatrixXd& columns);
+
+  /// Another constant for each sign of each joint's approach.
+  void by_approach(
+      const Eigen::MatrixXd& approach, const std::string& enters, const Eigen::MatrixXd& stage);
+
+  [[nodiscard]] std::vector<UnknownCandidate> ranked();
+
+ private:
+  [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const {
+    return static_cast<Eigen::Index>(readings_.rows()[static_cast<std::size_t>(row)].trial);
+  }
+
+  /// Standard deviation of a good reading.
+  [[nodiscard]] double projector_sigma_mm() const {
+    return std::sqrt(projector_.squares() / projector_.freedom());
+  }
+
+  void begin(
+      std::vector<std::string> covariates, const std::string& enters,
+      UnknownKind kind = UnknownKind::kSmooth);
+  /// One box of kernels; without `order` the columns as they are.
+  void score(
+      const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
+      const Box& box, double most = std::numeric_limits<double>::infinity());
+  void end();
+
+  const Readings& readings_;
+  Projector projector_;
+  double weight_;
+  UnknownCandidate best_;
+  double top_ = 0.0;
+  std::vector<double> all_;
+  std::vector<UnknownCandidate> found_;
+};
+
+/// What the rig's dials and the rig itself may do without a fault of the robot.
+void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit);
+
+}  // namespace sixdial::diagnosis
