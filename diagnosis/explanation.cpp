@@ -185,11 +185,15 @@ std::vector<Explanation> Search::with_one_more(
   return result;
 }
 
+Explanation Search::without_background(const Explanation& now) const {
+  std::vector<UnknownCandidate> unknown = now.unknown;
+  std::erase_if(unknown, [](const UnknownCandidate& each) { return each.is_background(); });
+  if (unknown.size() == now.unknown.size()) return now;
+  return explained(now.fit, now.chosen, now.fit.effects, std::move(unknown));
+}
+
 Explanation Search::with_background(Explanation now) const {
-  for (std::size_t i = 0; i < now.unknown.size(); ++i) {
-    if (!now.unknown[i].is_background()) continue;
-    now = without_unknown(now, i--);
-  }
+  now = without_background(now);
   for (UnknownCandidate& each : score_unknown(readings_, now.fit)) {
     if (!each.is_background() || each.evidence <= 0.0) continue;
     std::vector<UnknownCandidate> unknown = now.unknown;

@@ -62,6 +62,7 @@ class Search {
   /// The same with what the makers of the dials allow, where that explains something, and
   /// without it where it does not any more.
   [[nodiscard]] Explanation with_background(Explanation now) const;
+  [[nodiscard]] Explanation without_background(const Explanation& now) const;
   /// The explanation with another name instead of effect i, or instead of smooth function i;
   /// best first. `less`: fitted without it.
   [[nodiscard]] std::vector<Explanation> instead_of(

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/random.h"
+#include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
@@ -51,8 +52,11 @@ std::vector<double> few_of(std::vector<double> values) {
   return result;
 }
 
-/// Something smooth at one length, off everything fitted.
+/// Something without a name, off everything fitted: smooth in time at one length, or what the
+/// dials and the rig do by themselves.
 struct SmoothColumns {
+  UnknownKind kind = UnknownKind::kSmooth;
+  double cost = 0.0;
   Eigen::MatrixXd projected;
   Eigen::MatrixXd noise;  // projected' x noise, one column a draw
   MarginalEvidence evidence;
@@ -116,6 +120,7 @@ class LimitStudy {
     }
     for (const Seen& each : all_) needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
     if (needs_time_) add_smooth_in_time();
+    add_rig_rivals();
     // The prior of one among so many.
     prior_cost_ = std::log(static_cast<double>(std::max<std::size_t>(2, all_.size())));
   }
@@ -147,29 +152,59 @@ class LimitStudy {
     noise_squares_ = noise_.colwise().squaredNorm();
   }
 
-  void add_smooth_in_time() {
-    const SmoothInTime smooth = smooth_in_time(readings_, fit_);
+  void add_smooth(const Eigen::MatrixXd& random, UnknownKind kind, double cost) {
     const Eigen::MatrixXd& Q = projector_.Q();
-    for (const Eigen::MatrixXd& each : smooth.columns) {
-      const Eigen::MatrixXd weighted = projector_.whitening()(each);
-      SmoothColumns columns;
-      columns.projected = weighted - Q * (Q.transpose() * weighted);
-      columns.noise = columns.projected.transpose() * noise_;
-      columns.evidence = MarginalEvidence(columns.projected.transpose() * columns.projected);
-      smooth_.push_back(std::move(columns));
-    }
-    smooth_cost_ = settings_.name_preference + std::log(static_cast<double>(smooth.tried)) +
-                   std::log(static_cast<double>(std::max<std::size_t>(1, smooth_.size())));
+    const Eigen::MatrixXd weighted = projector_.whitening()(random);
+    SmoothColumns columns;
+    columns.kind = kind;
+    columns.cost = cost;
+    columns.projected = weighted - Q * (Q.transpose() * weighted);
+    columns.noise = columns.projected.transpose() * noise_;
+    columns.evidence = MarginalEvidence(gram(columns.projected));
+    smooth_.push_back(std::move(columns));
   }
 
-  /// Lengths at which a smooth function of time does best what one value of an effect does.
+  /// What dials do within their makers' limits, and what the rig file claims exactly.
+  void add_rig_rivals() {
+    if (!readings_.has_dials()) return;
+    const std::vector<UnknownCandidate> all = score_unknown(readings_, fit_);
+    const double tried = std::log(static_cast<double>(std::max<std::size_t>(1, all.size())));
+    for (const UnknownCandidate& each : all) {
+      if (each.kind == UnknownKind::kSmooth) continue;
+      add_smooth(
+          each.columns, each.kind,
+          each.is_background() ? 0.0 : settings_.name_preference + tried);
+    }
+  }
+  /// Whether it could stand for an effect.
+  static bool is_rival(UnknownKind kind, const Hypothesis& own) {
+    switch (kind) {
+      case UnknownKind::kSmooth:
+        return own.effect->in_time;
+      case UnknownKind::kRigGeometry:
+        return own.effect->of_rig_geometry;
+      default:
+        return own.place.dial >= 0;
+    }
+  }
+
+  void add_smooth_in_time() {
+    const SmoothInTime smooth = smooth_in_time(readings_, fit_);
+    const double cost =
+        settings_.name_preference + std::log(static_cast<double>(smooth.tried)) +
+        std::log(static_cast<double>(std::max<std::size_t>(1, smooth.columns.size())));
+    for (const Eigen::MatrixXd& each : smooth.columns) {
+      add_smooth(each, UnknownKind::kSmooth, cost);
+    }
+  }
+
+  /// What does best, without a name, what one value of an effect does.
   struct SmoothRival {
     const SmoothColumns* at = nullptr;
     Eigen::MatrixXd cross;  // its columns' x those of the effect
   };
   [[nodiscard]] std::vector<SmoothRival> smooth_rivals(const Seen& own) const {
     std::vector<SmoothRival> result;
-    if (!own.hypothesis.effect->in_time) return result;
     constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     for (const Columns& at : own.values) {
       const double s2 = projector_.squares() / projector_.freedom();
@@ -178,6 +213,7 @@ class LimitStudy {
       SmoothRival best;
       double top = -1e300;
       for (const SmoothColumns& each : smooth_) {
+        if (!is_rival(each.kind, own.hypothesis)) continue;
         Eigen::MatrixXd cross = each.projected.transpose() * at.projected;
         double sum = 0.0;
         for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
@@ -186,6 +222,7 @@ class LimitStudy {
               projector_.squares() + std::pow(scale * signal.col(k).norm(), 2),
               projector_.freedom());
         }
+        sum -= each.cost * static_cast<double>(at.sizes.size());
         if (sum <= top) continue;
         top = sum;
         best = {&each, std::move(cross)};
@@ -321,7 +358,7 @@ class LimitStudy {
         const SmoothColumns& other = *smooth[v].at;
         const double rival =
             other.evidence(smooth[v].cross * x + other.noise.col(draw), sse, freedom) -
-            smooth_cost_;
+            other.cost;
         tied = evidence - prior_cost_ - rival < settings_.tie_log_odds;
       }
       power.detected += best - prior_cost_ >= settings_.least_log_odds;
@@ -393,7 +430,6 @@ class LimitStudy {
   double prior_cost_ = 0.0;
   bool needs_time_ = false;
   std::vector<SmoothColumns> smooth_;  // functions of time, by length
-  double smooth_cost_ = 0.0;           // of one of them, in log evidence
 };
 
 }  // namespace

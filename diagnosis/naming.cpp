@@ -144,11 +144,45 @@ std::optional<Explanation> with_next_name(
   return std::move(choices.front());
 }
 
+/// The same where the dials' own curves and habits are in the explanation: these may stand for
+/// the very thing that has a name, so that it is looked for without them too.
+std::optional<Explanation> with_next_name_anyhow(
+    const Search& search, const NamingSettings& settings, const Explanation& names,
+    const std::vector<Candidate>& candidates) {
+  auto beside = with_next_name(search, settings, names, candidates);
+  if (names.unknown.size() == names.unknown_findings()) return beside;
+  const Explanation bare = search.without_background(names);
+  auto instead = with_next_name(search, settings, bare, search.scored(bare));
+  if (!instead) return beside;
+  *instead = search.with_background(std::move(*instead));
+  const double least = beside ? beside->evidence : names.evidence + settings.least_log_odds;
+  return instead->evidence > least ? std::move(instead) : std::move(beside);
+}
+
 /// The suspicion that the rig is not as its file says; null: there is none.
 const UnknownCandidate* rig_of(const Explanation& found) {
   const auto rig =
       std::ranges::find(found.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
   return rig == found.unknown.end() ? nullptr : &*rig;
+}
+
+/// Whether a few more names explain more than the rig itself does, all of which may be off: a
+/// dial or two that stand elsewhere have names.
+bool names_beat(
+    const Explanation& rig, const Search& search, const NamingSettings& settings,
+    Explanation names, std::vector<Candidate> candidates) {
+  constexpr int kFew = 3;
+  for (int more = 1; more <= kFew; ++more) {
+    auto next = with_next_name_anyhow(search, settings, names, candidates);
+    if (!next) return false;
+    names = std::move(*next);
+    search.reconsider(names);
+    search.exchange_twos(names);
+    if (names.evidence > rig.evidence) return true;
+    if (more == kFew) return false;
+    candidates = search.scored(names);
+  }
+  return false;
 }
 
 /// Adds names one by one; at each number of names, smooth functions add what they can. The best
@@ -173,11 +207,11 @@ Explanation best_of_growing(
     // Two more names and still not better than fewer with something smooth.
     constexpr std::size_t kPatience = 2;
     if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
-    auto next = with_next_name(search, settings, names, candidates);
     if (rig_of(cuts.back()) != nullptr && best + 1 == cuts.size() &&
-        (!next || next->evidence < cuts.back().evidence)) {
-      break;  // the rig itself explains more than any name does: to be opened first
+        !names_beat(cuts.back(), search, settings, names, candidates)) {
+      break;  // the rig is to be opened first
     }
+    auto next = with_next_name_anyhow(search, settings, names, candidates);
     if (!next) break;
     const std::size_t before = names.chosen.size();
     names = std::move(*next);

@@ -64,7 +64,18 @@ TEST(Diagnosis, NamesAnEffectHalfAsLargeAgainAsItsLimit) {
       }
     }
     named += right;
-    if (!right) missed += limit.hypothesis.name() + " ";
+    if (right) continue;
+    missed += limit.hypothesis.name() + " " + std::to_string(active.x[0]) + ", limits " +
+              std::to_string(limit.detect) + " " + std::to_string(limit.name) + " said:";
+    for (const Cause& cause : verdict.causes) missed += " " + cause.finding.hypothesis.name();
+    for (const auto* list : {&verdict.named.unknown, &verdict.named.background}) {
+      for (const UnknownCandidate& each : *list) {
+        missed += " " + each.covariates.front() + " " + std::to_string(each.evidence);
+      }
+    }
+    if (verdict.named.rig_geometry)
+      missed += " rig " + std::to_string(*verdict.named.rig_geometry);
+    missed += "\n";
   }
   EXPECT_GE(tried, 12);
   EXPECT_GE(named, tried - 2) << missed;
