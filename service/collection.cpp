@@ -314,12 +314,16 @@ void Collection::finish(CollectState state, Json error, std::string why) {
 }
 
 void Collection::publish(std::string_view type, Json more) {
-  Json data = status();
-  // Long, and new only then.
-  if (type != "estimate" && active()) data.erase("estimate");
-  data["type"] = type;
-  data.update(more);
-  events_.publish("collect", std::move(data));
+  {
+    // An older state is never told after a newer one, whichever threads tell them.
+    const std::lock_guard in_turn(publish_mutex_);
+    Json data = status();
+    // Long, and new only then.
+    if (type != "estimate" && active()) data.erase("estimate");
+    data["type"] = type;
+    data.update(more);
+    events_.publish("collect", std::move(data));
+  }
   changed_();
 }
 

@@ -155,7 +155,8 @@ class Collection {
   /// Shared: samples_changed() may still look at the last one while start() makes the next.
   std::shared_ptr<Run> run_;
 
-  std::mutex thread_mutex_;  // who starts or joins thread_ holds it; taken before mutex_
+  std::mutex publish_mutex_;  // who tells the state holds it; taken before mutex_
+  std::mutex thread_mutex_;   // who starts or joins thread_ holds it; taken before mutex_
   std::jthread thread_;
 };
 

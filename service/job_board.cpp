@@ -47,16 +47,28 @@ Job JobBoard::start(Job job, Work work) {
     if (stopping_) throw Error(ErrorCode::kShuttingDown, "no job is taken while going down");
   }
   job.id = recorder_.create(job);
+  Entry* made = nullptr;
   {
     const std::lock_guard lock(mutex_);
     auto entry = std::make_unique<Entry>();
     entry->job = job;
     entry->work = std::move(work);
-    if (stopping_) entry->stop.request_stop();
+    made = entry.get();
     entries_.emplace(job.id, std::move(entry));
-    queue_.push_back(job.id);
   }
+  // Told before the job thread can take it: "queued" comes before "started".
   changed(job, "queued");
+  bool too_late = false;
+  {
+    const std::lock_guard lock(mutex_);
+    too_late = stopping_;  // the job thread may have ended
+    if (!too_late) queue_.push_back(job.id);
+  }
+  if (too_late) {
+    const auto cancelled = std::make_exception_ptr(
+        Error(ErrorCode::kCancelled, "the service went down before the job began"));
+    finish(*made, JobState::kCancelled, to_error_object(cancelled), std::nullopt);
+  }
   wake_.notify_one();
   return job;
 }

@@ -1,7 +1,9 @@
 // Jobs: a number at once, one after the other, cancelled, waited for, outliving their clients.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <tuple>
 
@@ -134,6 +136,29 @@ TEST(Jobs, ProgressComesAsEventsFromQueuedToDone) {
   EXPECT_EQ(last["progress"]["stage"], "second");
   EXPECT_EQ(last["progress"]["best_mm"], 0.25);
   EXPECT_EQ(last["result"], 7);
+}
+
+TEST(Jobs, OfEveryJobTheQueueIsToldBeforeItsStart) {
+  // The job thread is free or busy with the last one as it happens: many are tried.
+  constexpr int kJobs = 1000;
+  EventHub events(std::size_t{3} * kJobs);
+  std::atomic<std::int64_t> last{0};
+  JobBoard board(
+      events, {.create = [&](const Job&) { return ++last; }, .update = [](const Job&) {}});
+  for (int i = 0; i < kJobs; ++i) {
+    std::ignore =
+        board.start({.kind = "test"}, [](const JobControl&, const Job& job) { return job.id; });
+  }
+  EXPECT_TRUE(eventually([&] { return events.last_seq() == std::uint64_t{3} * kJobs; }));
+  std::map<std::int64_t, std::vector<std::string>> types;
+  for (const EventPtr& event : events.since(0, {}).events) {
+    const Json data = Json::parse(event->line)["params"]["data"];
+    types[data["job"].get<std::int64_t>()].push_back(data["type"].get<std::string>());
+  }
+  ASSERT_EQ(types.size(), std::size_t{kJobs});
+  for (const auto& [job, told] : types) {
+    EXPECT_EQ(told, (std::vector<std::string>{"queued", "started", "done"})) << job;
+  }
 }
 
 TEST(Jobs, GoingDownCancelsThemAndAnswersThoseWhoWait) {
