@@ -7,6 +7,7 @@
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
+#include "diagnosis/growing.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/tied_sets.h"
@@ -121,109 +122,6 @@ void drop_needless(const Search& search, const NamingSettings& settings, Explana
       ++i;
     }
   }
-}
-
-/// The names with one more, if that is worth it.
-std::optional<Explanation> with_next_name(
-    const Search& search, const NamingSettings& settings, const Explanation& names,
-    const std::vector<Candidate>& candidates) {
-  std::vector<Explanation> choices;
-  if (family_p_value(candidates) <= settings.false_alarm_level) {
-    choices = search.with_one_more(names, candidates, kNextNames);
-  }
-  double least = settings.least_log_odds;
-  if (choices.empty() || choices.front().evidence <= names.evidence + least) {
-    // A p value means nothing among gross errors: these must show more.
-    choices = search.with_one_more(
-        names, search.scored_with_gross(names), kNextNamesAmongGross, true);
-    least = settings.unknown_log_odds;
-  }
-  if (choices.empty() || choices.front().evidence <= names.evidence + least) {
-    return std::nullopt;
-  }
-  return std::move(choices.front());
-}
-
-/// The same where the dials' own curves and habits are in the explanation: these may stand for
-/// the very thing that has a name, so that it is looked for without them too.
-std::optional<Explanation> with_next_name_anyhow(
-    const Search& search, const NamingSettings& settings, const Explanation& names,
-    const std::vector<Candidate>& candidates) {
-  auto beside = with_next_name(search, settings, names, candidates);
-  if (names.unknown.size() == names.unknown_findings()) return beside;
-  const Explanation bare = search.without_background(names);
-  auto instead = with_next_name(search, settings, bare, search.scored(bare));
-  if (!instead) return beside;
-  *instead = search.with_background(std::move(*instead));
-  const double least = beside ? beside->evidence : names.evidence + settings.least_log_odds;
-  return instead->evidence > least ? std::move(instead) : std::move(beside);
-}
-
-/// The suspicion that the rig is not as its file says; null: there is none.
-const UnknownCandidate* rig_of(const Explanation& found) {
-  const auto rig =
-      std::ranges::find(found.unknown, UnknownKind::kRigGeometry, &UnknownCandidate::kind);
-  return rig == found.unknown.end() ? nullptr : &*rig;
-}
-
-/// Whether a few more names explain more than the rig itself does, all of which may be off: a
-/// dial or two that stand elsewhere have names.
-bool names_beat(
-    const Explanation& rig, const Search& search, const NamingSettings& settings,
-    Explanation names, std::vector<Candidate> candidates) {
-  constexpr int kFew = 3;
-  for (int more = 1; more <= kFew; ++more) {
-    auto next = with_next_name_anyhow(search, settings, names, candidates);
-    if (!next) return false;
-    names = std::move(*next);
-    search.reconsider(names);
-    search.exchange_twos(names);
-    if (names.evidence > rig.evidence) return true;
-    if (more == kFew) return false;
-    candidates = search.scored(names);
-  }
-  return false;
-}
-
-/// Adds names one by one; at each number of names, smooth functions add what they can. The best
-/// of all these. `result` gets what the first search over all candidates found.
-Explanation best_of_growing(
-    const Search& search, const NamingSettings& settings, NamedCauses& result) {
-  Explanation names =
-      search.with_background({{}, {}, result.baseline, result.baseline.log_likelihood});
-  std::vector<Explanation> cuts;  // by number of names
-  std::size_t best = 0;
-  const auto cut = [&] {
-    cuts.push_back(search.with_unknown(names));
-    if (cuts.back().evidence > cuts[best].evidence) best = cuts.size() - 1;
-  };
-  for (int round = 0;; ++round) {
-    const auto candidates = search.scored(names);
-    if (round == 0) {
-      result.candidates = candidates;
-      result.family_p_value = family_p_value(candidates);
-    }
-    cut();
-    // Two more names and still not better than fewer with something smooth.
-    constexpr std::size_t kPatience = 2;
-    if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
-    if (rig_of(cuts.back()) != nullptr && best + 1 == cuts.size() &&
-        !names_beat(cuts.back(), search, settings, names, candidates)) {
-      break;  // the rig is to be opened first
-    }
-    auto next = with_next_name_anyhow(search, settings, names, candidates);
-    if (!next) break;
-    const std::size_t before = names.chosen.size();
-    names = std::move(*next);
-    search.reconsider(names);
-    search.exchange_twos(names);
-    names = search.with_background(std::move(names));
-    if (names.chosen.size() <= before) {
-      cut();
-      break;
-    }
-  }
-  return std::move(cuts[best]);
 }
 
 /// Other smooth functions that would do about as well as those that were chosen.
