@@ -43,11 +43,16 @@ constexpr const char* kCuboidAndDials = R"(
 side_mm = 80.0
 mount = "distal2"          # turns with the distal link of leg 2; gamma = 0 at reference_pose
 reference_pose_mm = [28.0, 48.0]
+side_sd_mm = 0.005         # how well it is known, as a standard deviation: doc/manual/mounting.md
+squareness_sd_deg = 0.02
+offset_sd_mm = 0.02
 
 [dials]
+position_sd_mm = [0.03, 0.1] # how well their places are known: along the axis, across it
+axis_sd_deg = 0.1
 travel_mm = 50.8
 resolution_mm = 0.001
-accuracy_mm = 0.006
+accuracy_mm = 0.006          # largest error by its maker
 repeatability_mm = 0.002     # standard deviation of one reading at rest
 tip_radius_mm = 1.5
 force_n = 1.0              # measuring force at zero displacement

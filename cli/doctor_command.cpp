@@ -105,6 +105,14 @@ void name_boxes_of(const geometry::Rig& rig, std::vector<std::string>& boxes) {
   }
 }
 
+/// A file that says nothing of how well it knows its own geometry is read as exact.
+std::string silence_of(const geometry::Rig& rig) {
+  return rig.dials.empty() || rig.states_deviations()
+             ? ""
+             : "the rig file does not say how well the places of the dials are "
+               "known; real ones are known to 0.03 to 0.1 mm";
+}
+
 struct RigOutcome {
   Json json;
   std::string text;
@@ -133,12 +141,9 @@ RigOutcome checked_rig(
     acquisition::Clock& clock, const std::string& by_id) {
   const acquisition::CheckedRig checked = acquisition::check_rig(rig, found, clock, {});
   RigOutcome outcome{.json = Json::object(), .text = {}, .good = checked.good()};
-  outcome.json = {
-      {"name", rig.name},
-      {"good", outcome.good},
-      {"trouble", checked.trouble},
-      {"dials", Json::array()},
-      {"robot", nullptr}};
+  outcome.json = {{"name", rig.name},           {"good", outcome.good},
+                  {"trouble", checked.trouble}, {"note", silence_of(rig)},
+                  {"dials", Json::array()},     {"robot", nullptr}};
   if (!checked.trouble.empty()) {
     outcome.text +=
         line("failed", checked.trouble, "correct the connection strings of the rig file");
@@ -175,6 +180,11 @@ RigOutcome checked_rig(
         "ok", fmt::format("robot: theta {:.6f} rad", fmt::join(checked.robot->q, ", ")), "");
   } else {
     outcome.text += line("ok", "robot: moved by hand", "");
+  }
+  if (const std::string silence = silence_of(rig); !silence.empty()) {
+    outcome.text += line(
+        "note", silence,
+        "measure how well, and write position_sd_mm and axis_sd_deg (doc/manual/mounting.md)");
   }
   return outcome;
 }

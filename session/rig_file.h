@@ -8,6 +8,7 @@
 //   [dials]   travel_mm, resolution_mm, accuracy_mm, repeatability_mm, tip_radius_mm, force_n,
 //             spring_n_per_mm, connection: common to all dials
 //   [[dial]]  id, position_mm, axis, and any key of [dials] to override it
+//   How well all that is known: rig_deviations.h.
 //
 // Optional: name, model, connection, accuracy_mm, force_n, spring_n_per_mm, mount (distal2 is
 // meant), reference_pose_mm of a free mount,
