@@ -70,8 +70,7 @@ void DeviationChecks::read_deviations(
 }
 
 void DeviationChecks::read_deviations(
-    const toml::table& from, const std::string& where,
-    geometry::CuboidDeviations& deviations) {
+    const toml::table& from, const std::string& where, geometry::CuboidDeviations& deviations) {
   read_sd(from, where, kSide, 1.0, deviations.side_mm);
   read_sd(from, where, kSquareness, kRadPerDeg, deviations.squareness_rad);
   read_sd(from, where, kOffset, 1.0, deviations.offset_mm);

@@ -115,7 +115,8 @@ std::vector<RigQuantity> listed(const geometry::Rig& rig, bool stated) {
     list.add(
         fmt::format("place of dial {} across its axis", dial.id), kAcross, place, sideways,
         kRuler_mm);
-    list.add(fmt::format("axis of dial {}", dial.id), kLean, place, known.axis_rad, kSquare_rad);
+    list.add(
+        fmt::format("axis of dial {}", dial.id), kLean, place, known.axis_rad, kSquare_rad);
     list.add(
         fmt::format("tip radius of dial {}", dial.id), kTip, place, known.tip_radius_mm,
         kTip_mm);
