@@ -354,14 +354,16 @@ class LimitStudy {
         tied = true;
         ++lost[r];
       }
-      if (!tied && !smooth.empty() && smooth[v].at != nullptr) {
+      double background = 0.0;  // what the dials do by themselves is no finding
+      if (!smooth.empty() && smooth[v].at != nullptr) {
         const SmoothColumns& other = *smooth[v].at;
         const double rival =
             other.evidence(smooth[v].cross * x + other.noise.col(draw), sse, freedom) -
             other.cost;
-        tied = evidence - prior_cost_ - rival < settings_.tie_log_odds;
+        tied = tied || evidence - prior_cost_ - rival < settings_.tie_log_odds;
+        if (is_background(other.kind)) background = std::max(0.0, rival);
       }
-      power.detected += best - prior_cost_ >= settings_.least_log_odds;
+      power.detected += best - prior_cost_ - background >= settings_.least_log_odds;
       power.named += !tied;
     }
     power.detected /= kDraws;

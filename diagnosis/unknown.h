@@ -19,6 +19,11 @@ enum class UnknownKind {
   kRigGeometry,  // places and sizes that the rig file claims exactly
 };
 
+/// No fault: dials are as good as their makers say.
+[[nodiscard]] constexpr bool is_background(UnknownKind kind) {
+  return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;
+}
+
 struct UnknownCandidate {
   UnknownKind kind = UnknownKind::kSmooth;
   std::vector<std::string> covariates;  // names of covariate.h: {"x", "y"}, {"time"}
@@ -29,10 +34,7 @@ struct UnknownCandidate {
   double scale = 0.0;  // standard deviation of each column's coefficient, in the column's unit
   Eigen::MatrixXd columns;  // random columns for a joint fit, n x m
   double cost = 0.0;        // of the search over covariate, length and scale, in log evidence
-  /// No fault: dials are as good as their makers say.
-  [[nodiscard]] bool is_background() const {
-    return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;
-  }
+  [[nodiscard]] bool is_background() const { return diagnosis::is_background(kind); }
 };
 
 /// The columns of several, side by side.

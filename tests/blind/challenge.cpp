@@ -255,6 +255,12 @@ void judge_unknown(
   }
 }
 
+/// "dial_mount@C": the rig is not as its file says.
+bool is_of_rig(const std::string& name) {
+  const simulation::Effect* effect = simulation::find_effect(name.substr(0, name.find('@')));
+  return effect != nullptr && effect->of_rig_geometry;
+}
+
 /// `right`: the covariate of an effect outside of the catalogue.
 void judge(
     const diagnosis::NamedCauses& verdict, const std::optional<std::string>& right,
@@ -270,9 +276,15 @@ void judge(
     outcome.wrong = outcome.wrong || !touches;
   }
   if (verdict.swap) outcome.said += verdict.swap->name() + " ";
-  outcome.detected =
-      !verdict.findings.empty() || !verdict.unknown.empty() || verdict.swap.has_value();
-  const bool only = verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size();
+  if (verdict.rig_geometry) {
+    outcome.said += "rig_geometry ";
+    outcome.wrong = outcome.wrong || !std::ranges::any_of(outcome.truth, is_of_rig);
+  }
+  outcome.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
+                     verdict.swap.has_value() || verdict.rig_geometry.has_value();
+  const bool only =
+      verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size() &&
+      !verdict.rig_geometry;
   outcome.named = hits.exact == outcome.truth.size() && only && !outcome.truth.empty();
   outcome.in_tie = hits.tied == outcome.truth.size() && !outcome.truth.empty();
   judge_unknown(verdict, right, outcome);

@@ -57,8 +57,8 @@ AtLimit tried(
       effect_at(model.rig(), hypothesis, of_name ? limit.name : limit.detect, seed);
   diagnosis::Readings readings(model, session_with(model.rig(), {effect}, seed));
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
-  result.detected =
-      !verdict.findings.empty() || !verdict.unknown.empty() || verdict.swap.has_value();
+  result.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
+                    verdict.swap.has_value() || verdict.rig_geometry.has_value();
   for (const diagnosis::Finding& finding : verdict.findings) {
     const bool own = finding.hypothesis == hypothesis;
     bool in_set = own;

@@ -181,7 +181,7 @@ studies::ExtendedFit fit_for_commands(
 }
 
 void judge(
-    const diagnosis::NamedCauses& verdict, const std::set<std::string>& there,
+    const diagnosis::NamedCauses& verdict, const std::set<std::string>& there, bool misplaced,
     WorkshopOutcome& outcome) {
   for (const diagnosis::Finding& finding : verdict.findings) {
     const std::string name = finding.hypothesis.name();
@@ -196,6 +196,10 @@ void judge(
     if (finding.certain() && !there.contains(name)) outcome.wrong = true;
   }
   if (verdict.swap) outcome.wrong = true;
+  if (verdict.rig_geometry) {
+    outcome.said += fmt::format("rig_geometry({:.1f}) ", *verdict.rig_geometry);
+    outcome.wrong = outcome.wrong || !misplaced;
+  }
   for (const auto* list : {&verdict.unknown, &verdict.background}) {
     for (const diagnosis::UnknownCandidate& each : *list) {
       outcome.said += fmt::format(
@@ -240,7 +244,7 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
       verdict.baseline.log_likelihood, verdict.baseline.s_mm, verdict.baseline.converged,
       verdict.baseline.gross_share, verdict.baseline.fitted,
       verdict.baseline.shared != nullptr);
-  judge(verdict, names_of(workshop, of), outcome);
+  judge(verdict, names_of(workshop, of), of.misplaced, outcome);
   diagnosis::JointFit kinematics = verdict.baseline;
   kinematics.effects.clear();
   outcome.kinematics_mm =
