@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/in_parallel.h"
 #include "bench/workshop_table.h"
 #include "tests/blind/challenge.h"
 #include "tests/blind/limit_power.h"
@@ -120,23 +121,9 @@ Finished& finished() {
 /// In the order of the seeds, whatever the number of threads.
 std::vector<Outcome> run(
     const Challenge& challenge, int sessions, std::uint64_t first_seed, int threads) {
-  std::vector<std::optional<Outcome>> drawn(static_cast<std::size_t>(sessions));
-  std::atomic<int> next{0};
-  std::vector<std::jthread> workers;
-  for (int w = 0; w < threads; ++w) {
-    workers.emplace_back([&] {
-      for (int i = next++; i < sessions; i = next++) {
-        drawn[static_cast<std::size_t>(i)] =
-            finished().get(challenge, first_seed + static_cast<std::uint64_t>(i));
-      }
-    });
-  }
-  workers.clear();
-  std::vector<Outcome> result;
-  for (auto& each : drawn) {
-    if (each) result.push_back(std::move(*each));
-  }
-  return result;
+  return sixdial::blind::tried_in_parallel<Outcome>(sessions, threads, [&](int i) {
+    return finished().get(challenge, first_seed + static_cast<std::uint64_t>(i));
+  });
 }
 
 void print_tables(const std::string& kind, const std::vector<Outcome>& outcomes) {

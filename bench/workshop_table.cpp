@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <optional>
-#include <thread>
 #include <vector>
+
+#include "bench/in_parallel.h"
 
 namespace sixdial::blind {
 namespace {
@@ -25,39 +24,29 @@ double median(std::vector<double> values) {
 
 void print_workshop(
     int sessions, std::uint64_t first_seed, int threads, const WorkshopCase& of, bool verbose) {
-  std::vector<std::optional<WorkshopOutcome>> drawn(static_cast<std::size_t>(sessions));
-  std::atomic<int> next{0};
-  std::vector<std::jthread> workers;
-  for (int w = 0; w < threads; ++w) {
-    workers.emplace_back([&] {
-      for (int i = next++; i < sessions; i = next++) {
-        drawn[static_cast<std::size_t>(i)] =
-            try_workshop(of, first_seed + static_cast<std::uint64_t>(i));
-      }
-    });
-  }
-  workers.clear();
+  const std::vector<WorkshopOutcome> outcomes = tried_in_parallel<WorkshopOutcome>(
+      sessions, threads,
+      [&](int i) { return try_workshop(of, first_seed + static_cast<std::uint64_t>(i)); });
   int n = 0, wrong = 0, strong = 0, found = 0, worse = 0;
   Share parameters;
   std::vector<double> kinematics, extended, seconds;
-  for (const auto& each : drawn) {
-    if (!each) continue;
+  for (const WorkshopOutcome& each : outcomes) {
     ++n;
-    wrong += each->wrong;
-    strong += each->strong.empty() ? 0 : 1;
-    found += each->found;
-    worse += each->extended_mm > each->kinematics_mm * (1 + 1e-9);
-    parameters.inside += each->parameters.inside;
-    parameters.of += each->parameters.of;
-    kinematics.push_back(each->kinematics_mm);
-    extended.push_back(each->extended_mm);
-    seconds.push_back(each->seconds);
+    wrong += each.wrong;
+    strong += each.strong.empty() ? 0 : 1;
+    found += each.found;
+    worse += each.extended_mm > each.kinematics_mm * (1 + 1e-9);
+    parameters.inside += each.parameters.inside;
+    parameters.of += each.parameters.of;
+    kinematics.push_back(each.kinematics_mm);
+    extended.push_back(each.extended_mm);
+    seconds.push_back(each.seconds);
     if (!verbose) continue;
     fmt::print(
-        "  seed {} {}{}strong {}, um {:.1f} -> {:.1f}, {:.1f} s: {}\n", each->seed,
-        each->wrong ? "WRONG " : "", each->strong.empty() || each->found ? "" : "MISSED ",
-        each->strong.empty() ? "none" : each->strong, 1e3 * each->kinematics_mm,
-        1e3 * each->extended_mm, each->seconds, each->said);
+        "  seed {} {}{}strong {}, um {:.1f} -> {:.1f}, {:.1f} s: {}\n", each.seed,
+        each.wrong ? "WRONG " : "", each.strong.empty() || each.found ? "" : "MISSED ",
+        each.strong.empty() ? "none" : each.strong, 1e3 * each.kinematics_mm,
+        1e3 * each.extended_mm, each.seconds, each.said);
   }
   const auto line = [](const char* what, double value, const char* asked) {
     fmt::print("{:<58}{:>8.2f}  {}\n", what, value, asked);

@@ -15,6 +15,7 @@
 #include "studies/cancellable.h"
 #include "studies/diagnosis_causes.h"
 #include "studies/diagnosis_curves.h"
+#include "studies/extended_command.h"
 #include "studies/plausibility_of_fit.h"
 
 namespace sixdial::studies {
@@ -101,17 +102,7 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
 }
 
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
-  const simulation::Circumstance& last = readings.circumstances().back();
-  const diagnosis::JointFit& fit = found.commanding;
-  ExtendedFit result{
-      .model = std::vector<double>(fit.model.begin(), fit.model.end()),
-      .last_order = last.order,
-      .last_time_h = last.time_h,
-      .last_temperature_degC = last.temperature_degC};
-  for (const simulation::ActiveEffect& active : fit.effects) {
-    result.effects.push_back(
-        {.id = {std::string(active.effect->cause), active.place.name}, .x = active.x});
-  }
+  ExtendedFit result = commands_of(readings, found.commanding);
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),

@@ -47,6 +47,20 @@ int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 }  // namespace
 
+ExtendedFit commands_of(const diagnosis::Readings& readings, const diagnosis::JointFit& fit) {
+  const simulation::Circumstance& last = readings.circumstances().back();
+  ExtendedFit result{
+      .model = std::vector<double>(fit.model.begin(), fit.model.end()),
+      .last_order = last.order,
+      .last_time_h = last.time_h,
+      .last_temperature_degC = last.temperature_degC};
+  for (const simulation::ActiveEffect& active : fit.effects) {
+    result.effects.push_back(
+        {.id = {std::string(active.effect->cause), active.place.name}, .x = active.x});
+  }
+  return result;
+}
+
 ExtendedCommand::ExtendedCommand(
     const ExtendedFit& fit, const geometry::Rig& rig, CompensateBy by)
     : base_(rig),

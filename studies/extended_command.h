@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calibration/compensation.h"
+#include "diagnosis/joint_fit.h"
 #include "session/plan.h"
 #include "simulation/extended_model.h"
 #include "studies/diagnosis_result.h"
@@ -24,6 +25,11 @@ struct CommandMoment {
   std::optional<double> temperature_c{};
   std::optional<double> time_h{};  // since the first sample of the diagnosed session
 };
+
+/// What commanding by a fit to these readings needs: its robot and causes, and what the last
+/// sample knew of time and temperature. Without a residual model.
+[[nodiscard]] ExtendedFit commands_of(
+    const diagnosis::Readings& readings, const diagnosis::JointFit& fit);
 
 class ExtendedCommand {
  public:

@@ -165,21 +165,6 @@ double commanded_mm(
   return sent.size() < 3 ? std::nan("") : aligned_mean_mm(sent, came);
 }
 
-studies::ExtendedFit fit_for_commands(
-    const diagnosis::Readings& readings, const diagnosis::JointFit& fit) {
-  const simulation::Circumstance& last = readings.circumstances().back();
-  studies::ExtendedFit result{
-      .model = std::vector<double>(fit.model.begin(), fit.model.end()),
-      .last_order = last.order,
-      .last_time_h = last.time_h,
-      .last_temperature_degC = last.temperature_degC};
-  for (const simulation::ActiveEffect& active : fit.effects) {
-    result.effects.push_back(
-        {.id = {std::string(active.effect->cause), active.place.name}, .x = active.x});
-  }
-  return result;
-}
-
 void judge(
     const diagnosis::NamedCauses& verdict, const std::set<std::string>& there, bool misplaced,
     WorkshopOutcome& outcome) {
@@ -196,6 +181,7 @@ void judge(
     if (finding.certain() && !there.contains(name)) outcome.wrong = true;
   }
   if (verdict.swap) outcome.wrong = true;
+  outcome.rig_geometry = verdict.rig_geometry.has_value();
   if (verdict.rig_geometry) {
     outcome.said += fmt::format("rig_geometry({:.1f}) ", *verdict.rig_geometry);
     outcome.wrong = outcome.wrong || !misplaced;
@@ -239,19 +225,14 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  outcome.said += fmt::format(
-      "<ll {:.3f} s {:.5f} conv {} gross {:.4f} fitted {} shared {}>",
-      verdict.baseline.log_likelihood, verdict.baseline.s_mm, verdict.baseline.converged,
-      verdict.baseline.gross_share, verdict.baseline.fitted,
-      verdict.baseline.shared != nullptr);
   judge(verdict, names_of(workshop, of), of.misplaced, outcome);
   diagnosis::JointFit kinematics = verdict.baseline;
   kinematics.effects.clear();
   outcome.kinematics_mm =
-      commanded_mm(workshop, fit_for_commands(readings, kinematics), session.rows.back());
+      commanded_mm(workshop, studies::commands_of(readings, kinematics), session.rows.back());
   const diagnosis::JointFit commanding = diagnosis::command_fit(readings, verdict);
   outcome.extended_mm =
-      commanded_mm(workshop, fit_for_commands(readings, commanding), session.rows.back());
+      commanded_mm(workshop, studies::commands_of(readings, commanding), session.rows.back());
   for (int k = 0; k < geometry::kParameterCount; ++k) {
     const double sd = std::sqrt(commanding.covariance(k, k));
     if (!(sd > 0)) continue;

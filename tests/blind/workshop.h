@@ -25,6 +25,7 @@ struct WorkshopOutcome {
   std::string strong;          // "joint_backlash@joint2"; empty: none
   bool wrong = false;          // a certain name that is not there
   bool found = false;          // the strong cause is named, or in a set
+  bool rig_geometry = false;   // the rig is found to be not as its file claims
   double kinematics_mm = 0.0;  // error of commands, best rigid alignment, mean of the targets
   double extended_mm = 0.0;
   Share parameters;  // 95 % intervals of the robot's parameters

@@ -56,6 +56,30 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
   EXPECT_EQ(verdict.found[0].cause, 0U);
 }
 
+TEST(DiagnosisDocument, KeepsTheRigAsTheDataSeeItAndSaysSo) {
+  studies::DiagnosisResult result = diagnosis_from_json(document_of("09"));
+  EXPECT_FALSE(result.rig.has_value());
+  result.rig = {
+      {"place of dial C across its axis", "mm", 0.14, 0.01, 0.1, true},
+      {"side of the cuboid", "mm", 0.001, 0.002, 0.01, true}};
+  result.causes.push_back(
+      {.kind = studies::CauseKind::kRigGeometry,
+       .id = {"rig_geometry", "rig"},
+       .estimate = {{"place of dial C across its axis", "mm", 0.14, 0.01}}});
+  const studies::DiagnosisResult again = diagnosis_from_json(to_json(result));
+  ASSERT_TRUE(again.rig.has_value());
+  ASSERT_EQ(again.rig->size(), 2U);
+  EXPECT_DOUBLE_EQ(again.rig->front().ratio(), 1.4);
+  EXPECT_EQ(again.causes.back().kind, studies::CauseKind::kRigGeometry);
+  EXPECT_FALSE(again.causes.back().is_data_fault());
+  const DiagnosisVerdict verdict = verdict_in_words(again);
+  EXPECT_THAT(verdict.title, HasSubstr("the rig's own geometry"));
+  EXPECT_THAT(
+      verdict.trust,
+      ::testing::Contains(HasSubstr("stands within what its file states; off by most: place "
+                                    "of dial C across its axis")));
+}
+
 TEST(DiagnosisDocument, ACauseOfAFitThatDidNotSettleIsTiedWithThatInJsonAndInWords) {
   Json document = document_of("09");
   document["causes"][0]["tied_with"] =
