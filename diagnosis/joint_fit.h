@@ -8,8 +8,8 @@
 //
 // Random columns C with C u enter with a prior each, and are eliminated from the equations of a
 // step (eliminated.h). First those of Readings::nuisance, u ~ N(0, known^2 I): the rig's own
-// geometry where it is known to within something, the angle of a free mount at each sample. Then
-// smooth functions that nobody named (unknown.h), u ~ N(0, s^2 I).
+// geometry where it is known to within something, the angle of a free mount at each sample.
+// Then smooth functions that nobody named (unknown.h), u ~ N(0, s^2 I).
 //
 // Readings of one arrival may share a shift that nobody can foresee (sample_scatter.h). Its
 // size belongs to the noise, as s does: each fit finds its own, and has none where that does
