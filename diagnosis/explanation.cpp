@@ -194,14 +194,20 @@ Explanation Search::without_background(const Explanation& now) const {
 
 Explanation Search::with_background(Explanation now) const {
   now = without_background(now);
-  for (UnknownCandidate& each : score_unknown(readings_, now.fit)) {
-    if (!each.is_background() || each.evidence <= 0.0) continue;
+  for (UnknownCandidate& each : score_background(readings_, now.fit)) {
+    if (each.evidence <= 0.0) continue;
     std::vector<UnknownCandidate> unknown = now.unknown;
     unknown.push_back(std::move(each));
     Explanation next = explained(now.fit, now.chosen, now.fit.effects, std::move(unknown));
     if (next.evidence > now.evidence) now = std::move(next);
   }
   return now;
+}
+
+Explanation Search::without_for_dials(const Explanation& all, std::size_t i) const {
+  Explanation less = without(all, i);
+  Explanation dials = with_background(less);
+  return dials.evidence > less.evidence ? std::move(dials) : std::move(less);
 }
 
 std::vector<Explanation> Search::instead_of(

@@ -63,6 +63,8 @@ class Search {
   /// without it where it does not any more.
   [[nodiscard]] Explanation with_background(Explanation now) const;
   [[nodiscard]] Explanation without_background(const Explanation& now) const;
+  /// Without effect i, and with what the dials may do by themselves in its place.
+  [[nodiscard]] Explanation without_for_dials(const Explanation& all, std::size_t i) const;
   /// The explanation with another name instead of effect i, or instead of smooth function i;
   /// best first. `less`: fitted without it.
   [[nodiscard]] std::vector<Explanation> instead_of(

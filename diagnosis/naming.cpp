@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/dials_alone.h"
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
@@ -151,14 +152,19 @@ std::vector<UnknownCandidate> rivals_of_unknown(
 Finding finding_of(
     const Search& search, const NamingSettings& settings, const Explanation& found,
     std::size_t i) {
-  const Explanation less = search.without(found, i);
+  const Explanation less = search.without_for_dials(found, i);
   const double evidence = found.evidence - less.evidence;
+  const bool dials = dials_stand_in(found, less);
   Finding finding{
       found.chosen[i].candidate.hypothesis,
       found.fit.effects[i],
       evidence,
       {},
-      evidence < settings.tie_log_odds};
+      !dials && evidence < settings.tie_log_odds};
+  if (dials && evidence < settings.tie_log_odds) {
+    finding.tied_with_unknown = less.unknown.back().covariates;
+    finding.unknown_log_odds = evidence;
+  }
   finding.settled = found.fit.converged;
   finding.left_out = found.fit.left_out();
   // With several names, best_of_growing has already held smooth functions against them; a
@@ -251,6 +257,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   } else {
     Refinement(search, settings, found).run();
   }
+  hold_against_dials(search, settings, found);
   const auto exchanges = search.exchange_twos(found);
   const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
   for (const UnknownCandidate& each : found.unknown) {

@@ -143,24 +143,13 @@ void along_causes(
 
 /// Anything of one dial that depends on its own reading, on time or on temperature.
 void along_dial(
-    UnknownSearch& search, const Readings& readings, const Covariates& at, std::size_t dial) {
-  Eigen::VectorXd own = Eigen::VectorXd::Zero(at.time.size());
+    UnknownSearch& search, const Readings& readings, const Covariates& at,
+    const Eigen::VectorXd& simulated_mm, std::size_t dial) {
+  constexpr std::size_t kFewestReadings = 12;
+  if (readings.rows_of_dial(dial).size() < kFewestReadings) return;
+  const Eigen::VectorXd own = own_reading_mm(readings, simulated_mm, dial);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(readings.count(), 1);
-  double sum = 0.0;
-  int present = 0;
-  for (Eigen::Index row = 0; row < readings.count(); ++row) {
-    const Row& each = readings.rows()[static_cast<std::size_t>(row)];
-    if (each.dial != static_cast<int>(dial)) continue;
-    rows(row, 0) = 1.0;
-    own[each.trial] = readings.measured_mm()[row];
-    sum += readings.measured_mm()[row];
-    ++present;
-  }
-  constexpr int kFewestReadings = 12;
-  if (present < kFewestReadings) return;
-  for (double& value : own) {
-    if (value == 0.0) value = sum / present;  // not in contact: no row, no influence
-  }
+  for (const Eigen::Index row : readings.rows_of_dial(dial)) rows(row, 0) = 1.0;
   const std::string& id = readings.model().rig().dials[dial].id;
   const std::string name = "dial " + id;
   search.along(
@@ -245,8 +234,9 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     search.along("time", "clamp", at.time, clamp, kFew);
     search.along("gamma", "clamp", at.gamma, clamp, kFew);
     for (std::size_t d = 0; d < readings.model().rig().dials.size(); ++d) {
-      along_dial(search, readings, at, d);
+      along_dial(search, readings, at, simulated, d);
     }
+    along_background(search, readings, simulated);
     along_rig(search, readings, fit);
   }
   return search.ranked();

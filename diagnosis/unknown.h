@@ -49,6 +49,9 @@ struct SmoothInTime {
 /// Without columns where no time passes.
 [[nodiscard]] SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit);
 
+/// What the makers of the dials allow alone (is_background), best first.
+[[nodiscard]] std::vector<UnknownCandidate> score_background(
+    const Readings& readings, const JointFit& fit);
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(
     const Readings& readings, const JointFit& fit);

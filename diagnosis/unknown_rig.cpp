@@ -1,6 +1,7 @@
 // What the dials and the rig around the robot may do to the readings: curves and habits of the
 // dials within their makers' limits, and places that the rig file claims exactly.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -11,19 +12,12 @@
 namespace sixdial::diagnosis {
 namespace {
 
-/// Own reading of each dial, trials x dials; its mean where it has none, which has no row.
-Eigen::MatrixXd own_readings_mm(const Readings& readings) {
+/// Own reading of each dial, trials x dials, as own_reading_mm tells it.
+Eigen::MatrixXd own_readings_mm(const Readings& readings, const Eigen::VectorXd& simulated_mm) {
   const auto dials = static_cast<Eigen::Index>(readings.channel_count());
   Eigen::MatrixXd own(static_cast<Eigen::Index>(readings.trials().size()), dials);
   for (Eigen::Index d = 0; d < dials; ++d) {
-    const auto& rows = readings.rows_of_dial(static_cast<std::size_t>(d));
-    double sum = 0.0;
-    for (const Eigen::Index row : rows) sum += readings.measured_mm()[row];
-    own.col(d).setConstant(rows.empty() ? 0.0 : sum / static_cast<double>(rows.size()));
-    for (const Eigen::Index row : rows) {
-      own(readings.rows()[static_cast<std::size_t>(row)].trial, d) =
-          readings.measured_mm()[row];
-    }
+    own.col(d) = own_reading_mm(readings, simulated_mm, static_cast<std::size_t>(d));
   }
   return own;
 }
@@ -45,13 +39,31 @@ Eigen::MatrixXd habit_columns(const Readings& readings, const simulation::Effect
 
 }  // namespace
 
-void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit) {
+Eigen::VectorXd own_reading_mm(
+    const Readings& readings, const Eigen::VectorXd& simulated_mm, std::size_t dial) {
+  const auto& rows = readings.rows_of_dial(dial);
+  Eigen::VectorXd own = Eigen::VectorXd::Constant(
+      static_cast<Eigen::Index>(readings.trials().size()),
+      std::numeric_limits<double>::quiet_NaN());
+  double sum = 0.0;
+  for (const Eigen::Index row : rows) {
+    const double simulated = simulated_mm[row];
+    const double value = std::isfinite(simulated) ? simulated : readings.measured_mm()[row];
+    own[readings.rows()[static_cast<std::size_t>(row)].trial] = value;
+    sum += value;
+  }
+  const double mean = rows.empty() ? 0.0 : sum / static_cast<double>(rows.size());
+  return own.unaryExpr([mean](double v) { return std::isfinite(v) ? v : mean; });
+}
+
+void along_background(
+    UnknownSearch& search, const Readings& readings, const Eigen::VectorXd& simulated_mm) {
   double limit_mm = std::numeric_limits<double>::infinity();
   for (const geometry::Dial& dial : readings.model().rig().dials) {
     limit_mm = std::min(limit_mm, dial.accuracy_mm);
   }
   if (limit_mm > 0) {
-    search.dial_curves(own_readings_mm(readings), limit_mm);
+    search.dial_curves(own_readings_mm(readings, simulated_mm), limit_mm);
     for (const simulation::Effect* effect : simulation::all_effects()) {
       if (effect->within_accuracy) {
         search.dial_habit(
@@ -59,9 +71,20 @@ void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& 
       }
     }
   }
+}
+
+void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit) {
   if (readings.rig_allowance()) return;  // part of every fit, or ruled out
   search.rig_geometry(
       rig_columns(readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
+}
+
+std::vector<UnknownCandidate> score_background(const Readings& readings, const JointFit& fit) {
+  if (!readings.has_dials()) return {};
+  UnknownSearch search(readings, fit);
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  along_background(search, readings, readings.simulate(fit.model, extended));
+  return search.ranked();
 }
 
 }  // namespace sixdial::diagnosis

@@ -75,7 +75,15 @@ class UnknownSearch {
   std::vector<UnknownCandidate> found_;
 };
 
-/// What the rig's dials and the rig itself may do without a fault of the robot.
+/// What the rig's dials may do within their makers' limits.
+void along_background(
+    UnknownSearch& search, const Readings& readings, const Eigen::VectorXd& simulated_mm);
+/// A dial's own reading at each trial, its mean where it has none. As simulated: a function of
+/// the measured one would explain its own noise, n log(k) of evidence for any dial that is
+/// called k times less sensitive than it is.
+[[nodiscard]] Eigen::VectorXd own_reading_mm(
+    const Readings& readings, const Eigen::VectorXd& simulated_mm, std::size_t dial);
+/// What the rig itself may do where its file claims to be exact.
 void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit);
 
 }  // namespace sixdial::diagnosis

@@ -52,51 +52,6 @@ std::string name_of(const mock_devices::HiddenEffect& effect) {
   return fmt::format("{}@{}", effect.cause, effect.where);
 }
 
-/// RMS of what a cause alone leaves of noise-free readings once the robot is fitted, in the
-/// noise.
-double ratio_of(
-    const Workshop& workshop, const mock_devices::HiddenEffect& effect,
-    const std::vector<mock_devices::PlannedPose>& plan) {
-  mock_devices::World alone = workshop.world;
-  alone.rig = workshop.file;
-  alone.dials = mock_devices::kIdealDials;
-  alone.effects = {effect};
-  const simulation::ForwardModel model(workshop.file);
-  const auto trials = trials_of(workshop.file, generate_session(alone, plan), true);
-  const diagnosis::Readings readings(model, trials);
-  const simulation::ExtendedModel plain(model, {});
-  simulation::ModelVector at = model.nominal();
-  for (int step = 0; step < 12; ++step) {
-    const Eigen::VectorXd e = readings.measured_mm() - readings.simulate(at, plain);
-    if (!e.allFinite()) return std::nan("");
-    at += readings.jacobian(at).completeOrthogonalDecomposition().solve(e);
-  }
-  const Eigen::VectorXd e = readings.measured_mm() - readings.simulate(at, plain);
-  return std::sqrt(e.squaredNorm() / static_cast<double>(e.size())) /
-         workshop.world.dials.noise_sd_mm;
-}
-
-/// A cause of the catalogue, not of the cables, as strong as wanted.
-std::optional<mock_devices::HiddenEffect> strong_cause(
-    const Workshop& workshop, const std::vector<mock_devices::PlannedPose>& plan, double wanted,
-    std::mt19937_64& engine) {
-  for (int attempt = 0; attempt < 40; ++attempt) {
-    mock_devices::HiddenEffect effect = mock_devices::draw_effect(workshop.file, engine());
-    const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
-    if (row.swaps_cables || row.is_data_fault) continue;
-    try {
-      const double factor = wanted / ratio_of(workshop, effect, plan);
-      if (!(factor > 0 && factor < 10)) continue;
-      effect = mock_devices::enlarged(effect, factor);
-      const double ratio = ratio_of(workshop, effect, plan);
-      if (ratio > 0.5 * wanted && ratio < 2 * wanted) return effect;
-    } catch (const std::exception&) {
-      continue;
-    }
-  }
-  return std::nullopt;
-}
-
 /// The file states how well its geometry is known: as well as it was placed.
 void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by) {
   for (geometry::Dial& dial : file.dials) {
@@ -104,6 +59,70 @@ void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by) {
         Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, by.tip_radius_mm};
   }
   file.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
+}
+
+/// RMS of what a cause alone leaves of noise-free readings once all the rest is fitted, in the
+/// noise: the robot, and the rig's geometry as well as a workshop knows it (a cuboid 0.01 mm
+/// larger than stated, where that is what the file says of it, is no cause at all).
+double ratio_of(
+    const Workshop& workshop, const mock_devices::Misplaced& by,
+    const mock_devices::HiddenEffect& effect,
+    const std::vector<mock_devices::PlannedPose>& plan) {
+  mock_devices::World alone = workshop.world;
+  alone.rig = workshop.file;
+  alone.dials = mock_devices::kIdealDials;
+  alone.effects = {effect};
+  geometry::Rig stated = workshop.file;
+  state_deviations(stated, by);
+  const simulation::ForwardModel model(stated);
+  const auto trials = trials_of(stated, generate_session(alone, plan), true);
+  diagnosis::Readings readings(model, trials);
+  readings.place_tool(model.nominal());
+  const simulation::ExtendedModel plain(model, {});
+  const double noise_mm = workshop.world.dials.noise_sd_mm;
+  const Eigen::MatrixXd rig = readings.nuisance() / noise_mm;  // for one standard deviation
+  simulation::ModelVector at = model.nominal();
+  const Eigen::Index n = readings.count(), k = at.size();
+  Eigen::VectorXd e(n + rig.cols()), of_rig = Eigen::VectorXd::Zero(rig.cols());
+  const auto leave = [&] {
+    e << (readings.measured_mm() - readings.simulate(at, plain)) / noise_mm - rig * of_rig,
+        -of_rig;
+    return e.allFinite();
+  };
+  for (int step = 0; step < 12; ++step) {
+    if (!leave()) return std::nan("");
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(e.size(), k + rig.cols());
+    columns.topLeftCorner(n, k) = readings.jacobian(at) / noise_mm;
+    columns.topRightCorner(n, rig.cols()) = rig;
+    columns.bottomRightCorner(rig.cols(), rig.cols()).setIdentity();
+    const Eigen::VectorXd x = columns.completeOrthogonalDecomposition().solve(e);
+    at += x.head(k);
+    of_rig += x.tail(rig.cols());
+  }
+  if (!leave()) return std::nan("");
+  return std::sqrt(e.head(n).squaredNorm() / static_cast<double>(n));
+}
+
+/// A cause of the catalogue, not of the cables, as strong as wanted.
+std::optional<mock_devices::HiddenEffect> strong_cause(
+    const Workshop& workshop, const mock_devices::Misplaced& by,
+    const std::vector<mock_devices::PlannedPose>& plan, double wanted,
+    std::mt19937_64& engine) {
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    mock_devices::HiddenEffect effect = mock_devices::draw_effect(workshop.file, engine());
+    const mock_devices::CauseRow& row = mock_devices::cause_row(effect.cause);
+    if (row.swaps_cables || row.is_data_fault) continue;
+    try {
+      const double factor = wanted / ratio_of(workshop, by, effect, plan);
+      if (!(factor > 0 && factor < 10)) continue;
+      effect = mock_devices::enlarged(effect, factor);
+      const double ratio = ratio_of(workshop, by, effect, plan);
+      if (ratio > 0.5 * wanted && ratio < 2 * wanted) return effect;
+    } catch (const std::exception&) {
+      continue;
+    }
+  }
+  return std::nullopt;
 }
 
 /// Mean distance of where the tool comes from where it was sent, after the best rigid
@@ -170,7 +189,8 @@ void judge(
     WorkshopOutcome& outcome) {
   for (const diagnosis::Finding& finding : verdict.findings) {
     const std::string name = finding.hypothesis.name();
-    outcome.said += fmt::format("{}({:.1f}", name, finding.evidence);
+    outcome.said +=
+        fmt::format("{}={:.3g}({:.1f}", name, finding.fitted.x.front(), finding.evidence);
     bool in_set = name == outcome.strong;
     for (const diagnosis::Rival& rival : finding.tied_with) {
       outcome.said += fmt::format("|{}", rival.hypothesis.name());
@@ -181,6 +201,9 @@ void judge(
     if (finding.certain() && !there.contains(name)) outcome.wrong = true;
   }
   if (verdict.swap) outcome.wrong = true;
+  if (!verdict.gross.empty()) {
+    outcome.said += fmt::format("{} gross readings ", verdict.gross.size());
+  }
   outcome.rig_geometry = verdict.rig_geometry.has_value();
   if (verdict.rig_geometry) {
     outcome.said += fmt::format("rig_geometry({:.1f}) ", *verdict.rig_geometry);
@@ -210,7 +233,7 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   if (of.strong) {
     const double wanted =
         of.low * std::pow(of.high / of.low, std::uniform_real_distribution<double>()(engine));
-    const auto cause = strong_cause(workshop, plan, wanted, engine);
+    const auto cause = strong_cause(workshop, by, plan, wanted, engine);
     if (!cause) return std::nullopt;
     std::erase_if(workshop.world.effects, [&](const auto& each) {
       return each.cause == cause->cause && each.where == cause->where;
@@ -226,6 +249,16 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   judge(verdict, names_of(workshop, of), of.misplaced, outcome);
+  if (of.strong) {
+    for (const auto& [name, value] : workshop.world.effects.back().parameters) {
+      outcome.said += fmt::format("hidden {}={:.3g} ", name, value);
+    }
+  }
+  for (std::size_t d = 0; d < readings.noise_of_dial().size(); ++d) {
+    if (readings.noise_of_dial()[d] == readings.rig_noise_of(d)) continue;
+    outcome.said += fmt::format(
+        "noise of {} {:.4f} ", workshop.file.dials[d].id, readings.noise_of_dial()[d]);
+  }
   diagnosis::JointFit kinematics = verdict.baseline;
   kinematics.effects.clear();
   outcome.kinematics_mm =

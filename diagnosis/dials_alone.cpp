@@ -1,0 +1,49 @@
+#include "diagnosis/dials_alone.h"
+
+#include <cstddef>
+#include <utility>
+
+#include "diagnosis/thresholds.h"
+
+namespace sixdial::diagnosis {
+namespace {
+
+std::size_t background_of(const Explanation& of) {
+  return of.unknown.size() - of.unknown_findings();
+}
+
+/// The first name that is not worth its place goes, or another takes it.
+bool one_is_not_worth_it(
+    const Search& search, const NamingSettings& settings, Explanation& found) {
+  constexpr double kBetter = 0.1;
+  for (std::size_t i = 0; i < found.chosen.size(); ++i) {
+    Explanation less = search.without_for_dials(found, i);
+    if (less.evidence > found.evidence - settings.least_log_odds) {
+      found = std::move(less);
+      return true;
+    }
+    if (!dials_stand_in(found, less)) continue;  // its rivals have been asked
+    auto rivals = search.instead_of(found, i, less, kBetterRivals);
+    if (!rivals.empty() && rivals.front().evidence > found.evidence + kBetter) {
+      found = std::move(rivals.front());
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+bool dials_stand_in(const Explanation& found, const Explanation& less) {
+  return background_of(less) > background_of(found);
+}
+
+void hold_against_dials(
+    const Search& search, const NamingSettings& settings, Explanation& found) {
+  constexpr int kMostRounds = 8;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!one_is_not_worth_it(search, settings, found)) return;
+  }
+}
+
+}  // namespace sixdial::diagnosis
