@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/rig_errors.h"
 #include "calibration/sandwich.h"
 
 namespace sixdial::calibration {
@@ -295,8 +296,9 @@ MatrixXd fit_covariance(
     const ObservationSpace& space, const LeastSquaresFit& fit, Weighting weighting,
     double sigma_mm, const Structure& structure) {
   const Sandwich sandwich = sandwich_of(space, fit, weighting);
-  if (!(structure.sd_mm > 0.0)) return sigma_mm * sigma_mm * sandwich.noise;
-  MatrixXd result = MatrixXd::Zero(sandwich.noise.rows(), sandwich.noise.cols());
+  const MatrixXd rig = moved_by_rig(space, sandwich);
+  MatrixXd result = rig * rig.transpose();
+  if (!(structure.sd_mm > 0.0)) return result + sigma_mm * sigma_mm * sandwich.noise;
   for (const StructurePart& part : parts_of(structure)) {
     const Moves moves(space, fit.x, part.acts);
     const MatrixXd moved =

@@ -91,6 +91,10 @@ struct ObservationSpace {
   /// sigma_mm is a default, as neither rig file nor session say how good a reading is.
   bool sigma_is_assumed = false;
 
+  /// Change of each row [mm] where a quantity of the rig that its file states with a standard
+  /// deviation is off by that, rows x quantities; no columns: nothing is stated (rig_errors.h).
+  Eigen::MatrixXd rig_mm;
+
   /// e = measured - predicted [mm] of one sample and, unless null, J = d(predicted)/dx (rows x
   /// n). Both come in with the right size. False if x cannot reach the pose.
   std::function<bool(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calibration/rig_errors.h"
 #include "calibration/sandwich.h"
 
 namespace sixdial::calibration {
@@ -15,6 +16,7 @@ PredictedPosition::PredictedPosition(
     double sigma_mm, const Structure& structure) {
   const Sandwich sandwich = sandwich_of(space, fit, weighting);
   noise_ = sandwich.noise;
+  rig_ = moved_by_rig(space, sandwich);
   if (!(structure.sd_mm > 0.0)) {
     parts_.push_back({});
     parts_.back().noise_mm = sigma_mm;
@@ -42,7 +44,8 @@ MatrixXd PredictedPosition::covariance(const VectorXd& joints, const MatrixXd& J
   here.joints = joints;
   here.sample = {0};
   here.first_row = {0, 0};
-  MatrixXd result = MatrixXd::Zero(axes, axes);
+  const MatrixXd by_rig = J_v * rig_.topRows(n);
+  MatrixXd result = by_rig * by_rig.transpose();
   for (const Part& part : parts_) {
     MatrixXd P = part.noise_mm * part.noise_mm * noise;
     if (!part.basis.empty()) {

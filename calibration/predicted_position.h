@@ -33,6 +33,7 @@ class PredictedPosition {
     Eigen::MatrixXd moved;           // parameters x coefficients
   };
   Eigen::MatrixXd noise_;  // of the parameters, for rows of variance 1
+  Eigen::MatrixXd rig_;    // how far each quantity of the rig moves the parameters
   std::vector<Part> parts_;
 };
 

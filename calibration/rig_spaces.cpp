@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibration/five_bar/spaces.h"
+#include "calibration/rig_errors.h"
 #include "geometry/tool.h"
 #include "simulation/forward_model.h"
 
@@ -275,20 +276,24 @@ ObservationSpace any_dial_space(Trials trials, const geometry::Rig& rig) {
 
 ObservationSpace position_space(Trials trials, const geometry::Rig& rig, double noise_mm) {
   const OwnSpaces* own = own_spaces(rig);
-  return own != nullptr && own->axes == rig.instrument.dimensions
-             ? own->positions(trials, rig, noise_mm)
-             : any_position_space(trials, rig, noise_mm);
+  ObservationSpace space = own != nullptr && own->axes == rig.instrument.dimensions
+                               ? own->positions(trials, rig, noise_mm)
+                               : any_position_space(trials, rig, noise_mm);
+  space.rig_mm = rig_errors(space, trials, rig);
+  return space;
 }
 
 ObservationSpace dial_space(Trials trials, const geometry::Rig& rig) {
-  const OwnSpaces* own = own_spaces(rig);
-  if (own != nullptr) return own->dials(trials, rig);
   if (rig.dials.empty()) {
     ObservationSpace none = without_samples(rig);
     none.name = "dials";
     return none;
   }
-  return any_dial_space(trials, rig);
+  const OwnSpaces* own = own_spaces(rig);
+  ObservationSpace space =
+      own != nullptr ? own->dials(trials, rig) : any_dial_space(trials, rig);
+  space.rig_mm = rig_errors(space, trials, rig);
+  return space;
 }
 
 }  // namespace sixdial::calibration

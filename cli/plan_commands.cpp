@@ -1,5 +1,5 @@
-// sixdial plan grid|random: a plan file for a rig file, without a service; plan next: what to
-// measure after what a session has told.
+// sixdial plan grid|random|rig-check: a plan file for a rig file, without a service; plan next,
+// plan separate: what to measure after what a session has told.
 #include <fmt/format.h>
 
 #include "cli/cli.h"
@@ -191,6 +191,48 @@ void add_separate_command(CLI::App& group, Cli& cli) {
       [&cli, options] { cli.action = [&cli, options] { return separate(cli, *options); }; });
 }
 
+struct RigCheckCommand {
+  std::string rig_file;
+  NextCommand plan;  // its subject is the rig file
+  std::vector<double> rectangle_mm;
+};
+
+service::ExitCode rig_check(Cli& cli, const RigCheckCommand& command) {
+  const geometry::Rig rig = session::read_rig_file(command.rig_file);
+  studies::RigCheckRequest request;
+  request.points = command.plan.points;
+  request.modes = modes_of(command.plan.modes);
+  if (command.rectangle_mm.size() == 4) {
+    request.rectangle.min_mm = {command.rectangle_mm[0], command.rectangle_mm[1]};
+    request.rectangle.max_mm = {command.rectangle_mm[2], command.rectangle_mm[3]};
+  }
+  const studies::RigCheck made = studies::rig_check(rig, request);
+  return write(
+      cli, command.plan, report::plan_answer(made, rig), made.figures.points,
+      report::rig_check_text(made.figures));
+}
+
+void add_rig_check_command(CLI::App& group, Cli& cli) {
+  CLI::App* command = group.add_subcommand(
+      "rig-check",
+      "Poses that tell where the dials stand apart from the robot, and how many points buy how "
+      "much.");
+  const auto options = std::make_shared<RigCheckCommand>();
+  options->plan.points = studies::RigCheckRequest{}.points;
+  command->add_option("--rig", options->rig_file, "rig.toml")->required();
+  add_point_count(*command, options->plan.points);
+  add_modes(
+      *command, options->plan.modes,
+      "working modes to measure in, as in --mode=++,-+; default: the rig's");
+  command
+      ->add_option(
+          "--rectangle", options->rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
+      ->expected(4);
+  command->add_option("-o,--output", options->plan.output, "the plan file; default: stdout");
+  command->callback(
+      [&cli, options] { cli.action = [&cli, options] { return rig_check(cli, *options); }; });
+}
+
 void add_next_command(CLI::App& group, Cli& cli) {
   CLI::App* command = group.add_subcommand("next", summary_of("plan.next"));
   const auto options = std::make_shared<NextCommand>();
@@ -218,6 +260,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
   group->require_subcommand(1);
   add_next_command(*group, cli);
   add_separate_command(*group, cli);
+  add_rig_check_command(*group, cli);
   const auto plan = std::make_shared<PlanCommand>();
 
   CLI::App* grid = group->add_subcommand("grid", "A grid of targets that the rig can measure.");

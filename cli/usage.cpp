@@ -32,6 +32,7 @@ constexpr std::array kExamples{
     Example{"plan random", "sixdial plan random --rig rig.toml --count 100 -o plan.csv"},
     Example{"plan grid", "sixdial plan grid --rig rig.toml --nx 10 --ny 10 -o plan.csv"},
     Example{"plan next", "sixdial plan next monday -o next.csv"},
+    Example{"plan rig-check", "sixdial plan rig-check --rig rig.toml -o check.csv"},
     Example{"plan separate", "sixdial plan separate monday -o apart.csv"},
     Example{"session create", "sixdial session create monday --rig rig.toml"},
     Example{"session show", "sixdial session show monday"},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "diagnosis/unnamed.h"
+
 namespace sixdial::diagnosis {
 
 Eigen::MatrixXd error_curves(const Readings& readings) {
@@ -71,7 +73,11 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
                            readings, extended.model, extended.effects, nullptr,
                            random_columns(readings.count(), named.background));
   const JointFit& structured = named.unknown.empty() ? fit : extended;
-  fit.covariance = covariance_with_structure(fit, structured, error_curves(readings));
+  const Eigen::MatrixXd curves = error_curves(readings);
+  const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);
+  Eigen::MatrixXd bends(readings.count(), curves.cols() + unnamed.cols());
+  bends << curves, unnamed;
+  fit.covariance = covariance_with_structure(fit, structured, bends);
   return fit;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "calibration/rig_errors.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
@@ -74,7 +75,7 @@ calibration::MethodChoice registry_method(
 
 /// Standard deviations and intervals rest on the same spread wherever they are shown. `by_fit`:
 /// the identified parameters are at the minimum of the least-squares fit that was assessed.
-/// `held`: what the poses leave open, which the assessment has already.
+/// `held`: what the poses and the rig leave open, which the assessment has already.
 void use_noise_of(
     const Assessment& assessment, bool by_fit, const Eigen::MatrixXd& held,
     CalibrationResult& result) {
@@ -148,6 +149,9 @@ CalibrationResult calibrate_here(
   judged.noise_mm = settings.noise_mm;
   judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
   settings.fixed = judged.fixed;
+  if (auto smaller = smaller_fit(believable.warnings, data.g1, judged.fixed)) {
+    believable.warnings.push_back(std::move(*smaller));
+  }
   const auto reference =
       calibration::identify(*calibration::find_identifier("lm"), data.g1, judged);
   const bool by_paper = method.id == kPaperMethod;
@@ -163,7 +167,10 @@ CalibrationResult calibrate_here(
       checked.all, believed.rig);
   use_noise_of(
       *result.assessment, by_paper,
-      calibration::held_covariance(reference.fit, data.g1.parameter_info), result);
+      calibration::held_covariance(reference.fit, data.g1.parameter_info) +
+          calibration::rig_covariance(
+              data.g1, reference.fit, calibration::weighting_of(data.g1, judged)),
+      result);
   result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
   result.gross_errors = checked.found;
   const calibration::ComparisonSettings as_fitted{

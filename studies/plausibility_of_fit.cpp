@@ -3,7 +3,9 @@
 #include "studies/plausibility_of_fit.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,14 +29,58 @@ int distinct_poses(std::span<const simulation::Trial> trials) {
   return static_cast<int>(poses.size());
 }
 
+/// More equations than unknowns, before any noise can be known from them (calibration/noise.h).
+constexpr int kToSpare = 5;
+
 }  // namespace
+
+std::optional<Warning> smaller_fit(
+    const std::vector<Warning>& warnings, const calibration::ObservationSpace& space,
+    const std::vector<char>& fixed) {
+  const auto few = std::ranges::find(warnings, kTooFewPoses, &Warning::code);
+  if (few == warnings.end() || space.samples() == 0) return std::nullopt;
+  const auto poses = static_cast<int>(std::get<double>(few->parts.at("poses")));
+  const int equations = poses * space.rows() / space.samples();
+  // By how many standard deviations a plausible change of each parameter moves each row.
+  Eigen::MatrixXd moves = Eigen::MatrixXd::Zero(space.rows(), space.parameters());
+  for (int i = 0; i < space.samples(); ++i) {
+    const int first = space.first_row[static_cast<std::size_t>(i)];
+    Eigen::VectorXd e(space.rows(i));
+    Eigen::MatrixXd J(space.rows(i), space.parameters());
+    if (space.evaluate(i, space.nominal, e, &J)) moves.middleRows(first, space.rows(i)) = J;
+  }
+  moves =
+      (space.sigma_mm.cwiseInverse().asDiagonal() * moves * space.scale().asDiagonal()).eval();
+  for (std::size_t k = 0; k < fixed.size(); ++k) {
+    if (fixed[k] != 0) moves.col(static_cast<Eigen::Index>(k)).setZero();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(moves);
+  int kept = 0;
+  while (kept < std::min<int>(equations - kToSpare, space.parameters()) &&
+         std::abs(qr.matrixQR()(kept, kept)) > 1.0) {
+    ++kept;
+  }
+  if (kept == 0) return std::nullopt;
+  std::vector<std::string> hold;
+  for (int k = kept; k < space.parameters(); ++k) {
+    const auto parameter = static_cast<std::size_t>(qr.colsPermutation().indices()[k]);
+    hold.push_back(space.parameter_info[parameter].name);
+  }
+  if (hold.empty()) return std::nullopt;
+  std::ranges::sort(hold);
+  return Warning{
+      "smaller_fit",
+      Severity::kNote,
+      {.file = "session.csv"},
+      {{"fitted", static_cast<double>(kept)},
+       {"fix", fmt::format("{}", fmt::join(hold, ","))}}};
+}
 
 std::optional<Warning> too_few_poses(
     std::span<const simulation::Trial> fitted, int axes, int free_parameters) {
   // As many equations as unknowns leave nothing that could contradict; so few more that no
   // noise can be known from them (calibration/noise.h) leave too little.
-  constexpr int kMore = 5;
-  const int needed = (free_parameters + kMore + axes - 1) / axes;
+  const int needed = (free_parameters + kToSpare + axes - 1) / axes;
   const int poses = distinct_poses(fitted);
   if (poses >= needed) return std::nullopt;
   return Warning{

@@ -23,6 +23,13 @@ void add_too_few_poses(
     const std::vector<std::string>& free);
 void add(std::vector<Warning> more, std::vector<Warning>& warnings);
 
+/// Where these poses are too few for all free parameters: the fit of fewer that they determine,
+/// with five degrees of freedom to spare, as the parameters to hold. Empty: there is none.
+/// `warnings` holds what was found of the poses.
+[[nodiscard]] std::optional<Warning> smaller_fit(
+    const std::vector<Warning>& warnings, const calibration::ObservationSpace& space,
+    const std::vector<char>& fixed);
+
 /// How many of a robot's parameters a request leaves free.
 [[nodiscard]] int free_parameters(
     const geometry::RobotModel& robot, const std::vector<std::string>& fix,

@@ -10,9 +10,9 @@
 
 #include "diagnosis/limits.h"
 #include "diagnosis/separation.h"
-#include "geometry/tool.h"
 #include "session/trials.h"
 #include "studies/error.h"
+#include "studies/measurable_poses.h"
 #include "studies/next_plan.h"
 #include "studies/plausibility.h"
 
@@ -21,8 +21,6 @@ namespace {
 
 using diagnosis::JointFit;
 using diagnosis::PosePoint;
-
-constexpr int kGridLines = 13;  // along each side, in each working mode
 
 /// What is to come apart: a cause in the fit, and what it is tied with.
 struct Question {
@@ -69,54 +67,6 @@ std::optional<Question> blindest(
   return question;
 }
 
-std::vector<PosePoint> candidates_of(
-    const session::Session& session, const std::vector<geometry::WorkingMode>& wanted) {
-  const geometry::Rig& rig = session.rig;
-  Eigen::Vector2d low(1e300, 1e300);
-  Eigen::Vector2d high = -low;
-  for (const session::Sample& sample : session.samples) {
-    if (!sample.target_mm) continue;
-    low = low.cwiseMin(*sample.target_mm);
-    high = high.cwiseMax(*sample.target_mm);
-  }
-  if (!(low.array() < high.array()).all()) {
-    const session::Rectangle usual;
-    low = usual.min_mm;
-    high = usual.max_mm;
-  }
-  std::vector<geometry::WorkingMode> modes = wanted;
-  if (modes.empty()) {
-    for (const geometry::BranchInfo& each : rig.robot.model->modes) {
-      modes.emplace_back(each.number);
-    }
-  }
-  const geometry::Tool tool(rig);
-  std::vector<PosePoint> result;
-  for (const geometry::WorkingMode mode : modes) {
-    const auto home = tool.inverse(rig.robot.nominal, rig.cuboid.reference_pose_mm, mode);
-    if (!home) continue;
-    for (int i = 0; i < kGridLines; ++i) {
-      for (int j = 0; j < kGridLines; ++j) {
-        const Eigen::Vector2d share(
-            static_cast<double>(i) / (kGridLines - 1),
-            static_cast<double>(j) / (kGridLines - 1));
-        const Eigen::Vector2d target =
-            ((low + share.cwiseProduct(high - low)) * 1e6).array().round() / 1e6;
-        const auto q = session::measurable(
-            rig, target, mode, session::PlanOptions{}.robot_error_mm, *home);
-        if (!q) continue;
-        const auto assembly = tool.assembly_at(rig.robot.nominal, *q, target);
-        if (!assembly) continue;
-        const Eigen::Vector2d rounded = (*q * 1e9).array().round() / 1e9;
-        // The side of arrival is part of the question for backlash and its like.
-        const int side = (i + j) % 2 == 0 ? 1 : -1;
-        result.push_back({rounded, target, *assembly, {side, side}});
-      }
-    }
-  }
-  return result;
-}
-
 PlacedCause name_of(const simulation::ActiveEffect& effect) {
   return {.cause = std::string(effect.effect->cause), .where = std::string(effect.place.name)};
 }
@@ -144,7 +94,8 @@ SeparationPlan separation_plan(
         "there is nothing to separate: no tied causes, no hidden effect",
         {{"session", session.name}}, "");
   }
-  const std::vector<PosePoint> candidates = candidates_of(session, request.modes);
+  const std::vector<PosePoint> candidates =
+      measurable_poses(session.rig, request.modes, rectangle_of(session));
   if (candidates.empty()) {
     throw StudyError(
         StudyErrorCode::kBadData, "no pose can be measured in these working modes",

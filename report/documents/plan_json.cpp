@@ -71,13 +71,41 @@ void describe_keys(Fields& at, Of<Fields, studies::SeparationFigures>& figures) 
   at("by_point", figures.by_point);
 }
 
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::RigCheckQuantity>& quantity) {
+  at("name", quantity.name);
+  at("unit", quantity.unit);
+  at("stated", quantity.stated);
+  at("sd", quantity.sd);
+  at("left", quantity.left);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::RigCheckStage>& stage) {
+  at("points", stage.points);
+  at("left", stage.left);
+  at("position_mm", stage.position_mm);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::RigCheckFigures>& figures) {
+  at("points", figures.points);
+  at("quantities", figures.quantities);
+  at("stages", figures.stages);
+  at("exact_rig_mm", figures.exact_rig_mm);
+}
+
 Json to_json(const studies::NextPlanFigures& figures) { return write(figures); }
 Json to_json(const studies::SeparationFigures& figures) { return write(figures); }
+Json to_json(const studies::RigCheckFigures& figures) { return write(figures); }
 
 Json plan_answer(const studies::NextPlan& made, const geometry::Rig& rig) {
   return with_plan(to_json(made.figures), made.plan, rig);
 }
 Json plan_answer(const studies::SeparationPlan& made, const geometry::Rig& rig) {
+  return with_plan(to_json(made.figures), made.plan, rig);
+}
+Json plan_answer(const studies::RigCheck& made, const geometry::Rig& rig) {
   return with_plan(to_json(made.figures), made.plan, rig);
 }
 
@@ -86,6 +114,9 @@ studies::NextPlanFigures next_plan_from_json(const Json& json) {
 }
 studies::SeparationFigures separation_from_json(const Json& json) {
   return read<studies::SeparationFigures>(json, "plan.separate");
+}
+studies::RigCheckFigures rig_check_from_json(const Json& json) {
+  return read<studies::RigCheckFigures>(json, "plan rig-check");
 }
 
 }  // namespace sixdial::report

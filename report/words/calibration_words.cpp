@@ -1,6 +1,7 @@
 #include "report/words/calibration_words.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -95,9 +96,22 @@ std::string effort_line(const studies::CalibrationResult& result) {
       result.result_method == studies::kPaperMethod
           ? "DQPSO"
           : studies::method_name(studies::without_residual_model(result.result_method));
+  constexpr double kRounding_mm = 1e-7;
+  if (result.above_minimum_mm < -kRounding_mm) {
+    // The least-squares fit holds what no pose determines; a search moves there as well.
+    std::vector<std::string> held;
+    for (const studies::HeldRow& each : result.identification.held) held.push_back(each.words);
+    return fmt::format(
+        "{} leaves {:.2e} mm less on G1 than the least-squares fit, as it also moves what "
+        "these "
+        "poses do not determine{}{}: rely on neither there; seed {}, {:.1f} s",
+        name, -result.above_minimum_mm,
+        held.empty() ? "" : " and least squares held: ", fmt::join(held, "; "),
+        result.inputs.seed, result.seconds);
+  }
   return fmt::format(
       "{} is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s", name,
-      result.above_minimum_mm, result.inputs.seed, result.seconds);
+      std::max(0.0, result.above_minimum_mm), result.inputs.seed, result.seconds);
 }
 
 std::optional<std::string> far_from_noise_line(const calibration::NoiseEstimate& noise) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <vector>
+
 #include "geometry/coverage.h"
 
 namespace sixdial::report {
@@ -47,6 +49,44 @@ std::string separation_text(const studies::SeparationFigures& figures) {
                     " Expected log odds: {:.1f} now, {:.1f} with these {} points (from 5 on a "
                     "name is certain).",
                     figures.log_odds_now, figures.log_odds_after, figures.points);
+}
+
+std::string rig_check_text(const studies::RigCheckFigures& figures) {
+  std::string text =
+      "What the rig itself leaves open, once so many points of this plan are measured:\n";
+  for (const studies::RigCheckStage& stage : figures.stages) {
+    text += fmt::format(
+        "{:5d} points: {:3.0f} % of the rig's standard deviations; the tool's position to "
+        "{:.4f} mm\n",
+        stage.points, 100 * stage.left, stage.position_mm);
+  }
+  text += fmt::format(
+      "(one standard deviation, mean over the area; with a rig exactly as its file says: "
+      "{:.4f} "
+      "mm)\n",
+      figures.exact_rig_mm);
+  constexpr double kHardly = 0.9;
+  std::vector<std::string> hardly;
+  bool stated = false;
+  for (const studies::RigCheckQuantity& each : figures.quantities) {
+    stated = stated || each.stated;
+    if (each.left > kHardly) {
+      hardly.push_back(fmt::format("{} ({:.3g} {})", each.name, each.sd, each.unit));
+    }
+  }
+  if (!stated) {
+    text +=
+        "The rig file states no deviations: those of a ruler, a square and a gauge block "
+        "were taken.\n";
+  }
+  if (hardly.empty()) return text + "Every quantity of the rig comes out of these points.";
+  return text +
+         fmt::format(
+             "No pose tells more than a tenth of: {}. Measure these by hand: a lean by a "
+             "shim of known thickness under one side of the dial's holder, a place by a "
+             "gauge block, the cuboid by a micrometer and a square "
+             "(doc/manual/mounting.md).",
+             fmt::join(hardly, ", "));
 }
 
 }  // namespace sixdial::report

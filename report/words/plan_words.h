@@ -4,6 +4,7 @@
 #include <string>
 
 #include "studies/next_plan.h"
+#include "studies/rig_check.h"
 #include "studies/separation_plan.h"
 
 namespace sixdial::report {
@@ -12,5 +13,7 @@ namespace sixdial::report {
 [[nodiscard]] std::string next_plan_text(const studies::NextPlanFigures& figures);
 /// What comes apart, and how surely.
 [[nodiscard]] std::string separation_text(const studies::SeparationFigures& figures);
+/// How many points buy how much, what no pose tells, and what to do about that.
+[[nodiscard]] std::string rig_check_text(const studies::RigCheckFigures& figures);
 
 }  // namespace sixdial::report

@@ -177,6 +177,9 @@ constexpr Words kWords[] = {
      "{samples:sample|samples} of G1 stand at {poses:pose|different poses}, which cannot "
      "determine {parameters} parameters: {needed} are needed at least. What a fit leaves over "
      "says nothing then, and no reading is judged."},
+    {"smaller_fit",
+     "These poses determine {fitted:parameter|parameters} with something to spare: add --fix "
+     "{fix} to hold the others at nominal."},
     {"implausible_length",
      "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
      "mm: no such robot is made. Look at the units, the dials' order and the rig file."},

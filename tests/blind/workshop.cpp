@@ -4,8 +4,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <random>
 #include <set>
 
@@ -24,6 +24,13 @@ using mock_devices::Workshop;
 constexpr int kTargets = 40;
 constexpr double kLow_x_mm = 16, kHigh_x_mm = 40, kLow_y_mm = 30, kHigh_y_mm = 66;
 constexpr double kNormal_95 = 1.959963984540054;
+
+/// Of this thread: other work on the machine does not count.
+double core_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 /// What the generator gives any size at all, under the names that a diagnosis uses.
 std::set<std::string> names_of(const Workshop& workshop, const WorkshopCase& of) {
@@ -244,10 +251,9 @@ std::optional<WorkshopOutcome> try_workshop(const WorkshopCase& of, std::uint64_
   const auto session = generate_session(workshop.world, plan);
   const simulation::ForwardModel model(workshop.file);
   diagnosis::Readings readings(model, trials_of(workshop.file, session));
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = core_seconds();
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
-  outcome.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.seconds = core_seconds() - start_s;
   judge(verdict, names_of(workshop, of), of.misplaced, outcome);
   if (of.strong) {
     for (const auto& [name, value] : workshop.world.effects.back().parameters) {

@@ -2,10 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 #include <set>
+#include <sstream>
 
 #include "geometry/units.h"
 #include "report/documents/calibration_json.h"
@@ -67,6 +69,27 @@ TEST(Plausibility, TooFewPosesCalibrateNothingAndAccuseNobody) {
     }
     EXPECT_GT(widest_mm, 0.5);
   }
+}
+
+// The smaller fit that is proposed has what it needs, and proposes nothing more.
+TEST(Plausibility, TooFewPosesProposeAFitThatTheyDetermine) {
+  const session::Session few = session_at(6);  // 12 coordinates for ten parameters
+  const CalibrationResult all = calibrate(few, quick());
+  const auto smaller = std::ranges::find(*all.warnings, "smaller_fit", &Warning::code);
+  ASSERT_NE(smaller, all.warnings->end());
+  CalibrationRequest request = quick();
+  std::string word;
+  for (std::istringstream words(std::get<std::string>(smaller->parts.at("fix")));
+       std::getline(words, word, ',');) {
+    request.fix.push_back(word);
+  }
+  EXPECT_FALSE(request.fix.empty());
+  EXPECT_EQ(
+      static_cast<double>(request.fix.size()) + std::get<double>(smaller->parts.at("fitted")),
+      10.0);
+  const CalibrationResult held = calibrate(few, request);
+  EXPECT_THAT(codes_of(*held.warnings), Not(::testing::Contains("too_few_poses")));
+  EXPECT_THAT(held.identification.held, IsEmpty());
 }
 
 // Every method of a comparison says what these poses leave open, and how far.
