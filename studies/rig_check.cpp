@@ -69,7 +69,7 @@ class Knowledge {
     }
     C_.resize(readings.count(), robot_ + rig_);
     C_ << readings.jacobian(model.nominal()) * scale_.asDiagonal(),
-        readings.nuisance().leftCols(rig_);
+        readings.rig_noise_mm() * readings.nuisance().leftCols(rig_);
     for (Index row = 0; row < C_.rows(); ++row) {
       C_.row(row) /= readings.relative_noise()[row] * readings.rig_noise_mm();
       if (!C_.row(row).allFinite()) C_.row(row).setZero();

@@ -87,7 +87,8 @@ double ratio_of(
   readings.place_tool(model.nominal());
   const simulation::ExtendedModel plain(model, {});
   const double noise_mm = workshop.world.dials.noise_sd_mm;
-  const Eigen::MatrixXd rig = readings.nuisance() / noise_mm;  // for one standard deviation
+  // For one standard deviation of each quantity.
+  const Eigen::MatrixXd rig = readings.rig_noise_mm() / noise_mm * readings.nuisance();
   simulation::ModelVector at = model.nominal();
   const Eigen::Index n = readings.count(), k = at.size();
   Eigen::VectorXd e(n + rig.cols()), of_rig = Eigen::VectorXd::Zero(rig.cols());

@@ -29,6 +29,13 @@ geometry::Rig stated_rig() {
   return rig;
 }
 
+/// What stated_rig() leaves out is taken as a workshop knows it.
+bool says_nothing_of(const std::string& quantity) {
+  return quantity.find("tip") != std::string::npos ||
+         (quantity.find("cuboid") != std::string::npos &&
+          quantity.find("side") == std::string::npos);
+}
+
 TEST(RigCheck, IsAPlanThatCanBeCollectedAndMoreOfItTellsMore) {
   const geometry::Rig rig = stated_rig();
   const RigCheck check = rig_check(rig, {.points = 24});
@@ -41,7 +48,7 @@ TEST(RigCheck, IsAPlanThatCanBeCollectedAndMoreOfItTellsMore) {
   }
   EXPECT_LT(check.figures.exact_rig_mm, check.figures.stages.back().position_mm);
   for (const RigCheckQuantity& each : check.figures.quantities) {
-    EXPECT_TRUE(each.stated) << each.name;
+    EXPECT_EQ(each.stated, !says_nothing_of(each.name)) << each.name;
     EXPECT_GT(each.left, 0.0) << each.name;
     EXPECT_LE(each.left, 1.0 + 1e-9) << each.name;
   }
@@ -68,7 +75,7 @@ TEST(RigCheck, PromisesWhatASessionAtThesePosesTells) {
     }
     trials.push_back(std::move(trial));
   }
-  const diagnosis::Readings readings(model, trials);
+  const diagnosis::Readings readings = diagnosis::Readings(model, trials).allowing_rig(1.0);
   const diagnosis::JointFit fit = diagnosis::fit_jointly(readings, model.nominal(), {});
   ASSERT_TRUE(fit.converged);
   const auto quantities = readings.rig_quantities();
