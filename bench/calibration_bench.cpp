@@ -30,7 +30,7 @@ const Data& data() {
 }
 
 void ekf_once(benchmark::State& state) {
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(run_filter(data().g1));
   }
 }
@@ -40,7 +40,7 @@ void qpso1(benchmark::State& state, Linearisation linearisation, int threads) {
   NoiseSearchSettings settings;
   settings.linearisation = linearisation;
   settings.threads = threads;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(search_noise(data().g1, settings));
   }
 }
@@ -56,7 +56,7 @@ void qpso2(benchmark::State& state, SearchCoordinates coordinates, int threads) 
   ParameterSearchSettings settings;
   settings.coordinates = coordinates;
   settings.threads = threads;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(search_parameters(data().g1, data().estimate, settings));
   }
 }
@@ -69,7 +69,7 @@ BENCHMARK_CAPTURE(qpso2, raw_2_threads, SearchCoordinates::kRaw, 2)
 
 void anfis_x_and_y_500_epochs(benchmark::State& state) {
   const Data& d = data();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::VectorXd targets = d.residual.row(axis).transpose();
       benchmark::DoNotOptimize(train_anfis(
@@ -81,7 +81,7 @@ BENCHMARK(anfis_x_and_y_500_epochs)->Unit(benchmark::kMillisecond);
 
 void anfis_selection_x_and_y(benchmark::State& state) {
   const Data& d = data();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (int axis = 0; axis < 2; ++axis) {
       benchmark::DoNotOptimize(
           select_anfis(d.inputs, d.residual.row(axis).transpose(), MembershipKind::kGaussian));
@@ -91,7 +91,7 @@ void anfis_selection_x_and_y(benchmark::State& state) {
 BENCHMARK(anfis_selection_x_and_y)->Unit(benchmark::kMillisecond);
 
 void levenberg_marquardt(benchmark::State& state) {
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(fit_space(data().g1));
   }
 }
@@ -100,7 +100,7 @@ BENCHMARK(levenberg_marquardt)->Unit(benchmark::kMicrosecond);
 void whole_method(benchmark::State& state, Profile profile, int threads) {
   PipelineSettings settings = settings_for(profile);
   settings.threads = threads;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     auto result = run_dqpso_anfis(data().g1, data().g2, settings);
     if (!result) state.SkipWithError(result.error().message.c_str());
     benchmark::DoNotOptimize(result);

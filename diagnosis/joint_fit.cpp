@@ -146,8 +146,9 @@ class Fitter {
     fit_.known = nuisance.cols();
     fit_.known_sd_mm = std::max(kFinest_mm, readings.rig_noise_mm());
     fit_.random.resize(readings.count(), nuisance.cols() + random.cols());
-    fit_.random.leftCols(nuisance.cols()) = nuisance;
-    fit_.random.rightCols(random.cols()) = random;
+    // What has no columns may have no rows either.
+    if (nuisance.cols() > 0) fit_.random.leftCols(nuisance.cols()) = nuisance;
+    if (random.cols() > 0) fit_.random.rightCols(random.cols()) = random;
     fit_.u = Eigen::VectorXd::Zero(fit_.random.cols());
     fit_.noise = readings.relative_noise();
     fit_.model = start;

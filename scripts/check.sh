@@ -34,37 +34,21 @@ if [ "$what" = quick ]; then
   exit 0
 fi
 
-# clang-tidy takes ten seconds a file with Eigen in it. Version 16 knows C++20's coroutines, but
-# Boost 1.74 does not know that it does.
-tidy=(clang-tidy-16 -p build/check --quiet --extra-arg=-DBOOST_ASIO_HAS_CO_AWAIT=1
-  --extra-arg=-DBOOST_ASIO_HAS_STD_COROUTINE=1)
 base_folders=(geometry simulation session)
 all_folders=("${base_folders[@]}" calibration acquisition mock_devices diagnosis studies db report service
   cli apps tests bench)
+limit=()
 case $what in
   base) mapfile -t files < <(git ls-files "${base_folders[@]/%//*.cpp}") ;;
-  all) mapfile -t files < <(git ls-files "${all_folders[@]/%//*.cpp}") ;;
+  all) mapfile -t files < <(git ls-files "${all_folders[@]/%//*.cpp}" ':!tests/howto') ;;
   changed)
     # Newest change first. Headers are read through the sources beside them.
-    mapfile -t files < <(git log -n 40 --name-only --diff-filter=d --format= -- "${all_folders[@]/%//*.cpp}" |
-      awk '!seen[$0]++' | while read -r file; do [ ! -f "$file" ] || echo "$file"; done)
+    mapfile -t files < <(git log -n 40 --name-only --diff-filter=d --format= -- "${all_folders[@]/%//*.cpp}" \
+      ':!tests/howto' | awk '!seen[$0]++' | while read -r file; do [ ! -f "$file" ] || echo "$file"; done)
+    limit=(--seconds "$tidy_seconds")
     ;;
   *) echo "check: '$what' is none of base, quick, changed, all" >&2; exit 2 ;;
 esac
 echo "== clang-tidy: $what, ${#files[@]} files"
-log=build/check/tidy.log
-: >"$log"
-started=$SECONDS
-read_files=0
-while [ "$read_files" -lt ${#files[@]} ]; do
-  if [ "$what" = changed ] && [ $((SECONDS - started)) -ge "$tidy_seconds" ]; then
-    echo "   $read_files of ${#files[@]} files read in $tidy_seconds s; ./run check all reads every one"
-    break
-  fi
-  # A few at a time, so that the clock is looked at.
-  batch=("${files[@]:read_files:$((2 * $(nproc)))}")
-  printf '%s\n' "${batch[@]}" | xargs -P "$(nproc)" -n 1 "${tidy[@]}" >>"$log" 2>/dev/null ||
-    { cat "$log"; echo "check: clang-tidy has something to say" >&2; exit 1; }
-  read_files=$((read_files + ${#batch[@]}))
-done
+scripts/tidy.py "${limit[@]}" "${files[@]}" || { echo "check: clang-tidy has something to say" >&2; exit 1; }
 echo "checks passed"

@@ -6,9 +6,12 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
+#include <mutex>
 #include <thread>
 
 #include "acquisition/dial_examples.h"
@@ -139,15 +142,39 @@ int print_rig(const std::string& dialect, std::ostream& out, std::ostream& err) 
   return printed(out << acquisition::example_rig(*protocol), err);
 }
 
+/// Ends the process some time after `begin`, if it is still there: a request that hangs (a dead
+/// network file system, say) must not hold up the machine's shutdown.
+class Deadline {
+ public:
+  explicit Deadline(std::chrono::milliseconds longest) : longest_(longest) {}
+  void begin() {
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      std::unique_lock lock(mutex_);
+      never_.wait_for(lock, stop, longest_, [] { return false; });
+      if (stop.stop_requested()) return;
+      // What was acknowledged is on the disk already.
+      spdlog::warn("a request or a job does not end; the process ends without it");
+      std::_Exit(0);
+    });
+  }
+
+ private:
+  std::chrono::milliseconds longest_;
+  std::mutex mutex_;
+  std::condition_variable_any never_;
+  std::jthread thread_;  // last: it uses the others
+};
+
 /// Until a signal or the method shutdown ends it.
 void serve(const DaemonOptions& options, std::ostream& out) {
+  // First, so that it outlives what may hang.
+  Deadline deadline(std::chrono::milliseconds(std::llround(1e3 * options.longest_shut_down_s)));
   Service service(service_options(options));
   Server server(
       service, {.socket_path = options.socket,
                 .take_over_from_systemd = true,
                 .handle_signals = true,
-                .longest_shut_down = std::chrono::milliseconds(
-                    std::llround(1e3 * options.longest_shut_down_s))});
+                .going_down = [&deadline] { deadline.begin(); }});
   std::optional<LivePage> page;
   if (options.live->count() > 0) {
     page.emplace(LivePageOptions{.socket_path = options.socket, .port = options.live_port});

@@ -76,7 +76,8 @@ void run_patiently(
         {{"file", path.string()}},
         "Is it a pipe that nobody writes into, or on a share that is gone?");
   }
-  if (task->thrown) std::rethrow_exception(task->thrown);
+  // Taken out, so that it ends with this thread, whichever thread gives up the task last.
+  if (const auto thrown = std::exchange(task->thrown, nullptr)) std::rethrow_exception(thrown);
 }
 
 }  // namespace sixdial::service

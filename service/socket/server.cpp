@@ -192,17 +192,8 @@ void Server::stop() {
 
 void Server::begin_shut_down() {
   if (std::exchange(shutting_down_, true)) return;
-  if (options_.handle_signals) end_in_any_case();
+  if (options_.going_down) options_.going_down();
   asio::co_spawn(loop_, shut_down(), asio::detached);
-}
-
-void Server::end_in_any_case() const {
-  std::thread([longest = options_.longest_shut_down] {
-    std::this_thread::sleep_for(longest);
-    // What was acknowledged is on the disk already.
-    spdlog::warn("a request or a job does not end; the process ends without it");
-    std::_Exit(0);
-  }).detach();
 }
 
 asio::awaitable<void> Server::accept_clients() {

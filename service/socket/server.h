@@ -38,9 +38,7 @@ struct ServerOptions {
   std::filesystem::path socket_path{};
   bool take_over_from_systemd = false;  // use LISTEN_FDS where set
   bool handle_signals = false;          // SIGTERM and SIGINT end run()
-  /// After a signal the process ends in any case: a request that hangs (a dead network file
-  /// system, say) must not hold up the machine's shutdown.
-  std::chrono::milliseconds longest_shut_down{900};
+  std::function<void()> going_down{};   // called once, on run()'s thread, before anything ends
   std::chrono::milliseconds slow_client{10'000};
   int socket_buffer_bytes = 0;  // 0: the system's
 };
@@ -67,7 +65,6 @@ class Server {
   asio::awaitable<void> shut_down();
   void welcome(LocalSocket socket);
   void begin_shut_down();
-  void end_in_any_case() const;
 
   Service& service_;
   const ServerOptions options_;

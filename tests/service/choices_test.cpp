@@ -6,6 +6,7 @@
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_rig.h"
 #include "session/rig_file.h"
+#include "tests/support/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 #include "tests/support/simulated.h"
@@ -13,6 +14,7 @@
 namespace sixdial::service {
 namespace {
 
+using testing::finished;
 using ::testing::HasSubstr;
 using testing::LineClient;
 using testing::RunningService;
@@ -51,9 +53,7 @@ TEST(Choices, FollowTheSessionFromNothingToItsReport) {
   EXPECT_TRUE(few["undo"].is_null());
   // The words are true: the job itself refuses, too.
   const Json job = client.call("calibrate.start", {{"session", "monday"}})["result"];
-  EXPECT_EQ(
-      client.call("job.wait", {{"job", job["job"]}, {"timeout_s", 60}})["result"]["state"],
-      "failed");
+  EXPECT_EQ(finished(client, job)["state"], "failed");
 }
 
 TEST(Choices, AReportIsOfTheSamplesThatThereAre) {
@@ -64,8 +64,7 @@ TEST(Choices, AReportIsOfTheSamplesThatThereAre) {
   const auto run = [&](const std::string& method, Json params) {
     params["session"] = "monday";
     const Json job = client.call(method, params)["result"];
-    const Json ended =
-        client.call("job.wait", {{"job", job["job"]}, {"timeout_s", 60}})["result"];
+    const Json ended = finished(client, job);
     EXPECT_EQ(ended["state"], "done") << ended;
   };
   // A diagnosis alone is worth a page.

@@ -10,6 +10,7 @@
 #include <array>
 #include <fstream>
 
+#include "session/csv.h"
 #include "tests/support/figure.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
@@ -92,10 +93,10 @@ TEST(SocketActivation, SystemdsOwnLauncherStartsItForItsFirstClient) {
   const std::string path = (directory.path() / "handed-over").string();
   const std::string database = (directory.path() / "a.db").string();
   const std::string own = (directory.path() / "own").string();
+  const std::string said = (directory.path() / "said").string();
   const pid_t pid = ::fork();
   if (pid == 0) {
-    const int quiet = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    ::dup2(quiet, STDERR_FILENO);
+    ::dup2(::open(said.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDERR_FILENO);
     ::execl(
         launcher.c_str(), launcher.c_str(), "--listen", path.c_str(), kProgram.c_str(), "--db",
         database.c_str(), "--socket", own.c_str(), "--log-level", "error", nullptr);
@@ -108,7 +109,7 @@ TEST(SocketActivation, SystemdsOwnLauncherStartsItForItsFirstClient) {
   EXPECT_TRUE(std::filesystem::exists(database));
   EXPECT_FALSE(std::filesystem::exists(own));
   ::kill(pid, SIGTERM);
-  EXPECT_EQ(ended(pid), 0);
+  EXPECT_EQ(ended(pid), 0) << session::read_file(said);
   EXPECT_TRUE(std::filesystem::exists(path)) << "systemd's socket was unlinked";
 }
 

@@ -160,8 +160,35 @@ session::Session collect_for(
   return running.service().reader().load_session(running.service().reader().find_session(name));
 }
 
-/// 64 clients ask while a session is collected. The age of the oldest reading in a sample [ms].
-double worst_age_under_load_ms() {
+/// A thread that only sleeps, a scan long each time: by how much it wakes too late is what the
+/// machine takes from every thread, whatever the service does.
+class Sleeper {
+ public:
+  /// The longest delay until now [ms].
+  [[nodiscard]] double held_up_ms() const { return held_up_ms_; }
+
+ private:
+  void sleep_and_look(const std::stop_token& stop) {
+    const std::chrono::duration<double, std::milli> scan(kScan_ms);
+    while (!stop.stop_requested()) {
+      const auto from = steady_clock::now();
+      std::this_thread::sleep_for(scan);
+      const std::chrono::duration<double, std::milli> slept = steady_clock::now() - from;
+      held_up_ms_ = std::max(held_up_ms_.load(), slept.count() - kScan_ms);
+    }
+  }
+  std::atomic<double> held_up_ms_{0.0};
+  std::jthread thread_{[this](const std::stop_token& stop) { sleep_and_look(stop); }};
+};
+
+struct WorstAge {
+  double age_ms = 0.0;  // of the oldest reading in a sample
+  double held_up_ms =
+      0.0;  // of it may be the machine's, for each thread that a reading passes through
+};
+
+/// 64 clients ask while a session is collected.
+WorstAge worst_age_under_load() {
   const double seconds = test::size_of_run("SIXDIAL_LOAD_SECONDS", 4);
   constexpr int kThreads = 7;
   constexpr int kClientsAThread = 9;  // with the one that controls: 64
@@ -180,7 +207,9 @@ double worst_age_under_load_ms() {
     askers.push_back(std::async(
         std::launch::async, ask_steadily, std::move(clients), kRequests_per_s / kThreads, end));
   }
+  const Sleeper sleeper;
   const session::Session live = collect_for(running, control, rig, "live", seconds);
+  const double held_up_ms = sleeper.held_up_ms();
   const std::vector<double> ages = ages_ms(live);
   Share all;
   for (auto& asker : askers) {
@@ -195,7 +224,7 @@ double worst_age_under_load_ms() {
   EXPECT_EQ(all.answered, all.sent) << "requests were lost";
   EXPECT_EQ(all.wrong, 0U);
   EXPECT_FALSE(ages.empty());
-  if (ages.empty()) return 0.0;
+  if (ages.empty()) return {};
   const double worst_ms = *std::ranges::max_element(ages);
   const auto late = std::ranges::count_if(ages, [](double age) { return age > 2 * kScan_ms; });
   test::figure("load.clients", kThreads * kClientsAThread + 1);
@@ -210,17 +239,16 @@ double worst_age_under_load_ms() {
   test::figure("load.samples_late_by_more_than_a_scan", static_cast<double>(late));
   test::figure("load.interval_calm_ms", quantile(intervals_ms(calm), 0.5));
   test::figure("load.interval_ms", quantile(intervals_ms(live), 0.5));
-  return worst_ms;
+  test::figure("load.machine_held_up_ms", held_up_ms);
+  return {worst_ms, held_up_ms};
 }
 
 TEST(Load, SixtyFourClientsLoseNoRequestAndDelayNoSample) {
-  // Generous: the machine of the tests is shared; if other programs hold it up, it is tried
-  // again. The script's run states the figure.
+  // Generous: the script's run on a quiet machine states the figure. What other programs take
+  // comes on top: a reading passes through a thread of the mock and one of the service.
   constexpr double kMost_ms = 1000.0;
-  constexpr int kTries = 5;
-  double worst_ms = kMost_ms;
-  for (int i = 0; i < kTries && worst_ms >= kMost_ms; ++i) worst_ms = worst_age_under_load_ms();
-  EXPECT_LT(worst_ms, kMost_ms);
+  const WorstAge worst = worst_age_under_load();
+  EXPECT_LT(worst.age_ms, kMost_ms + 2.0 * worst.held_up_ms);
 }
 
 struct Use {

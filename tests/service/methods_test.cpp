@@ -10,6 +10,7 @@
 #include "service/socket/request.h"
 #include "session/bundle.h"
 #include "session/rig_file.h"
+#include "tests/support/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
@@ -17,6 +18,7 @@ namespace sixdial::service {
 namespace {
 
 using testing::error_code_of;
+using testing::finished;
 using testing::LineClient;
 using testing::RunningService;
 
@@ -95,7 +97,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
   EXPECT_EQ(error_code_of(run("diagnose.report")), "not_found");
   const Json diagnosis = run_well("diagnose.start");
   EXPECT_EQ(diagnosis["kind"], "diagnosis");
-  client.call("job.wait", {{"job", diagnosis["job"]}, {"timeout_s", 60}});
+  EXPECT_EQ(finished(client, diagnosis)["state"], "done");
   EXPECT_TRUE(run_well("diagnose.report")["path"].is_string());
   EXPECT_EQ(run_well("session.undo")["samples"], 149);
 

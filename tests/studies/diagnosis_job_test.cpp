@@ -19,7 +19,7 @@
 #include "studies/calibrate.h"
 #include "studies/diagnose.h"
 #include "tests/studies/diagnosis_parts.h"
-#include "tests/studies/job_answers.h"
+#include "tests/support/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 

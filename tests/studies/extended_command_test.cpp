@@ -12,7 +12,7 @@
 #include "session/trials.h"
 #include "studies/diagnose.h"
 #include "studies/validate.h"
-#include "tests/studies/job_answers.h"
+#include "tests/support/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 #include "tests/support/simulated.h"

@@ -14,7 +14,7 @@
 #include "session/rig_file.h"
 #include "studies/calibrate.h"
 #include "studies/validate.h"
-#include "tests/studies/job_answers.h"
+#include "tests/support/job_answers.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
