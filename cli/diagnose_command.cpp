@@ -93,6 +93,12 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
           "simulated sessions of noise behind the false alarm probability; 0: by formula")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--samples", request.most_samples,
+          "of a session with more samples so many are drawn and used; 0: all")
+      ->check(CLI::Range(0, 10000000))
+      ->capture_default_str();
   command->add_flag(
       "--no-gain", options->no_gain, "do not judge by G2 what naming the causes gains: faster");
   command->add_option(

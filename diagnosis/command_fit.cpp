@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "diagnosis/eliminated.h"
 #include "diagnosis/unnamed.h"
 
 namespace sixdial::diagnosis {
@@ -39,29 +40,36 @@ Eigen::MatrixXd error_curves(const Readings& readings) {
 Eigen::MatrixXd covariance_with_structure(
     const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves) {
   const Whitening whitening = plain.whitening();
-  const Eigen::Index n = plain.J.rows();
   const Eigen::Index p = plain.J.cols();
   const Eigen::Index m = plain.random.cols();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, p + m);
-  A.topLeftCorner(n, p) = whitening(plain.J);
-  if (m > 0) {
-    A.topRightCorner(n, m) = whitening(plain.scaled_random());
-    A.bottomRightCorner(m, m).setIdentity();
-  }
-  // Scaled: millimetres stand beside radians.
-  const Eigen::VectorXd scale = A.colwise().norm().transpose().unaryExpr(
-      [](double norm) { return norm > 0 ? 1.0 / norm : 0.0; });
-  constexpr double kUnseen = 1e-9;
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(kUnseen);
-  solver.compute(A * scale.asDiagonal());
-  // Parameters by whitened reading.
-  const Eigen::MatrixXd estimate =
-      (scale.asDiagonal() * solver.pseudoInverse()).topLeftCorner(p, n);
-  const Eigen::MatrixXd smooth = estimate * whitening(structured.scaled_random());
-  const Eigen::MatrixXd bent = estimate * whitening(curves);
+  Eigen::MatrixXd A(plain.J.rows(), p + m);
+  A.leftCols(p) = whitening(plain.J);
+  A.rightCols(m) = whitening(plain.scaled_random());
+  // Scaled: millimetres stand beside radians. The prior of each u is a row with a one.
+  Eigen::VectorXd squares = A.colwise().squaredNorm();
+  squares.tail(m).array() += 1.0;
+  const Eigen::VectorXd scale =
+      squares.unaryExpr([](double each) { return each > 0 ? 1.0 / std::sqrt(each) : 0.0; });
+  A *= scale.asDiagonal();
+  Eigen::MatrixXd normal = gram(A);
+  normal.diagonal().tail(m) += scale.tail(m).cwiseAbs2();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
+  constexpr double kUnseen = 1e-13;  // of the largest: rounding
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([&](double each) {
+    return each > kUnseen * eigen.eigenvalues().maxCoeff() ? 1.0 / each : 0.0;
+  });
+  // Parameters by A'(whitened readings): the readings themselves are too many to be columns.
+  const Eigen::MatrixXd estimate = scale.head(p).asDiagonal() *
+                                   eigen.eigenvectors().topRows(p) * inverse.asDiagonal() *
+                                   eigen.eigenvectors().transpose();
+  const auto bent_by = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd seen = A.transpose() * whitening(columns);
+    return estimate * seen;
+  };
+  const Eigen::MatrixXd smooth = bent_by(structured.scaled_random());
+  const Eigen::MatrixXd bent = bent_by(curves);
   const double variance = structured.s_mm * structured.s_mm;
-  return variance * (estimate * estimate.transpose() + smooth * smooth.transpose()) +
+  return variance * (estimate * gram(A) * estimate.transpose() + smooth * smooth.transpose()) +
          bent * bent.transpose();
 }
 

@@ -10,6 +10,7 @@
 #include "calibration/pose_groups.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/command_fit.h"
+#include "diagnosis/drawn_samples.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 
@@ -47,7 +48,8 @@ class Diagnoser {
         progress_(progress),
         stop_(stop),
         held_out_(sides_of(trials, std::move(held_out))),
-        measured_(model, std::move(trials)),
+        drawn_(draw(model, trials)),
+        measured_(model, std::move(trials), drawn_),
         readings_(measured_),
         fewest_(model.parameter_count() + kFewestToSpare) {
     if (measured_.count() < fewest_) {
@@ -91,8 +93,23 @@ class Diagnoser {
       const std::vector<int> pose = calibration::pose_groups(joints);
       for (std::size_t t = 0; t < trials.size(); ++t) held_out[t] = pose[t] % 3 == 2;
     }
-    for (const bool out : held_out) ++(out ? result_.g2_samples : result_.g1_samples);
     return held_out;
+  }
+
+  std::vector<bool> draw(
+      const simulation::ForwardModel& model, const std::vector<simulation::Trial>& trials) {
+    // A free mount brings an unknown angle with each sample.
+    constexpr std::size_t kMostFree = 600;
+    const bool free = model.rig().cuboid.mount == geometry::Mount::kFree;
+    const std::size_t most = free && settings_.most_samples > 0
+                                 ? std::min(kMostFree, settings_.most_samples)
+                                 : settings_.most_samples;
+    std::vector<bool> drawn = drawn_samples(trials, held_out_, most, settings_.seed);
+    for (std::size_t t = 0; t < drawn.size(); ++t) {
+      if (drawn[t]) ++(held_out_[t] ? result_.g2_samples : result_.g1_samples);
+      if (!drawn[t]) result_.drawn_of = trials.size();
+    }
+    return drawn;
   }
 
   [[nodiscard]] FittedAndJudged split(const Readings& readings) const {
@@ -293,6 +310,7 @@ class Diagnoser {
   const std::function<void(const DiagnosisProgress&)>& progress_;
   const std::stop_token& stop_;
   std::vector<bool> held_out_;
+  std::vector<bool> drawn_;
   Readings measured_;
   Readings readings_;  // as they were explained: exchanged dials set right
   Eigen::Index fewest_;

@@ -39,6 +39,8 @@ struct DiagnosisSettings {
   std::uint64_t seed = 1;
   bool with_gain = true;  // the table; trains networks, most of the time of a small session
   bool with_limits = true;
+  /// A session with more samples is judged by so many of them (drawn_samples.h); 0: by all.
+  std::size_t most_samples = 0;
 };
 
 struct Cause {
@@ -96,8 +98,9 @@ struct Diagnosis {
   /// What a residual model learned of all that `commanding` leaves; empty without a table of
   /// the gain.
   std::optional<calibration::TrainedResidual> on_top;
-  std::vector<CandidateErrors> choice;  // by G1 alone; empty without a table of the gain
-  int g1_samples = 0, g2_samples = 0;
+  std::vector<CandidateErrors> choice;   // by G1 alone; empty without a table of the gain
+  int g1_samples = 0, g2_samples = 0;    // that were drawn
+  std::size_t drawn_of = 0;              // so many samples; 0: all were used
   bool held_out_by_program = false;      // the session has no G2: every third point was
   double false_alarm_probability = 1.0;  // of the strongest finding, by the simulated null
   std::uint64_t seed = 1;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/column_products.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -11,12 +13,7 @@ constexpr double kUnseen = 1e-13;
 
 }  // namespace
 
-Eigen::MatrixXd gram(const Eigen::MatrixXd& A) {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(A.cols(), A.cols());
-  result.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
-  result.triangularView<Eigen::StrictlyUpper>() = result.transpose();
-  return result;
-}
+Eigen::MatrixXd gram(const Eigen::MatrixXd& A) { return calibration::column_products(A); }
 
 EliminatedEquations::EliminatedEquations(
     const Eigen::MatrixXd& A, const Eigen::MatrixXd& C, const Eigen::VectorXd& e,
@@ -35,7 +32,7 @@ EliminatedEquations::EliminatedEquations(
     Eigen::MatrixXd D = gram(C);
     D.diagonal() += root.cwiseAbs2();
     D_.compute(D);
-    const Eigen::MatrixXd cross = C.transpose() * scaled;
+    const Eigen::MatrixXd cross = calibration::column_products(C, scaled);
     const Eigen::VectorXd of_u = C.transpose() * e - root.cwiseAbs2().cwiseProduct(u);
     const Eigen::MatrixXd half = D_.matrixL().solve(cross);
     absorbed_ = gram(half);

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "calibration/column_products.h"
 #include "calibration/random.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
@@ -29,7 +30,8 @@ struct Columns {
   Eigen::MatrixXd noise;    // projected' x noise, one column a draw
   Eigen::VectorXd sizes;    // a plausible size of each column's parameter
   bool one_sided = false;   // none of them can be negative
-  Eigen::MatrixXd inverse;  // of projected' x projected
+  Eigen::MatrixXd normal;   // projected' x projected
+  Eigen::MatrixXd inverse;  // of it
   MarginalEvidence evidence;
 };
 
@@ -147,7 +149,7 @@ class LimitStudy {
       }
     }
     const Eigen::MatrixXd& Q = projector_.Q();
-    noise_ -= Q * (Q.transpose() * noise_);
+    noise_ -= Q * calibration::column_products(Q, noise_);
     noise_ *= std::sqrt(projector_.squares() / projector_.freedom());
     noise_squares_ = noise_.colwise().squaredNorm();
   }
@@ -158,8 +160,8 @@ class LimitStudy {
     SmoothColumns columns;
     columns.kind = kind;
     columns.cost = cost;
-    columns.projected = weighted - Q * (Q.transpose() * weighted);
-    columns.noise = columns.projected.transpose() * noise_;
+    columns.projected = weighted - Q * calibration::column_products(Q, weighted);
+    columns.noise = calibration::column_products(columns.projected, noise_);
     columns.evidence = MarginalEvidence(gram(columns.projected));
     smooth_.push_back(std::move(columns));
   }
@@ -189,12 +191,13 @@ class LimitStudy {
   }
 
   void add_smooth_in_time() {
-    const SmoothInTime smooth = smooth_in_time(readings_, fit_);
+    SmoothInTime smooth = smooth_in_time(readings_, fit_);
     const double cost =
         settings_.name_preference + std::log(static_cast<double>(smooth.tried)) +
         std::log(static_cast<double>(std::max<std::size_t>(1, smooth.columns.size())));
-    for (const Eigen::MatrixXd& each : smooth.columns) {
+    for (Eigen::MatrixXd& each : smooth.columns) {
       add_smooth(each, UnknownKind::kSmooth, cost);
+      each.resize(0, 0);  // of a long session all of them are much memory
     }
   }
 
@@ -214,7 +217,7 @@ class LimitStudy {
       double top = -1e300;
       for (const SmoothColumns& each : smooth_) {
         if (!is_rival(each.kind, own.hypothesis)) continue;
-        Eigen::MatrixXd cross = each.projected.transpose() * at.projected;
+        Eigen::MatrixXd cross = calibration::column_products(each.projected, at.projected);
         double sum = 0.0;
         for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
           sum += each.evidence(
@@ -263,10 +266,10 @@ class LimitStudy {
       if (seen.raw.size() == 0) seen.raw = kept.col(0);
       columns.projected = kept - Q * (Q.transpose() * kept);
       seen.surviving = std::min(seen.surviving, columns.projected.norm() / kept.norm());
-      columns.noise = columns.projected.transpose() * noise_;
-      const Eigen::MatrixXd normal = columns.projected.transpose() * columns.projected;
-      columns.inverse = normal.completeOrthogonalDecomposition().pseudoInverse();
-      columns.evidence = MarginalEvidence(normal);
+      columns.noise = calibration::column_products(columns.projected, noise_);
+      columns.normal = calibration::column_products(columns.projected);
+      columns.inverse = columns.normal.completeOrthogonalDecomposition().pseudoInverse();
+      columns.evidence = MarginalEvidence(columns.normal);
       seen.values.push_back(std::move(columns));
     }
     return seen;
@@ -337,7 +340,7 @@ class LimitStudy {
       const Columns& at = own.values[v];
       Eigen::VectorXd x = times * at.sizes.cwiseProduct(direction(at.sizes.size(), draw));
       if (at.one_sided) x = x.cwiseAbs();
-      const Eigen::VectorXd signal = at.projected.transpose() * (at.projected * x);
+      const Eigen::VectorXd signal = at.normal * x;
       const Eigen::VectorXd right = signal + at.noise.col(draw);
       const double sse = noise_squares_[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
       const double freedom = projector_.freedom();
@@ -397,7 +400,7 @@ class LimitStudy {
         scored.rival.at.push_back(nullptr);
         scored.rival.cross.emplace_back();
         for (const Columns& there : other.values) {
-          Eigen::MatrixXd cross = there.projected.transpose() * at.projected;
+          Eigen::MatrixXd cross = calibration::column_products(there.projected, at.projected);
           const double taken = (cross.transpose() * there.inverse * cross).trace();
           const double share = taken / at.projected.squaredNorm();
           if (share <= best) continue;

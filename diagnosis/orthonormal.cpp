@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "calibration/column_products.h"
 #include "diagnosis/eliminated.h"
 
 namespace sixdial::diagnosis {
@@ -26,7 +27,7 @@ Eigen::MatrixXd orthonormal_basis(
   if (m == 0) return first;
   const Eigen::Index p = first.cols();
   Eigen::MatrixXd rest(n + m, m);
-  rest.topRows(n) = random - first * (first.transpose() * random);
+  rest.topRows(n) = random - first * calibration::column_products(first, random);
   rest.bottomRows(m) = root.asDiagonal();
   const Eigen::VectorXd norm = rest.colwise().norm();
   rest *= norm.cwiseInverse().asDiagonal();

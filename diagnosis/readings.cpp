@@ -25,19 +25,35 @@ void check_end_at(std::size_t trial) {
 Readings::Readings(
     const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
     std::vector<bool> counts)
-    : model_(&model), trials_(std::move(trials)), counts_(std::move(counts)) {
-  counts_.resize(trials_.size(), counts_.empty());
-  for (const auto& trial : trials_) {
+    : model_(&model),
+      trials_(std::make_shared<const std::vector<simulation::Trial>>(std::move(trials))),
+      counts_(std::move(counts)) {
+  counts_.resize(trials_->size(), counts_.empty());
+  std::vector<Eigen::Index> places;
+  for (const bool each : counts_) places.push_back(each ? places_++ : -1);
+  place_of_trial_ = std::make_shared<const std::vector<Eigen::Index>>(std::move(places));
+  for (const auto& trial : *trials_) {
     has_dials_ = has_dials_ || std::any_of(
                                    trial.reading.begin(), trial.reading.end(),
                                    [](const auto& reading) { return reading.has_value(); });
   }
   if (has_dials_) channels_ = model.rig().dials.size();
+  choose_rows();
+  place_tool(model.nominal());
+  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
+    noise_of_dial_.push_back(rig_noise_of(d));
+  }
+  set_noise();
+}
+
+void Readings::choose_rows() {
+  rows_.clear();
+  first_row_.clear();
   std::vector<double> values;
   double variance = 0.0;
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
     first_row_.push_back(static_cast<Eigen::Index>(values.size()));
-    const auto& trial = trials_[t];
+    const auto& trial = (*trials_)[t];
     if (!counts_[t]) continue;
     if (has_dials_) {
       for (std::size_t i = 0; i < trial.reading.size(); ++i) {
@@ -61,18 +77,16 @@ Readings::Readings(
       values.data(), static_cast<Eigen::Index>(values.size()));
   rig_noise_mm_ =
       values.empty() ? 0.0 : std::sqrt(variance / static_cast<double>(values.size()));
-  place_tool(model.nominal());
-  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
-    noise_of_dial_.push_back(rig_noise_of(d));
+  used_.clear();
+  place_of_row_.clear();
+  for (const Row& row : rows_) {
+    if (used_.empty() || used_.back() != row.trial) used_.push_back(row.trial);
+    place_of_row_.push_back(std::ssize(used_) - 1);
   }
-  set_noise();
-  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
-    rows_of_dial_.emplace_back();
-    for (std::size_t row = 0; row < rows_.size(); ++row) {
-      if (rows_[row].dial == static_cast<int>(d)) {
-        rows_of_dial_[d].push_back(static_cast<Eigen::Index>(row));
-      }
-    }
+  rows_of_dial_.assign(has_dials_ ? model_->rig().dials.size() : 0, {});
+  for (std::size_t row = 0; has_dials_ && row < rows_.size(); ++row) {
+    rows_of_dial_[static_cast<std::size_t>(rows_[row].dial)].push_back(
+        static_cast<Eigen::Index>(row));
   }
 }
 
@@ -121,7 +135,7 @@ std::vector<simulation::RigQuantity> Readings::rig_quantities() const {
 }
 
 Readings Readings::with_swapped_dials(int dial, int other) const {
-  std::vector<simulation::Trial> trials = trials_;
+  std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) {
     std::swap(
         trial.reading[static_cast<std::size_t>(dial)],
@@ -139,7 +153,7 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
 }
 
 Readings Readings::without_dial(std::size_t dial) const {
-  std::vector<simulation::Trial> trials = trials_;
+  std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) trial.reading[dial].reset();
   return Readings(*model_, std::move(trials), counts_)
       .with_noise(noise_of_dial_)
@@ -147,13 +161,17 @@ Readings Readings::without_dial(std::size_t dial) const {
 }
 
 Readings Readings::counting(std::vector<bool> counts) const {
-  Readings result(*model_, trials_, std::move(counts));
-  result.circumstances_ = circumstances_;
-  result.doubts_ = doubts_;
-  result.placed_at_ = placed_at_;
-  result.rig_allowance_ = rig_allowance_;
+  Readings result = *this;
+  for (std::size_t t = 0; t < counts_.size(); ++t) {
+    result.counts_[t] = counts_[t] && t < counts.size() && counts[t];
+  }
+  result.choose_rows();
+  result.set_noise();
+  result.nuisance_.reset();
+  result.reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  result.shareable_.clear();
   for (const auto& each : shareable_) result.shareable_.push_back(rows_of(*each, result));
-  return result.with_noise(noise_of_dial_);
+  return result;
 }
 
 /// The part of the columns that another choice of trials needs.
@@ -162,7 +180,7 @@ std::shared_ptr<const ScatterColumns> Readings::rows_of(
   ScatterColumns result{all.of, all.of_stops, {}, {}};
   result.columns.setZero(chosen.count(), all.columns.cols());
   std::size_t block = 0;
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
     const Eigen::Index rows = first_row_[t + 1] - first_row_[t];
     const Eigen::Index here = chosen.first_row_[t];
     if (rows == 0 || chosen.first_row_[t + 1] - here != rows) continue;
@@ -190,8 +208,12 @@ std::shared_ptr<const ScatterColumns> Readings::shareable_like(
 }
 
 void Readings::place_tool(const simulation::ModelVector& at) {
-  circumstances_ = simulation::circumstances_of(*model_, at, trials_);
-  doubts_ = simulation::doubts_of(circumstances_);
+  auto circumstances = std::make_shared<const std::vector<simulation::Circumstance>>(
+      simulation::circumstances_of(*model_, at, *trials_));
+  std::vector<simulation::Doubt> doubts = simulation::doubts_of(*circumstances);
+  std::erase_if(doubts, [&](const simulation::Doubt& each) { return !has_rows(each.trial); });
+  circumstances_ = std::move(circumstances);
+  doubts_ = std::make_shared<const std::vector<simulation::Doubt>>(std::move(doubts));
   reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
   placed_at_ = at;
   nuisance_.reset();
@@ -212,9 +234,11 @@ Eigen::VectorXd Readings::simulate(
   Eigen::VectorXd result =
       Eigen::VectorXd::Constant(count(), std::numeric_limits<double>::quiet_NaN());
   simulation::Scene scene;
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
     check_end_at(t);
-    if (extended.run(at, trials_[t], circumstances_[t], scene, extra)) pick(scene, t, result);
+    if (!has_rows(t)) continue;
+    if (extended.run(at, (*trials_)[t], (*circumstances_)[t], scene, extra))
+      pick(scene, t, result);
   }
   return result;
 }
@@ -223,11 +247,12 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   simulation::Prediction seen;
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
     check_end_at(t);
+    if (!has_rows(t)) continue;
     const auto reached = model_->predict(
-        at, trials_[t].q, trials_[t].assembly, free ? trials_[t].gamma_rad : std::nullopt,
-        false, seen);
+        at, (*trials_)[t].q, (*trials_)[t].assembly,
+        free ? (*trials_)[t].gamma_rad : std::nullopt, false, seen);
     if (!reached) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
@@ -249,10 +274,10 @@ Eigen::MatrixXd Readings::jacobian(
   simulation::ExtendedSlopes::Slopes seen;
   simulation::Scene scene;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
     check_end_at(t);
-    if (first_row_[t] == first_row_[t + 1]) continue;
-    if (!slopes.at(at, trials_[t], circumstances_[t], scene, seen)) continue;
+    if (!has_rows(t)) continue;
+    if (!slopes.at(at, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int channel = rows_[static_cast<std::size_t>(row)].dial;
       J.row(row) = has_dials_ ? seen.reading.row(channel) : seen.tool.row(channel);
@@ -268,19 +293,19 @@ Eigen::VectorXd Readings::doubt_mm(
   simulation::Scene scene;
   Eigen::VectorXd as_taken(count());
   Eigen::VectorXd otherwise(count());
-  std::size_t last = trials_.size();
-  for (const simulation::Doubt& doubt : doubts_) {
+  std::size_t last = trials_->size();
+  for (const simulation::Doubt& doubt : *doubts_) {
     const std::size_t t = doubt.trial;
     check_end_at(t);
     const Eigen::Index first = first_row_[t];
     const Eigen::Index rows = first_row_[t + 1] - first;
     if (rows == 0) continue;
     if (t != last) {
-      if (!extended.run(at, trials_[t], circumstances_[t], scene)) continue;
+      if (!extended.run(at, (*trials_)[t], (*circumstances_)[t], scene)) continue;
       pick(scene, t, as_taken);
       last = t;
     }
-    if (!extended.run(at, trials_[t], doubt.otherwise, scene)) continue;
+    if (!extended.run(at, (*trials_)[t], doubt.otherwise, scene)) continue;
     pick(scene, t, otherwise);
     squares.segment(first, rows) += (otherwise - as_taken).segment(first, rows).cwiseAbs2();
   }
@@ -311,7 +336,7 @@ const Eigen::MatrixXd& Readings::reading_columns(
       const double before = measured_mm_[rows[at]];
       scene.reading_mm[dial] = before;
       candidate.effect->after_reading(
-          moved.x, moved.place, circumstances_[static_cast<std::size_t>(row.trial)], scene);
+          moved.x, moved.place, (*circumstances_)[static_cast<std::size_t>(row.trial)], scene);
       columns(static_cast<Eigen::Index>(at), i) = (scene.reading_mm[dial] - before) / step;
     }
   }
@@ -334,14 +359,15 @@ Eigen::MatrixXd Readings::angles_of_free_mount() const {
   }
   constexpr double kPriorAngle_rad = 0.01;
   const double per_noise = kPriorAngle_rad / std::max(kFinestNoise_mm, rig_noise_mm_);
-  Eigen::MatrixXd result =
-      Eigen::MatrixXd::Zero(count(), static_cast<Eigen::Index>(trials_.size()));
-  for (std::size_t t = 0; t < trials_.size(); ++t) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), places_);
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
+    if (!has_rows(t)) continue;
     const auto seen = model_->predict(
-        model_->nominal(), trials_[t].q, trials_[t].assembly, trials_[t].gamma_rad, false);
+        model_->nominal(), (*trials_)[t].q, (*trials_)[t].assembly, (*trials_)[t].gamma_rad,
+        false);
     if (!seen) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
-      result(row, static_cast<Eigen::Index>(t)) =
+      result(row, (*place_of_trial_)[t]) =
           per_noise * seen->reading_J_gamma[rows_[static_cast<std::size_t>(row)].dial];
     }
   }

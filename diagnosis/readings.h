@@ -32,7 +32,7 @@ class Readings {
   Readings(
       const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
       std::vector<bool> counts = {});
-  /// The same session, with other trials fitted.
+  /// The same session, only some of the trials fitted that are fitted here.
   [[nodiscard]] Readings counting(std::vector<bool> counts) const;
 
   /// The same session as if one dial had never touched.
@@ -47,10 +47,20 @@ class Readings {
   [[nodiscard]] Eigen::Index count() const { return measured_mm_.size(); }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] const Eigen::VectorXd& measured_mm() const { return measured_mm_; }
-  [[nodiscard]] const std::vector<simulation::Trial>& trials() const { return trials_; }
+  [[nodiscard]] const std::vector<simulation::Trial>& trials() const { return *trials_; }
+  /// A column of the trials, only of those that have rows; and of each row its place there.
+  [[nodiscard]] Eigen::VectorXd of_used(const Eigen::VectorXd& by_trial) const {
+    return by_trial(used_);
+  }
+  [[nodiscard]] Eigen::Index place_of(Eigen::Index row) const {
+    return place_of_row_[static_cast<std::size_t>(row)];
+  }
+  [[nodiscard]] bool has_rows(std::size_t trial) const {
+    return first_row_[trial] != first_row_[trial + 1];
+  }
   [[nodiscard]] const simulation::ForwardModel& model() const { return *model_; }
   [[nodiscard]] const std::vector<simulation::Circumstance>& circumstances() const {
-    return circumstances_;
+    return *circumstances_;
   }
   /// Standard deviation of one number at rest by the rig file, with its rounding [mm].
   [[nodiscard]] double rig_noise_mm() const { return rig_noise_mm_; }
@@ -120,16 +130,24 @@ class Readings {
   void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
 
  private:
+  /// The rows of the trials that count.
+  void choose_rows();
   void set_noise();
   [[nodiscard]] std::shared_ptr<const ScatterColumns> rows_of(
       const ScatterColumns& all, const Readings& chosen) const;
 
   const simulation::ForwardModel* model_;
-  std::vector<simulation::Trial> trials_;
-  std::vector<simulation::Circumstance> circumstances_;
-  std::vector<simulation::Doubt> doubts_;
+  // Shared by copies: of a long session they are larger than all else.
+  std::shared_ptr<const std::vector<simulation::Trial>> trials_;
+  std::shared_ptr<const std::vector<simulation::Circumstance>> circumstances_;
+  std::shared_ptr<const std::vector<simulation::Doubt>> doubts_;  // of trials that count
   std::vector<bool> counts_;
+  // Of each trial that counted when this was made: its place among them.
+  std::shared_ptr<const std::vector<Eigen::Index>> place_of_trial_;
+  Eigen::Index places_ = 0;
   std::vector<Row> rows_;
+  std::vector<Eigen::Index> used_;          // trials that have rows
+  std::vector<Eigen::Index> place_of_row_;  // of its trial among them
   std::vector<Eigen::Index> first_row_;
   std::vector<std::vector<Eigen::Index>> rows_of_dial_;
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =

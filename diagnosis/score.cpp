@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibration/column_products.h"
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
@@ -84,10 +85,7 @@ class Scorer {
     }
     if (result.by_order) {
       result.columns.push_back(columns_of(at_rest(hypothesis, -1.0)));
-      const std::vector<Projected> all = steps(result.columns[0]);
-      for (const double value : result.values) {
-        result.projected.push_back(all[static_cast<std::size_t>(value)]);
-      }
+      result.projected = steps(result.columns[0], result.values);
     } else {
       for (const double value : result.values) {
         geometry::check_end();
@@ -115,7 +113,9 @@ class Scorer {
     Candidate best;
     if (prepared.values.empty()) return best;
     std::vector<Eigen::VectorXd> step_rights;
-    if (prepared.by_order) step_rights = step_right(prepared.columns[0], left.e);
+    if (prepared.by_order) {
+      step_rights = step_right(prepared.columns[0], left.e, prepared.values);
+    }
     std::vector<double> evidences;
     double most = -1.0;
     for (std::size_t i = 0; i < prepared.values.size(); ++i) {
@@ -125,9 +125,7 @@ class Scorer {
       here.hypothesis = prepared.hypothesis;
       here.searched = prepared.values[i];
       take(
-          here, seen,
-          prepared.by_order ? step_rights[static_cast<std::size_t>(prepared.values[i])]
-                            : right_of(prepared.columns[i], left),
+          here, seen, prepared.by_order ? step_rights[i] : right_of(prepared.columns[i], left),
           left.squares, with_evidence);
       evidences.push_back(here.evidence);
       if (here.gain > most) {
@@ -189,10 +187,10 @@ class Scorer {
     if (columns.rows) {
       plain = whitening_.normal(C, *columns.rows);
       const auto dial = static_cast<std::size_t>(columns.rows - dial_rows_.data());
-      shared.noalias() = Q_of_dial_[dial].transpose() * C;
+      shared = calibration::column_products(Q_of_dial_[dial], C);
     } else {
-      plain.noalias() = C.transpose() * C;
-      shared.noalias() = Q_.transpose() * C;
+      plain = calibration::column_products(C);
+      shared = calibration::column_products(Q_, C);
     }
     result.normal = plain - shared.transpose() * shared;
     result.before = plain.trace();
@@ -209,36 +207,50 @@ class Scorer {
     return right;
   }
 
-  /// C'e of the step at each sample.
-  [[nodiscard]] std::vector<Eigen::VectorXd> step_right(
-      const Columns& columns, const Eigen::VectorXd& e) const {
-    std::vector<Eigen::VectorXd> result(readings_.trials().size());
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
-    for (std::size_t t = result.size(); t-- > 0;) {
-      if (t % kLookEvery == 0) geometry::check_end();
-      for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
-        right += columns.values.row(row).transpose() * e[row];
-      }
-      result[t] = right;
+  /// Rows from the last one up to the first of each of these samples, which rise: `add` takes a
+  /// row in, `done` says that all of sample number i are in.
+  template <class Add, class Done>
+  void from_the_end(
+      const std::vector<double>& samples, const Add& add, const Done& done) const {
+    Eigen::Index row = readings_.count();
+    for (std::size_t i = samples.size(); i-- > 0;) {
+      if (i % kLookEvery == 0) geometry::check_end();
+      const Eigen::Index first = readings_.first_row(static_cast<std::size_t>(samples[i]));
+      while (row > first) add(--row);
+      done(i);
     }
+  }
+
+  /// C'e of the step at each of these samples.
+  [[nodiscard]] std::vector<Eigen::VectorXd> step_right(
+      const Columns& columns, const Eigen::VectorXd& e,
+      const std::vector<double>& samples) const {
+    std::vector<Eigen::VectorXd> result(samples.size());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(columns.values.cols());
+    from_the_end(
+        samples,
+        [&](Eigen::Index row) { right += columns.values.row(row).transpose() * e[row]; },
+        [&](std::size_t i) { result[i] = right; });
     return result;
   }
 
-  /// Of a constant shift's columns: the step at each sample.
-  [[nodiscard]] std::vector<Projected> steps(const Columns& columns) const {
+  /// Of a constant shift's columns: the step at each of these samples.
+  [[nodiscard]] std::vector<Projected> steps(
+      const Columns& columns, const std::vector<double>& samples) const {
     const Eigen::MatrixXd& C = columns.values;
     const Eigen::Index k = C.cols();
     Eigen::MatrixXd plain = Eigen::MatrixXd::Zero(k, k);
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(Q_.cols(), k);
-    std::vector<Projected> result(readings_.trials().size());
-    for (std::size_t t = result.size(); t-- > 0;) {
-      if (t % kLookEvery == 0) geometry::check_end();
-      for (Eigen::Index row = readings_.first_row(t); row < readings_.first_row(t + 1); ++row) {
-        plain += C.row(row).transpose() * C.row(row);
-        shared += Q_.row(row).transpose() * C.row(row);
-      }
-      result[t] = {plain - shared.transpose() * shared, plain.trace()};
-    }
+    std::vector<Projected> result(samples.size());
+    from_the_end(
+        samples,
+        [&](Eigen::Index row) {
+          plain += C.row(row).transpose() * C.row(row);
+          shared += Q_.row(row).transpose() * C.row(row);
+        },
+        [&](std::size_t i) {
+          result[i] = {plain - shared.transpose() * shared, plain.trace()};
+        });
     return result;
   }
 

@@ -33,10 +33,12 @@ double alike(const std::vector<geometry::JointInfo>& joints, Eigen::Index j) {
 
 std::vector<Eigen::Index> blocks_of(const Readings& readings, bool of_stops) {
   std::vector<Eigen::Index> first_row;
+  bool moved = true;  // since the last sample that counts
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
-    if (readings.first_row(t) == readings.first_row(t + 1)) continue;
-    const bool goes_on = of_stops && t > 0 && !first_row.empty() && stood_still(readings, t);
-    if (!goes_on) first_row.push_back(readings.first_row(t));
+    moved = moved || t == 0 || !stood_still(readings, t);
+    if (!readings.has_rows(t)) continue;
+    if (!of_stops || moved) first_row.push_back(readings.first_row(t));
+    moved = false;
   }
   first_row.push_back(readings.count());
   return first_row;
@@ -90,7 +92,9 @@ double tool_motion_mm(
   const bool free = model.rig().cuboid.mount == geometry::Mount::kFree;
   double squares = 0.0;
   int counted = 0;
-  for (const simulation::Trial& trial : readings.trials()) {
+  for (std::size_t t = 0; t < readings.trials().size(); ++t) {
+    if (!readings.has_rows(t)) continue;
+    const simulation::Trial& trial = readings.trials()[t];
     const auto gamma = free ? trial.gamma_rad : std::nullopt;
     const auto here = model.predict(at, trial.q, trial.assembly, gamma, false);
     if (!here) continue;

@@ -96,6 +96,7 @@ Eigen::VectorXd per_unit(
   Eigen::VectorXd result = Eigen::VectorXd::Zero(readings.count());
   simulation::Scene scene;
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
+    if (!readings.has_rows(t)) continue;
     const Eigen::Index first = readings.first_row(t);
     const Eigen::Index rows = readings.first_row(t + 1) - first;
     const simulation::Trial& trial = readings.trials()[t];
@@ -184,10 +185,10 @@ SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
   const Eigen::MatrixXd tool = stage_columns(
       readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kTool);
   for (const Box& box : boxes_along()) {
-    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, kOfTime);
+    const Eigen::MatrixXd basis = basis_of(readings.of_used(*u), box.half_width, kOfTime);
     Eigen::MatrixXd columns(readings.count(), kOfTime * tool.cols());
     for (Eigen::Index row = 0; row < columns.rows(); ++row) {
-      const auto trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+      const Eigen::Index trial = readings.place_of(row);
       for (Eigen::Index s = 0; s < tool.cols(); ++s) {
         columns.block(row, s * kOfTime, 1, kOfTime) = tool(row, s) * basis.row(trial);
       }

@@ -32,8 +32,9 @@ struct UnknownCandidate {
   double length = 0.0;                  // of the kernel, in half ranges of the covariate
   double rms_mm = 0.0;                  // of what it explains in the readings
   double scale = 0.0;  // standard deviation of each column's coefficient, in the column's unit
-  Eigen::MatrixXd columns;  // random columns for a joint fit, n x m
-  double cost = 0.0;        // of the search over covariate, length and scale, in log evidence
+  /// Random columns for a joint fit, n x m; of smooth functions only the best one has them.
+  Eigen::MatrixXd columns;
+  double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
   [[nodiscard]] bool is_background() const { return diagnosis::is_background(kind); }
 };
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/column_products.h"
 #include "diagnosis/covariate.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
@@ -37,13 +38,13 @@ void UnknownSearch::along(
   begin({name}, enters);
   for (const Box& box : boxes_along()) {
     geometry::check_end();
-    const Eigen::MatrixXd basis = basis_of(*u, box.half_width, functions);
+    const Eigen::MatrixXd basis = basis_of(readings_.of_used(*u), box.half_width, functions);
     Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
     std::vector<std::array<int, 2>> order;
     for (Eigen::Index s = 0; s < stage.cols(); ++s) {
       for (int j = 0; j < functions; ++j) {
         for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-          columns(row, s * functions + j) = stage(row, s) * basis(trial_of(row), j);
+          columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
         }
         order.push_back({j, -1});
       }
@@ -63,8 +64,8 @@ void UnknownSearch::over(
   begin({"x", "y"}, enters);
   for (const Box& box : kOver) {
     geometry::check_end();
-    const Eigen::MatrixXd bx = basis_of(*ux, box.half_width, kEach);
-    const Eigen::MatrixXd by = basis_of(*uy, box.half_width, kEach);
+    const Eigen::MatrixXd bx = basis_of(readings_.of_used(*ux), box.half_width, kEach);
+    const Eigen::MatrixXd by = basis_of(readings_.of_used(*uy), box.half_width, kEach);
     Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
     std::vector<std::array<int, 2>> order;
     Eigen::Index column = 0;
@@ -72,7 +73,7 @@ void UnknownSearch::over(
       for (int i = 0; i < kEach; ++i) {
         for (int j = 0; j < kEach; ++j, ++column) {
           for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-            const Eigen::Index t = trial_of(row);
+            const Eigen::Index t = readings_.place_of(row);
             columns(row, column) = stage(row, s) * bx(t, i) * by(t, j);
           }
           order.push_back({i, j});
@@ -98,10 +99,10 @@ void UnknownSearch::dial_curves(const Eigen::MatrixXd& own_mm, double limit_mm) 
     for (Eigen::Index d = 0; d < dials; ++d) {
       for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1});
       if (!u[static_cast<std::size_t>(d)]) continue;
-      const Eigen::MatrixXd basis =
-          basis_of(*u[static_cast<std::size_t>(d)], box.half_width, kOfCurve);
+      const Eigen::MatrixXd basis = basis_of(
+          readings_.of_used(*u[static_cast<std::size_t>(d)]), box.half_width, kOfCurve);
       for (const Eigen::Index row : readings_.rows_of_dial(static_cast<std::size_t>(d))) {
-        columns.row(row).segment(d * kOfCurve, kOfCurve) = basis.row(trial_of(row));
+        columns.row(row).segment(d * kOfCurve, kOfCurve) = basis.row(readings_.place_of(row));
       }
     }
     score(columns, order, box, most);
@@ -168,7 +169,7 @@ void UnknownSearch::score(
     const Box& box, double most) {
   const Eigen::MatrixXd& Q = projector_.Q();
   const Eigen::MatrixXd weighted = projector_.whitening()(columns);
-  const Eigen::MatrixXd shared = Q.transpose() * weighted;
+  const Eigen::MatrixXd shared = calibration::column_products(Q, weighted);
   const Eigen::MatrixXd A = gram(weighted) - gram(shared);
   const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
   for (const double length : box.lengths) {
@@ -198,6 +199,17 @@ void UnknownSearch::end() {
   if (all_.empty()) return;
   best_.evidence = log_mean_exp(all_);
   best_.cost = top_ - best_.evidence;
+  if (best_.kind == UnknownKind::kSmooth) {
+    // Of many smooth functions only the best enters a fit; the columns of all would be the
+    // largest thing in memory.
+    UnknownCandidate* const before = best_smooth_ ? &found_[*best_smooth_] : nullptr;
+    if (before && before->evidence >= best_.evidence) {
+      best_.columns.resize(0, 0);
+    } else {
+      if (before) before->columns.resize(0, 0);
+      best_smooth_ = found_.size();
+    }
+  }
   found_.push_back(std::move(best_));
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,7 @@ class UnknownSearch {
   double top_ = 0.0;
   std::vector<double> all_;
   std::vector<UnknownCandidate> found_;
+  std::optional<std::size_t> best_smooth_;  // the one of found_ that keeps its columns
 };
 
 /// What the rig's dials may do within their makers' limits.

@@ -80,7 +80,7 @@ std::optional<std::size_t> result_index(const ReportData& data) {
 int points_without_position(const ReportData& data) {
   return static_cast<int>(std::count_if(
       data.points.begin(), data.points.end(),
-      [](const PointRow& p) { return !p.measured_mm; }));
+      [](const PointRow& p) { return !p.measured_mm && !p.left_out; }));
 }
 
 }  // namespace sixdial::report

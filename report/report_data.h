@@ -110,6 +110,7 @@ struct PointRow {
   std::optional<double> time_s{};  // since the first sample
   std::vector<int> approach{};     // sign of each joint's last move, 0 unknown
   std::vector<std::optional<geometry::Position>> residual_mm{};  // by method
+  bool left_out = false;  // not used at all: a warning says why
 };
 
 struct BadReading {
@@ -207,7 +208,7 @@ struct ReportData {
     const ReportData& data, std::string_view set, std::size_t method);
 /// Index of the delivered method; none if there are no methods or the id is not among them.
 [[nodiscard]] std::optional<std::size_t> result_index(const ReportData& data);
-/// Samples whose contacts allowed no position.
+/// Samples that were used, but whose contacts allowed no position.
 [[nodiscard]] int points_without_position(const ReportData& data);
 
 }  // namespace sixdial::report

@@ -107,6 +107,7 @@ std::vector<report::PointRow> points_of(
     row.set = sample.set;
     row.point = sample.point;
     row.repeat = sample.repeat;
+    row.left_out = sample.left_out;
     row.q = sample.q;
     if (sample.target_mm) row.target_mm = *sample.target_mm;
     if (trial.position_mm) row.measured_mm = *trial.position_mm;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "report/expanded.h"
 #include "report/figures.h"
@@ -15,6 +16,12 @@ namespace {
 
 constexpr std::size_t kWorstPoints = 8;
 constexpr double kNm_per_mm = 1e6;
+
+/// A diagnosis says by name what residuals may depend on.
+bool is_diagnosed(const ReportData& data) {
+  return std::ranges::find(data.sections, std::string("diagnosis"), &Section::id) !=
+         data.sections.end();
+}
 
 Section accuracy(const ReportData& data) {
   Section out{.id = "accuracy", .heading = "Accuracy before and after"};
@@ -29,6 +36,7 @@ Section accuracy(const ReportData& data) {
       "were not, they only judge the result.");
   out.blocks.emplace_back(accuracy_table(data, false));
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
+  if (is_diagnosed(data)) return out;
   if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));
   return out;
 }
@@ -37,6 +45,9 @@ Section accuracy(const ReportData& data) {
 Section accuracy_details(const ReportData& data) {
   Section out{.id = "accuracy_details", .heading = "Accuracy in detail", .in_annex = true};
   if (Table t = confidence_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
+  if (is_diagnosed(data)) {
+    if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));
+  }
   if (auto figure = error_by_point(data)) out.blocks.emplace_back(std::move(*figure));
   if (Table t = dial_table(data); !t.rows.empty()) out.blocks.emplace_back(std::move(t));
   Table worst = worst_points_table(data, kWorstPoints);
@@ -46,6 +57,9 @@ Section accuracy_details(const ReportData& data) {
 
 Section parameters(const ReportData& data) {
   Section out{.id = "parameters", .heading = "Identified parameters"};
+  // One set of parameters is recommended, and stands in front; any other is a detail.
+  out.in_annex = !data.parameters_note.empty();
+  if (out.in_annex) out.heading = "Parameters of the robot alone";
   if (data.parameters.empty()) {
     out.blocks.emplace_back("No parameters were identified.");
     return out;
@@ -172,6 +186,8 @@ Table stand_out_table(const ReportData& data) {
          each.dial.empty() ? Cell{std::string{"position"}} : Cell{each.dial},
          number(each.off_mm, 4), treatment_of(each)});
   }
+  constexpr std::size_t kOnPage = 12;
+  t.rows_on_page = kOnPage;
   t.notes.emplace_back(
       "Off by: measured minus modelled, by the diagnosis where it listed the value, else by "
       "the "
@@ -187,6 +203,11 @@ Section measured_data(const ReportData& data) {
     counts.rows.push_back({std::move(what), whole(static_cast<long long>(n))});
   };
   add("samples kept", static_cast<std::size_t>(data.samples));
+  const auto not_used = std::ranges::count_if(data.points, &PointRow::left_out);
+  if (not_used > 0) {
+    add("of these not used: see what speaks against the data",
+        static_cast<std::size_t>(not_used));
+  }
   add("of these without a position (kept; single readings are still used)",
       static_cast<std::size_t>(points_without_position(data)));
   add("rows rejected on import", data.rejected.size());
@@ -217,28 +238,53 @@ Section measured_data(const ReportData& data) {
   return out;
 }
 
+/// "A", or "A, B, C" of dials that are alike in all that is known of them.
+std::vector<std::pair<std::string, ShownDial>> alike(const std::vector<ShownDial>& dials) {
+  std::vector<std::pair<std::string, ShownDial>> out;
+  const auto known = [](const ShownDial& i) {
+    return std::tuple(
+        i.description, i.serial, i.resolution_mm, i.accuracy_mm, i.repeatability_mm,
+        i.travel_mm, i.tip_radius_mm);
+  };
+  for (const ShownDial& each : dials) {
+    const auto same = std::ranges::find_if(
+        out, [&](const auto& other) { return known(other.second) == known(each); });
+    if (same == out.end()) {
+      out.emplace_back(each.id, each);
+    } else {
+      same->first += ", " + each.id;
+    }
+  }
+  return out;
+}
+
 Section conditions(const ReportData& data) {
   const Head& head = data.head;
-  Section out{.id = "conditions", .heading = "Instruments, conditions and provenance"};
-  if (!head.instruments.empty()) {
-    Table t{.id = "instruments", .caption = "Dial indicators"};
-    t.columns = {
-        column("dial", "dial"),
-        column("instrument", "instrument"),
-        column("serial", "serial number"),
-        column("resolution_mm", "resolution", "mm"),
-        column("accuracy_mm", "largest error by its maker", "mm"),
-        column("repeatability_mm", "repeatability (k = 1)", "mm"),
-        column("travel_mm", "travel", "mm"),
-        column("tip_radius_mm", "tip radius", "mm")};
-    for (const ShownDial& i : head.instruments) {
-      t.rows.push_back(
-          {i.id, text_cell(i.description), text_cell(i.serial), number(i.resolution_mm, 4),
-           number(i.accuracy_mm, 4), number(i.repeatability_mm, 4), number(i.travel_mm, 1),
-           number(i.tip_radius_mm, 3)});
-    }
-    out.blocks.emplace_back(std::move(t));
+  Section out{.id = "conditions", .heading = "Instruments"};
+  if (head.instruments.empty()) return out;
+  Table t{.id = "instruments", .caption = "Dial indicators"};
+  t.columns = {
+      column("dial", "dial"),
+      column("instrument", "instrument"),
+      column("serial", "serial number"),
+      column("resolution_mm", "resolution", "mm"),
+      column("accuracy_mm", "largest error by its maker", "mm"),
+      column("repeatability_mm", "repeatability (k = 1)", "mm"),
+      column("travel_mm", "travel", "mm"),
+      column("tip_radius_mm", "tip radius", "mm")};
+  for (const auto& [ids, i] : alike(head.instruments)) {
+    t.rows.push_back(
+        {ids, text_cell(i.description), text_cell(i.serial), number(i.resolution_mm, 4),
+         number(i.accuracy_mm, 4), number(i.repeatability_mm, 4), number(i.travel_mm, 1),
+         number(i.tip_radius_mm, 3)});
   }
+  out.blocks.emplace_back(std::move(t));
+  return out;
+}
+
+Section provenance(const ReportData& data) {
+  const Head& head = data.head;
+  Section out{.id = "made_from", .heading = "Conditions and provenance", .in_annex = true};
   Table t{.id = "provenance", .caption = "What this report was made from"};
   t.columns = {column("what", "what"), column("value", "value")};
   const auto add = [&](std::string what, const std::string& value) {
@@ -319,7 +365,9 @@ std::vector<Section> sections_of(const ReportData& data) {
     std::rotate(all.begin() + 1, recommended, recommended + 1);
   }
   if (!data.opening) all.push_back(measured_data(data));
-  all.push_back(conditions(data));
+  for (Section each : {conditions(data), provenance(data)}) {
+    if (!each.blocks.empty()) all.push_back(std::move(each));
+  }
   if (Section chosen = settings(data); !chosen.blocks.empty()) all.push_back(std::move(chosen));
   if (!data.opening && !data.points.empty()) all.push_back(positions(data));
   std::stable_partition(

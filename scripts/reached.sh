@@ -24,6 +24,17 @@ rigs=(
   "warp-long|--robot drawn --warp 0.02 --warp-wavelength 60|32|as-it-comes"
   "compliance|--robot drawn --warp 0.01 --hide joint_compliance|41|as-it-comes"
   "dial|--robot drawn --hide dial_gain:C|42|as-it-comes"
+  "warp-31|--robot drawn --warp 0.02|131|as-it-comes"
+  "warp-32|--robot drawn --warp 0.02|132|as-it-comes"
+  "warp-33|--robot drawn --warp 0.04 --warp-wavelength 50|133|as-it-comes"
+  "warp-short|--robot drawn --warp 0.02 --warp-wavelength 25|134|as-it-comes"
+  "warp-backlash|--robot drawn --warp 0.03 --hide joint_backlash:joint1:0.0005|135|as-it-comes"
+  "warp-eccentric|--robot drawn --warp 0.02 --hide joint_eccentricity:joint2:0.002|136|as-it-comes"
+  "outside-1|--robot drawn --hide-pool outside --hide-seed 1|137|as-it-comes"
+  "outside-2|--robot drawn --hide-pool outside --hide-seed 2|138|as-it-comes"
+  "outside-3|--robot drawn --hide-pool outside --hide-seed 3|139|as-it-comes"
+  "outside-4|--robot drawn --hide-pool outside --hide-seed 4|140|as-it-comes"
+  "outside-5|--robot drawn --hide-pool outside --hide-seed 5|141|as-it-comes"
   "clean|--robot drawn|51|as-it-comes"
 )
 

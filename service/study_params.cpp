@@ -91,6 +91,7 @@ void diagnosis_params(At& at, Request& request) {
   at("seed", request.seed);
   at("bootstrap", request.bootstrap);
   at("gain", request.with_gain);
+  at("samples", request.most_samples);
 }
 
 }  // namespace

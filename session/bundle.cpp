@@ -263,7 +263,8 @@ class RowReader {
         fmt::format(
             "{} are out of reach: {}", joints_in_words(layout_, sample.q),
             describe(pose.error())),
-        "check the angles (radians?) against [robot] of the rig file");
+        "check the angles (radians? columns exchanged? a sign?) against [robot] of the rig "
+        "file");
   }
 
   std::optional<Mistake> check_against_rows(const CsvRow& row, const Sample& sample) const {

@@ -32,6 +32,7 @@ diagnosis::DiagnosisSettings settings_of(const DiagnosisRequest& request) {
   settings.gain_draws = std::max(kFewestPoses, kPosesPerDraw * request.bootstrap);
   settings.seed = request.seed;
   settings.with_gain = request.with_gain;
+  settings.most_samples = static_cast<std::size_t>(std::max(0, request.most_samples));
   return settings;
 }
 
@@ -269,6 +270,16 @@ void add_sides_from_rows(const Diagnosis& found, std::vector<Warning>& warnings)
        {{"joints", joints}}});
 }
 
+void add_samples_drawn(const Diagnosis& found, std::vector<Warning>& warnings) {
+  if (found.drawn_of == 0) return;
+  warnings.push_back(
+      {"samples_drawn",
+       Severity::kNote,
+       {.file = "session.csv"},
+       {{"drawn", static_cast<double>(found.g1_samples + found.g2_samples)},
+        {"samples", static_cast<double>(found.drawn_of)}}});
+}
+
 }  // namespace
 
 namespace {
@@ -333,6 +344,7 @@ DiagnosisResult diagnose_here(
   result.extended_fit.frame = believable.frame;
   result.warnings = believable.warnings;
   add_sides_from_rows(found, *result.warnings);
+  add_samples_drawn(found, *result.warnings);
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   geometry::check_end();

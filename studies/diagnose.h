@@ -22,6 +22,9 @@ struct DiagnosisRequest {
   /// Draws of the simulated null; ten times as many of the poses behind the gain's intervals.
   int bootstrap = 200;
   bool with_gain = true;  // trains networks
+  /// Of a longer session so many samples are drawn, and the result says so; 0: all are used,
+  /// which takes the more time and memory.
+  int most_samples = 1500;
 };
 
 /// Throws StudyError: bad_data (too few readings), cancelled.

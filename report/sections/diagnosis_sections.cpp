@@ -52,9 +52,13 @@ std::string certainty_of(const FoundCause& cause) {
   return fmt::format("not told from {}", fmt::join(rivals, ", "));
 }
 
-Section summary(const DiagnosisResult& result, const DiagnosisVerdict& verdict) {
+Section summary(const DiagnosisResult& result, const DiagnosisVerdict& verdict, Beside beside) {
   Section section{.id = "diagnosis", .heading = "What the simulation gets wrong"};
-  for (const Line& line : verdict.found) section.blocks.emplace_back(line.text);
+  // Beside a calibration the first page has just said all of it.
+  const bool said = beside == Beside::kCalibration && !result.causes.empty();
+  for (const Line& line : verdict.found) {
+    if (!said) section.blocks.emplace_back(line.text);
+  }
   if (result.causes.empty()) return section;
   Table table{.id = "causes", .caption = "Causes found"};
   table.columns = {
@@ -96,21 +100,19 @@ Section cause_section(const FoundCause& cause, int index) {
   const std::string size = size_in_words(cause);
   std::string first = size.empty() ? std::string() : capital(size) + ". ";
   first += capital(standing_of(cause)) + ". " + capital(certainty_of(cause)) + ".";
-  section.blocks.emplace_back(first);
   if (std::isfinite(cause.delta_bic)) {
-    section.blocks.emplace_back(fmt::format(
-        "Evidence for it: the Bayesian information criterion is {:.0f} better than without it; "
-        "6 to "
-        "10 is strong, more is very strong.",
-        cause.delta_bic));
+    first += fmt::format(
+        " Evidence for it: the Bayesian information criterion is {:.0f} better than without "
+        "it; 6 to 10 is strong, more is very strong.",
+        cause.delta_bic);
   }
+  section.blocks.emplace_back(first);
   const CauseTexts texts = texts_of(cause);
-  section.blocks.emplace_back(fmt::format("How it shows: {}", texts.signature));
-  section.blocks.emplace_back(fmt::format("What it does: {}", texts.consequence));
-  section.blocks.emplace_back(fmt::format("What to do: {}", texts.advice));
-  if (!texts.why_not_learned.empty()) {
-    section.blocks.emplace_back(std::string(texts.why_not_learned));
-  }
+  section.blocks.emplace_back(
+      fmt::format("How it shows: {} What it does: {}", texts.signature, texts.consequence));
+  std::string last = fmt::format("What to do: {}", texts.advice);
+  if (!texts.why_not_learned.empty()) last += fmt::format(" {}", texts.why_not_learned);
+  section.blocks.emplace_back(last);
   if (auto figure = signature_figure(cause)) section.blocks.emplace_back(std::move(*figure));
   if (!cause.tied_with.empty()) section.blocks.emplace_back(ties_of(cause));
   return section;
@@ -267,12 +269,6 @@ Section gain_section(const DiagnosisResult& result) {
       on.fitted_samples, on.samples,
       on.held_out_by_program ? ", every third, as the session has no G2" : " (G2)"));
   section.blocks.emplace_back(gain_table(result));
-  for (const FoundCause& cause : result.causes) {
-    const std::string_view why = texts_of(cause).why_not_learned;
-    if (!why.empty()) {
-      section.blocks.emplace_back(fmt::format("{}: {}", capital(named(cause)), why));
-    }
-  }
   return section;
 }
 
@@ -409,13 +405,18 @@ report::Opening opening_of(const DiagnosisResult& result, const DiagnosisVerdict
 }  // namespace
 
 std::vector<Section> diagnosis_sections(const DiagnosisResult& result, Beside beside) {
-  std::vector<Section> sections{summary(result, verdict_in_words(result))};
+  std::vector<Section> sections{summary(result, verdict_in_words(result), beside)};
   int index = 0;
   const bool alone = beside == Beside::kNothing;
+  // The table of causes has them all; a report that is read has room for the strongest.
+  constexpr int kCausesInFront = 2;
+  int shown = 0;
   for (const FoundCause& cause : result.causes) {
     ++index;
     // Faults of the data are listed with the data.
-    if (alone || !cause.is_data_fault()) sections.push_back(cause_section(cause, index));
+    if (!alone && cause.is_data_fault()) continue;
+    sections.push_back(cause_section(cause, index));
+    sections.back().in_annex = !alone && ++shown > kCausesInFront;
   }
   if (alone && !result.gross_readings.empty()) sections.push_back(gross_section(result));
   sections.push_back(left_section(result));

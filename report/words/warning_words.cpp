@@ -44,6 +44,10 @@ constexpr Words kWords[] = {
      "The rows do not stand in the order of their times ({rows:step|steps} back): the times "
      "are "
      "believed, the order is not taken for that of measuring."},
+    {"same_time",
+     "All rows carry the same time: it does not say when each was measured, and is taken as "
+     "not "
+     "recorded."},
     {"temperature_unit",
      "Temperatures are near {value:.2f}: that is {unit}, not degC. They are read as such "
      "({read_as:.2f} degC)."},
@@ -69,6 +73,15 @@ constexpr Words kWords[] = {
      "to "
      "the last digit: copied, or the dials are too coarse to show any noise. Each is counted "
      "once, and the noise is not taken to be smaller than the resolution."},
+    {"stuck_column",
+     "Dial {dial} reads {value:g} mm in all of its {rows:row|rows}, wherever the tool is: it "
+     "does "
+     "not follow, or the column holds no readings. They are not used. Look at its plunger and "
+     "its cable."},
+    {"copied_columns",
+     "Dials {dials} read the same to the last digit in {rows:row|rows}: a column was copied, "
+     "or "
+     "both names lead to one dial. Neither is used."},
     {"g2_repeats_g1",
      "{rows:row of G2 repeats a row|rows of G2 repeat rows} of G1 to the last digit and "
      "{rows|validates|validate} nothing: {left} of {validating} validation rows are left."},
@@ -139,6 +152,10 @@ constexpr Words kWords[] = {
      "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
      "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
      "turning up."},
+    {"samples_drawn",
+     "Causes were looked for in {drawn:.0f} of {samples:.0f} samples, drawn evenly over the "
+     "session, and gross readings are listed of these only: enough to see what is there, and "
+     "quick. \"sixdial diagnose SESSION --samples 0\" uses all."},
     {"sides_from_rows",
      "Nobody recorded from which side {joints} came: each move is taken to be the way from the "
      "row before."},

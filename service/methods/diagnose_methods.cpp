@@ -65,7 +65,14 @@ constexpr std::array kParams{
     Param{
         .name = "gain",
         .type = ParamType::kBoolean,
-        .doc = "false: without the gain on G2, which trains networks"}};
+        .doc = "false: without the gain on G2, which trains networks"},
+    Param{
+        .name = "samples",
+        .type = ParamType::kInteger,
+        .doc =
+            "of a session with more samples so many are drawn and used; 0: all; default 1500",
+        .min = 0,
+        .max = 1e7}};
 
 constexpr std::array kMethods{
     RpcMethod{

@@ -9,11 +9,14 @@ constexpr EffectParameter kParameters[] = {
 
 // A step needs a few samples on each side to be one.
 constexpr int kFewestOnASide = 3;
+// In long sessions not every sample is asked whether the step is there.
+constexpr int kMostAsked = 1000;
 
 std::vector<double> samples(
     const geometry::Rig&, std::span<const Circumstance> all, const Place&) {
   std::vector<double> result;
-  for (int k = kFewestOnASide; k + kFewestOnASide <= static_cast<int>(all.size()); ++k) {
+  const int every = 1 + (static_cast<int>(all.size()) - 1) / kMostAsked;
+  for (int k = kFewestOnASide; k + kFewestOnASide <= static_cast<int>(all.size()); k += every) {
     result.push_back(k);
   }
   return result;

@@ -36,6 +36,10 @@ void look_at_angles(Look& look) {
   const std::size_t samples = look.used.samples.size();
   constexpr std::size_t kLeastRows = 6;  // to say what is usual
   if (samples < kLeastRows) return;
+  std::vector<Range> usual_of_joint;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    usual_of_joint.push_back(usual_range(look.used, static_cast<Eigen::Index>(j)));
+  }
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < samples; ++i) {
     const session::Sample& sample = look.used.samples[i];
@@ -44,7 +48,7 @@ void look_at_angles(Look& look) {
     for (std::size_t j = 0; j < joints.size(); ++j) {
       if (joints[j].unit() != "rad") continue;
       const auto k = static_cast<Eigen::Index>(j);
-      const Range usual = usual_range(look.used, k);
+      const Range& usual = usual_of_joint[j];
       const double width = usual.high - usual.low + kBeyond_rad;
       const bool here = !usual.holds(sample.q[k], kLeastOutside * width);
       const bool as_degrees = usual.holds(sample.q[k] / geometry::kDegPerRad, width);

@@ -57,6 +57,7 @@ void look_at_clock(Look& look);
 void look_at_temperatures(Look& look);
 void look_at_angles(Look& look);
 void look_for_copies(Look& look);
+void look_at_columns(Look& look);
 void look_at_travel(Look& look);
 void look_at_modes(Look& look);
 void look_at_rows_elsewhere(Look& look);

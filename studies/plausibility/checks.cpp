@@ -30,7 +30,10 @@ const std::vector<PlausibilityCheck>& checks() {
       // What the file says.
       {"sets", {"set_not_used", "set_with_blanks"}, look_at_sets},
       {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
-      {"clock", {"wrong_date", "clock_set_back", "not_in_order_of_time"}, look_at_clock},
+      {"columns", {"stuck_column", "copied_columns"}, look_at_columns},
+      {"clock",
+       {"wrong_date", "clock_set_back", "not_in_order_of_time", "same_time"},
+       look_at_clock},
       {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
       {"angles", {"row_in_degrees"}, look_at_angles},
       // What the columns hold: the nominal robot knows it better than their names do.

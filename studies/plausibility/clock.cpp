@@ -44,7 +44,8 @@ double usual_step_s(const std::vector<Timed>& rows) {
   return steps[steps.size() / 2];
 }
 
-/// Rows whose date is far from both neighbours, which are near each other; places in `rows`.
+/// Rows whose date is far from both neighbours, which are near each other, or a few such rows
+/// together; places in `rows`.
 std::vector<std::size_t> wrong_dates(const std::vector<Timed>& rows, double usual_s) {
   std::vector<std::size_t> wrong;
   const double jump = std::max(kUsualTimes * usual_s, kLeastJump_s);
@@ -63,8 +64,12 @@ std::vector<std::size_t> wrong_dates(const std::vector<Timed>& rows, double usua
       is_wrong = apart(before, i) > kFarAway_s ||
                  (rows[i].time_s < rows[before].time_s && apart(before, i) > jump);
     } else if (!first) {
-      const double across = apart(before, i + 1);
-      is_wrong = apart(before, i) > jump + across && apart(i, i + 1) > jump + across;
+      constexpr std::size_t kMostTogether = 5;
+      for (std::size_t after = i + 1; after < n && after <= i + kMostTogether; ++after) {
+        const double across = apart(before, after);
+        is_wrong =
+            is_wrong || (apart(before, i) > jump + across && apart(i, after) > jump + across);
+      }
     }
     if (is_wrong) {
       wrong.push_back(i);
@@ -129,16 +134,28 @@ std::string step_text(double seconds) {
 void look_at_clock(Look& look) {
   std::vector<Timed> rows = timed_rows(look.used);
   if (rows.size() < 3) return;
+  constexpr std::size_t kFewestAlike = 6;
+  const bool alike = std::ranges::all_of(
+      rows, [&](const Timed& each) { return each.time_s == rows.front().time_s; });
+  if (alike && rows.size() >= kFewestAlike) {
+    look.tell("same_time", Severity::kNote, {.file = "session.csv", .field = "time_utc"});
+    for (const Timed& each : rows) look.used.samples[each.row].time_utc.reset();
+    return;
+  }
   const double usual_s = usual_step_s(rows);
-  std::vector<std::size_t> wrong = of_another_year(rows);
-  if (wrong.empty()) wrong = wrong_dates(rows, usual_s);
-  if (!wrong.empty() && static_cast<double>(wrong.size()) <=
-                            std::max(1.0, kMostWrong * static_cast<double>(rows.size()))) {
-    std::vector<std::size_t> named;
+  const double most = std::max(1.0, kMostWrong * static_cast<double>(rows.size()));
+  std::vector<std::size_t> named;
+  const auto take_out = [&](const std::vector<std::size_t>& wrong) {
+    if (static_cast<double>(wrong.size()) > most) return;
     for (const std::size_t i : wrong) named.push_back(rows[i].row);
     for (auto i = wrong.rbegin(); i != wrong.rend(); ++i) {
       rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(*i));
     }
+  };
+  take_out(of_another_year(rows));
+  take_out(wrong_dates(rows, usual_s));
+  std::ranges::sort(named);
+  if (!named.empty()) {
     look.tell(
         "wrong_date", Severity::kNote, look.rows(named, "time_utc"),
         {{"date", session::to_iso8601(*look.measured.samples[named.front()].time_utc)},
@@ -153,7 +170,7 @@ void look_at_clock(Look& look) {
   const bool sorted_by_set = std::ranges::all_of(back, [&](std::size_t i) {
     return look.used.samples[rows[i].row].set != look.used.samples[rows[i - 1].row].set;
   });
-  std::vector<std::size_t> named;
+  named.clear();
   for (const std::size_t i : back) named.push_back(rows[i].row);
   if (sorted_by_set || back.size() > kMostSteps) {
     look.tell("not_in_order_of_time", Severity::kNote, look.rows(named, "time_utc"));

@@ -11,6 +11,7 @@
 #include "cli/cli.h"
 #include "report/documents/calibration_json.h"
 #include "report/sections/against_sections.h"
+#include "service/report_pdf.h"
 #include "session/bundle.h"
 #include "studies/calibrate.h"
 #include "tests/support/paths.h"
@@ -121,6 +122,38 @@ TEST(ReportCommand, PrintsAPdfAndShowsTwoSessionsBelowAMegabyte) {
   const std::string printed = read(pdf);
   EXPECT_TRUE(printed.starts_with("%PDF-"));
   EXPECT_THAT(printed, HasSubstr("/MediaBox [0 0 594.95996 841.91998]"));  // A4 in points
+}
+
+/// Sheets of paper that a page takes.
+long pages_of(const std::filesystem::path& pdf) {
+  const std::string printed = read(pdf);
+  long pages = 0;
+  constexpr std::string_view kPage = "/Type /Page\n";
+  for (std::size_t at = printed.find(kPage); at != std::string::npos;
+       at = printed.find(kPage, at + 1)) {
+    ++pages;
+  }
+  return pages;
+}
+
+TEST(ReportCommand, IsSixPagesAndAnAnnex) {
+  // Causes and gross readings: as much as a report has to say.
+  TempDirectory directory;
+  const auto folder = directory.path() / "report";
+  const auto pdf = directory.path() / "front.pdf";
+  std::string err;
+  ASSERT_EQ(
+      sixdial({"report", kSessions + "17", "--diagnose", "-q", "-o", folder.string()}, err), 0)
+      << err;
+  std::string page = read(folder / "report.html");
+  EXPECT_THAT(page, HasSubstr("id=\"cause_3\""));
+  const std::size_t annex = page.find("<div class=\"annex\"");
+  ASSERT_NE(annex, std::string::npos);
+  page.erase(annex, page.find("</main>") - annex);
+  std::ofstream(folder / "front.html") << page;
+  service::print_pdf(folder / "front.html", pdf);
+  EXPECT_GE(pages_of(pdf), 3);
+  EXPECT_LE(pages_of(pdf), 6);
 }
 
 TEST(ReportCommand, WithoutABrowserItSaysWhatToDo) {

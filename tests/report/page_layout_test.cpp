@@ -51,7 +51,8 @@ TEST(PageLayout, ListsItsSectionsAndPutsDetailsIntoAnAnnex) {
     EXPECT_LT(page.find(fmt::format("<section id=\"{}\"", needed)), annex) << needed;
   }
   for (const char* detail :
-       {"accuracy_details", "identification", "settings", "positions", "parameters_2"}) {
+       {"accuracy_details", "identification", "made_from", "settings", "positions",
+        "parameters_2"}) {
     const std::size_t at = page.find(fmt::format("<section id=\"{}\"", detail));
     EXPECT_NE(at, std::string::npos) << detail;
     EXPECT_GT(at, annex) << detail;

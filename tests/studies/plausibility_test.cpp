@@ -68,6 +68,35 @@ TEST(Plausibility, ASetThatIsNotUsedIsListedWithItsCount) {
   }
 }
 
+TEST(Plausibility, ADialThatNeverMovesAndOneThatIsACopyAreNotUsed) {
+  constexpr std::size_t kD = 3;
+  const PlausibleSession stuck = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      if (sample.channels[kD].value) sample.channels[kD].value = 12.345;
+    }
+  }));
+  const Warning told = only_warning(stuck);
+  EXPECT_EQ(told.code, "stuck_column");
+  EXPECT_EQ(told.severity, Severity::kDoubt);
+  EXPECT_THAT(report::warning_text(told), HasSubstr("Dial D reads 12.345 mm"));
+  for (const session::Sample& sample : stuck.session.samples) {
+    if (sample.channels[kD].value) {
+      EXPECT_EQ(sample.channels[kD].quality, session::Quality::kBad);
+    }
+  }
+  const PlausibleSession copied = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) sample.channels[1] = sample.channels[0];
+  }));
+  EXPECT_EQ(only_warning(copied).code, "copied_columns");
+  EXPECT_THAT(report::warning_text(copied.warnings[0]), HasSubstr("Dials A and B"));
+  // A plunger at its stop stays there.
+  EXPECT_THAT(
+      codes_of(plausible(session_with([](session::Session& each) {
+                 for (session::Sample& sample : each.samples) sample.channels[kD].value = 0.0;
+               })).warnings),
+      IsEmpty());
+}
+
 TEST(Plausibility, CopiedRowsCountOnce) {
   const session::Session right = right_session();
   const session::Session session = session_with([&](session::Session& each) {
@@ -158,6 +187,34 @@ TEST(Plausibility, AWrongDateIsNamedAndTheRestIsUsed) {
       EXPECT_LT(std::abs(std::chrono::duration<double>(off).count()), 60.0) << row;
     }
   }
+}
+
+TEST(Plausibility, AFewWrongDatesTogetherAreNamed) {
+  const session::Session right = right_session();
+  const session::Session session = session_with([](session::Session& each) {
+    for (const std::size_t row : {7U, 8U, 9U}) {
+      *each.samples[row].time_utc -= std::chrono::hours(48);
+    }
+    *each.samples[12].time_utc -= std::chrono::hours(24 * 365 * 56);
+  });
+  const PlausibleSession judged = plausible(session);
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "wrong_date");
+  EXPECT_EQ(told.where.rows, 4);
+  for (const std::size_t row : {7U, 8U, 9U, 12U}) {
+    const auto off = *judged.session.samples[row].time_utc - *right.samples[row].time_utc;
+    EXPECT_LT(std::abs(std::chrono::duration<double>(off).count()), 60.0) << row;
+  }
+}
+
+TEST(Plausibility, OneTimeForAllRowsIsNone) {
+  const PlausibleSession judged = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      sample.time_utc = each.samples.front().time_utc;
+    }
+  }));
+  EXPECT_EQ(only_warning(judged).code, "same_time");
+  EXPECT_FALSE(judged.session.samples.back().time_utc.has_value());
 }
 
 TEST(Plausibility, AClockThatWasSetBackLeavesTheOrderOfMeasuring) {
