@@ -5,13 +5,14 @@
 #include <stdexcept>
 
 #include "geometry/robots/five_bar.h"
+#include "geometry/robots/serial.h"
 
 namespace sixdial::geometry {
 namespace {
 
 /// One line for each kind that this program is built with.
 std::vector<const RobotKind*>& rows() {
-  static std::vector<const RobotKind*> all{&five_bar};
+  static std::vector<const RobotKind*> all{&five_bar, &serial};
   return all;
 }
 

@@ -297,7 +297,9 @@ Session parse_session(
   Session session;
   session.name = options.name;
   session.rig = parse_rig(rig_text, rig_name);
-  session.rig_text = std::string(rig_text);
+  // What needs another file beside it would not be read again from the store.
+  session.rig_text = session.rig.robot.model->from_other_file ? write_rig(session.rig)
+                                                              : std::string(rig_text);
   CsvTable table = read_csv(csv_text, csv_name);
   while (!table.rows.empty() && is_empty(table.rows.back())) {
     table.end = table.line_end + std::string(table.rows.back().text) + table.end;

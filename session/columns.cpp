@@ -36,13 +36,25 @@ std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
   return columns;
 }
 
-/// The other units in which a file may give what it must give.
-std::vector<HeaderColumn> other_units(const SampleLayout& layout) {
+/// The other names and units in which a file may give what it must give: degrees, and q1, q2
+/// ... of an arm whose joints have names of their own.
+std::vector<HeaderColumn> other_names(const SampleLayout& layout) {
   std::vector<HeaderColumn> columns;
+  const auto add = [&](std::size_t i, const std::string& name) {
+    const Joint& joint = layout.joints[i];
+    if (name != joint.name) {
+      columns.push_back({SampleColumn::kJoint, i, name + '_' + joint.unit});
+    }
+    if (joint.degrees_too) {
+      columns.push_back({SampleColumn::kJoint, i, name + "_deg", geometry::kDegPerRad});
+    }
+  };
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
-    if (!layout.joints[i].degrees_too) continue;
-    columns.push_back(
-        {SampleColumn::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
+    add(i, layout.joints[i].name);
+    const std::string number = fmt::format("q{}", i + 1);
+    const bool taken =
+        std::ranges::find(layout.joints, number, &Joint::name) != layout.joints.end();
+    if (!layout.joints[i].known_by_name_only && !taken) add(i, number);
   }
   return columns;
 }
@@ -196,7 +208,7 @@ class Missing {
 std::vector<HeaderColumn> read_header(
     const CsvRow& header, const SampleLayout& layout, std::vector<Mistake>& mistakes) {
   std::vector<HeaderColumn> known = known_columns(layout);
-  std::ranges::move(other_units(layout), std::back_inserter(known));
+  std::ranges::move(other_names(layout), std::back_inserter(known));
   std::vector<HeaderColumn> columns;
   std::map<std::string, int> seen;
   if (header.fault) mistakes.push_back(*header.fault);

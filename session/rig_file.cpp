@@ -133,6 +133,7 @@ class RigReader : DeviationChecks {
         check_trace(*from, "[thermometer]");
       }
     }
+    rig.instrument.dimensions = rig.robot.model->axes;
     read_instrument(top, rig.instrument);
     const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
     const toml::table* cuboid =
@@ -193,10 +194,15 @@ class RigReader : DeviationChecks {
     if (made) {
       robot.model = *std::move(made);
     } else {
-      const toml::node* node = from.get(made.error().key);
+      const geometry::RobotFileFault& wrong = made.error();
+      const toml::table* place = &from;
+      if (const auto* joints = top.get_as<toml::array>("joint"); joints && wrong.joint) {
+        if (const auto* row = joints->get_as<toml::table>(*wrong.joint)) place = row;
+      }
+      const toml::node* node = place->get(wrong.key);
       fault(
-          node != nullptr ? node->source() : from.source(), made.error().key, made.error().what,
-          made.error().hint);
+          node != nullptr ? node->source() : place->source(), wrong.key, wrong.what,
+          wrong.hint);
     }
   }
 

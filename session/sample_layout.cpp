@@ -25,9 +25,9 @@ SampleLayout layout_of(const geometry::Rig& rig) {
   std::vector<Joint> joints;
   for (const geometry::JointInfo& joint : rig.robot.model->joints) {
     // Of the five-bar the files have always been in radians.
-    const bool degrees_too =
-        joint.unit() == "rad" && rig.robot.model->kind != &geometry::five_bar;
-    joints.push_back({joint.name, std::string(joint.unit()), degrees_too});
+    const bool five_bar = rig.robot.model->kind == &geometry::five_bar;
+    joints.push_back(
+        {joint.name, std::string(joint.unit()), joint.unit() == "rad" && !five_bar, five_bar});
   }
   std::vector<std::string> axes{"x", "y"};
   if (rig.instrument.dimensions == 3) axes.emplace_back("z");
