@@ -7,6 +7,7 @@
 #include "session/rig_deviations.h"
 #include "session/rig_figures.h"
 #include "session/rig_file.h"
+#include "session/rig_instrument.h"
 #include "session/toml_write.h"
 
 namespace sixdial::session {
@@ -34,23 +35,12 @@ std::string line_of(const std::string& key, const geometry::FileValue& value) {
 }
 
 /// [cuboid] or [instrument]: what measures.
-std::string instrument_text(const geometry::Rig& rig) {
-  const geometry::Instrument usual;
-  std::string out;
-  if (rig.instrument.kind != usual.kind) {
-    out += fmt::format("\n[instrument]\nkind = {}\n", toml_string(rig.instrument.kind));
-    if (rig.instrument.sd_mm > 0.0) {
-      out += fmt::format("sd_mm = {}\n", toml_number(rig.instrument.sd_mm));
-    }
-    if (rig.instrument.dimensions != rig.robot.model->axes) {
-      out += fmt::format("dimensions = {}\n", rig.instrument.dimensions);
-    }
-    return out;
-  }
+std::string measuring_text(const geometry::Rig& rig) {
+  if (rig.instrument.kind != geometry::Instrument{}.kind) return instrument_text(rig);
   const char* mount = rig.cuboid.mount == geometry::Mount::kDistal1   ? "distal1"
                       : rig.cuboid.mount == geometry::Mount::kDistal2 ? "distal2"
                                                                       : "free";
-  out += fmt::format(
+  const std::string out = fmt::format(
       "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n",
       toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
   return out + deviations_text(rig.cuboid.deviations);
@@ -91,7 +81,7 @@ std::string write_rig(const geometry::Rig& rig) {
     out += "\n[[joint]]\n";
     for (const auto& [key, value] : joint) out += line_of(key, value);
   }
-  out += instrument_text(rig);
+  out += measuring_text(rig);
   // A figure that all dials share stands in [dials], any other in its [[dial]].
   std::array<bool, kDialFigures.size()> shared{};
   if (!rig.dials.empty()) out += "\n[dials]\n";

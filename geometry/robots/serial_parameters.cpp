@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
+#include "geometry/robots/parameter_row.h"
 #include "geometry/robots/serial_chain.h"
-#include "geometry/units.h"
 
 namespace sixdial::geometry::serial_chain {
 namespace {
@@ -46,22 +46,6 @@ double lever_mm(const SerialRobot& arm) {
   return std::max(reach_mm / 2.0, kShortest_mm);
 }
 
-ParameterInfo info_of(
-    const std::string& name, bool angle, double lever, std::string meaning,
-    std::string rig_key = {}) {
-  ParameterInfo info;
-  info.name = name;
-  info.rig_key = std::move(rig_key);
-  info.shown_unit = angle ? "deg" : "mm";
-  info.shown_per_unit = angle ? kDegPerRad : 1.0;
-  info.unit = angle ? "rad" : "mm";
-  info.change = angle ? 1.0 / lever : 1.0;
-  info.optional = true;
-  info.meaning = meaning;
-  info.plainly = std::move(meaning);
-  return info;
-}
-
 void add_frame(
     std::vector<Candidate>& all, std::size_t block, const std::string& what, bool turns,
     double lever, const std::string& words) {
@@ -71,13 +55,14 @@ void add_frame(
     const std::string name = what + '_' + kAxes[i];
     all.push_back(
         {block, kX + i, rank,
-         info_of(name, false, lever, words + ", along " + kAxes[i], name + "_mm")});
+         parameter_row(name, false, lever, words + ", along " + kAxes[i], name + "_mm")});
   }
   for (std::size_t i = 0; i < 3 && turns; ++i) {
     const std::string name = what + "_r" + kAxes[i];
     all.push_back(
         {block, kRx + i, rank,
-         info_of(name, true, lever, words + ", turned about " + kAxes[i], name + "_deg")});
+         parameter_row(
+             name, true, lever, words + ", turned about " + kAxes[i], name + "_deg")});
   }
 }
 
@@ -94,7 +79,7 @@ void add_dh(std::vector<Candidate>& all, const SerialRobot& arm, std::size_t i, 
   const bool parallel = nearly_parallel(arm, i);
   const auto add = [&](std::size_t slot, Rank rank, const char* name, bool angle,
                        const std::string& words) {
-    all.push_back({i + 1, slot, rank, info_of(name + number, angle, lever, words)});
+    all.push_back({i + 1, slot, rank, parameter_row(name + number, angle, lever, words)});
   };
   const std::string of = " of row " + number + " (" + row.name + ")";
   add(kTheta, slides ? Rank::kTurn : Rank::kZero, "theta", true,
@@ -120,13 +105,13 @@ void add_origin(std::vector<Candidate>& all, const Link& link, std::size_t i, do
     const bool zero = slides && static_cast<Index>(k) == along;
     all.push_back(
         {i + 1, kX + k, zero ? Rank::kZero : Rank::kLength,
-         info_of(front + kAxes[k], false, lever, of + ", along " + kAxes[k])});
+         parameter_row(front + kAxes[k], false, lever, of + ", along " + kAxes[k])});
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const bool zero = !slides && static_cast<Index>(k) == along;
     all.push_back(
         {i + 1, kRx + k, zero ? Rank::kZero : Rank::kTurn,
-         info_of(
+         parameter_row(
              front + 'r' + kAxes[k], true, lever,
              zero ? "zero of the encoder of " + link.row.name
                   : of + ", turned about its " + kAxes[k])});
@@ -164,6 +149,18 @@ void use(const std::vector<Candidate>& chosen, RobotModel& robot, Details& is) {
   }
 }
 
+/// The nominal robot with its tool out of all symmetry: a tool that a rig file puts on the last
+/// axis, or leaves at zero, may well be elsewhere.
+VectorXd with_any_tool(const RobotModel& robot, const Details& is, double lever) {
+  VectorXd v = robot.nominal;
+  constexpr std::array<double, 3> kSomewhere{0.31, -0.23, 0.41};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int at = is.blocks.back().parameter[kX + i];
+    if (at >= 0) v[at] += kSomewhere[i] * lever;
+  }
+  return v;
+}
+
 /// How the tool moves by each parameter, scaled, over poses drawn within the joints' ranges.
 MatrixXd effects(const RobotModel& robot, const Details& is) {
   const bool turns = is.robot.tool_is_frame;
@@ -172,6 +169,7 @@ MatrixXd effects(const RobotModel& robot, const Details& is) {
   MatrixXd A(rows * kPoses, robot.parameter_count());
   RobotModel with = robot;
   with.details = std::shared_ptr<const void>(&is, [](const void*) {});
+  const VectorXd v = with_any_tool(with, is, lever);
   Frames at(with);
   VectorXd q(with.joint_count());
   std::uint64_t state = 1;
@@ -182,7 +180,7 @@ MatrixXd effects(const RobotModel& robot, const Details& is) {
       const JointInfo& joint = with.joints[static_cast<std::size_t>(k)];
       q[k] = joint.low + part * (joint.high - joint.low);
     }
-    static_cast<void>(with.forward_derivative(with.nominal, q, Assembly::kLeft, at));
+    static_cast<void>(with.forward_derivative(v, q, Assembly::kLeft, at));
     Twists J = at.by_v[0];
     J.bottomRows<3>() *= lever;
     for (Index k = 0; k < J.cols(); ++k) {

@@ -171,6 +171,16 @@ TEST(Serial, ItsParametersAreIndependentAndAsManyAsTheArmHas) {
   }
 }
 
+// A tool that the rig file leaves at zero may be anywhere: nothing is left out for its sake.
+TEST(Serial, ATwoAxisPositionerWithoutAToolKeepsWhatATargetShows) {
+  SerialRobot arm = arm_of({{0, kRight_rad, 0, 0}, {0, 0, 0, 0}}, RowForm::kDh);
+  const auto robot = serial_model(arm);
+  EXPECT_EQ(robot->parameter_count(), 4 * 2 + 3);
+  for (const char* const name : {"tool_x", "tool_y", "tool_z", "a1", "alpha1"}) {
+    EXPECT_TRUE(robot->find_parameter(name)) << name;
+  }
+}
+
 TEST(Serial, SaysBetweenWhichNumbersTheDataCannotChoose) {
   SerialRobot arm = arm_of(kUr10, RowForm::kDh);
   arm.tool_mm = {10, 20, 100};
