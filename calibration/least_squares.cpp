@@ -25,7 +25,7 @@ constexpr int kMostFlat =
     20;  // such steps in all: with an approximate Jacobian they go on and on
 // Of the normal equations. They square the condition number: 1e5 leaves six digits in a step,
 // and steps correct each other.
-constexpr int kMostNormal = 16;           // parameters
+constexpr int kMostNormal = 64;           // parameters
 constexpr double kNormalCondition = 1e5;  // above it every step is by QR and singular values
 // Decrease still possible, relative to the cost: the answer is 1e-10 standard deviations away.
 constexpr double kNormalSettled = 1e-20;

@@ -35,6 +35,30 @@ std::vector<MatrixXd> whitening(const ObservationSpace& space) {
   return result;
 }
 
+/// J'J, J'r and r'r summed sample by sample: the large Jacobian is never there.
+auto normal_equations(const ObservationSpace& space, const VectorXd& weight) {
+  return [&space, weight](const VectorXd& x, MatrixXd& JtJ, VectorXd& Jtr, double& rss) {
+    JtJ.setZero();
+    Jtr.setZero();
+    rss = 0.0;
+    MatrixXd block;
+    VectorXd e;
+    for (int i = 0; i < space.samples(); ++i) {
+      const int count = space.rows(i);
+      block.resize(count, space.parameters());
+      e.resize(count);
+      if (!space.evaluate(i, x, e, &block)) return false;
+      const auto w = weight.segment(space.first_row[static_cast<std::size_t>(i)], count);
+      e.array() *= w.array();
+      block.array().colwise() *= w.array();
+      JtJ.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
+      Jtr.noalias() -= block.transpose() * e;
+      rss += e.squaredNorm();
+    }
+    return true;
+  };
+}
+
 /// Squared deviations of values that should be the same, with their degrees of freedom.
 struct Pool {
   double sum = 0.0;
@@ -110,6 +134,7 @@ LeastSquaresProblem ObservationSpace::problem(Weighting weighting) const {
     }
     return true;
   };
+  if (!kernels && whiten.empty()) result.normal = normal_equations(*this, weight);
   return result;
 }
 

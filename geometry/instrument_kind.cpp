@@ -5,7 +5,11 @@
 #include <stdexcept>
 
 #include "geometry/instruments/dials_on_cuboid.h"
+#include "geometry/instruments/distance.h"
+#include "geometry/instruments/pose.h"
 #include "geometry/instruments/position.h"
+#include "geometry/instruments/probe.h"
+#include "geometry/instruments/socket.h"
 #include "geometry/rig.h"
 
 namespace sixdial::geometry {
@@ -13,7 +17,8 @@ namespace {
 
 /// One line for each kind that this program is built with.
 std::vector<const InstrumentKind*>& rows() {
-  static std::vector<const InstrumentKind*> all{&dials_on_cuboid, &position};
+  static std::vector<const InstrumentKind*> all{&dials_on_cuboid, &position, &pose_of_tool,
+                                                &distance,        &probe,    &socket};
   return all;
 }
 

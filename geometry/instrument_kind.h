@@ -42,6 +42,14 @@ struct UnknownInfo {
   std::string unit;  // "rad"
 };
 
+/// Two places among the parameters (three each, from these indices on) whose distance is known.
+struct KnownDistance {
+  int first = -1;
+  int second = -1;
+  double mm = 0.0;
+  double sd_mm = 0.0;
+};
+
 /// The instrument at hand, for one rig. Immutable.
 struct InstrumentModel {
   const InstrumentKind* kind = nullptr;
@@ -50,6 +58,7 @@ struct InstrumentModel {
   Eigen::VectorXd nominal;   // of its parameters
   Eigen::VectorXd known_to;  // their standard deviation before any sample; +inf: not known
   std::vector<UnknownInfo> unknowns;
+  std::vector<KnownDistance> distances;
   std::shared_ptr<const void> details;  // what else the kind keeps
 
   [[nodiscard]] Eigen::Index channel_count() const {
@@ -74,6 +83,13 @@ struct Observation {
   std::vector<bool> shows;
 };
 
+/// One sample as an instrument saw it: frames by the robot's parameters at hand, and what was
+/// read, by channel.
+struct SeenSample {
+  std::span<const Pose<double>> X;
+  std::span<const std::optional<double>> reading;
+};
+
 /// One row of the registry.
 struct InstrumentKind {
   std::string_view name;      // "dials_on_cuboid", as in [instrument] kind
@@ -88,6 +104,14 @@ struct InstrumentKind {
       const InstrumentModel& instrument, std::span<const double> x,
       std::span<const double> unknowns, std::span<const Pose<double>> X, bool say_shown,
       Observation& out) = nullptr;
+  /// Optional, where a channel has several values for the same pose (a rotation vector): puts
+  /// the one nearest to what was measured into `out`, with its derivatives.
+  void (*nearest)(std::span<const std::optional<double>> measured, Observation& out) = nullptr;
+  /// Optional: what the samples say, in closed form, of parameters that are not known. `x`
+  /// comes in nominal.
+  void (*start)(
+      const InstrumentModel& instrument, std::span<const SeenSample> samples,
+      Eigen::VectorXd& x) = nullptr;
 };
 
 /// Every kind; rows added at run time come last.

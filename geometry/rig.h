@@ -51,11 +51,40 @@ struct Dial {
   DialDeviations deviations{};
 };
 
+/// A point that an instrument refers to: on the tool, an anchor, a socket.
+struct ReferencePoint {
+  std::string name;
+  std::optional<Eigen::Vector3d> at_mm{};  // in W, or in the tool's frame; empty: nobody knows
+  double sd_mm = 0.0;                      // how well `at_mm` is known, each axis; 0: exactly
+};
+
+/// A surface that a probe touches: a plane through `at_mm`, or a sphere about it.
+struct Surface {
+  ReferencePoint place{};
+  std::optional<double> radius_mm{};  // of a sphere; empty: a plane
+  Eigen::Vector3d normal{0, 0, 1};    // of a plane, towards the probe
+};
+
+/// Known distance of two sockets.
+struct SocketDistance {
+  std::string first, second;
+  double mm = 0.0;
+  double sd_mm = 0.0;
+};
+
 /// What measures, by the name of its kind in the registry.
 struct Instrument {
   std::string kind = "dials_on_cuboid";
-  double sd_mm = 0.0;  // of a measured position; 0: nobody knows
-  int dimensions = 2;  // of a measured position
+  double sd_mm = 0.0;   // of a measured position, distance or touch; 0: nobody knows
+  double sd_rad = 0.0;  // of a measured orientation; 0: nobody knows
+  int dimensions = 2;   // of a measured position
+  std::string orientation = "rotation vector";  // what three angles in a file mean
+  std::vector<ReferencePoint>
+      tool_points{};  // measured beside the tool's own point, in the tool's frame
+  std::vector<ReferencePoint> anchors{};
+  std::vector<ReferencePoint> sockets{};
+  std::vector<SocketDistance> socket_distances{};
+  std::vector<Surface> surfaces{};
 };
 
 struct Rig {

@@ -5,13 +5,18 @@
 #include <stdexcept>
 
 #include "geometry/robots/five_bar.h"
+#include "geometry/robots/linear_delta.h"
+#include "geometry/robots/rotary_delta.h"
+#include "geometry/robots/serial.h"
+#include "geometry/robots/stewart.h"
 
 namespace sixdial::geometry {
 namespace {
 
 /// One line for each kind that this program is built with.
 std::vector<const RobotKind*>& rows() {
-  static std::vector<const RobotKind*> all{&five_bar};
+  static std::vector<const RobotKind*> all{
+      &five_bar, &serial, &linear_delta, &rotary_delta, &stewart};
   return all;
 }
 

@@ -74,6 +74,7 @@ struct JointInfo {
   /// the joint.
   double low = -1.0;
   double high = 1.0;
+  bool geared = false;  // another link follows it by a ratio: a whole turn is not the same pose
   [[nodiscard]] std::string_view unit() const {
     return kind == JointKind::kRevolute ? "rad" : "mm";
   }
@@ -89,6 +90,13 @@ struct BranchInfo {
 struct NamedDirection {
   std::vector<std::pair<std::string, double>> parts;  // name, change in scaled parameters
   std::string words;
+};
+
+/// A number that a kind has and that others of its parameters say already: it stays at its
+/// nominal value and is no parameter of the model.
+struct SaidTwice {
+  std::string name;  // "d1"
+  std::string by;    // "base_z": what moves the tool just so
 };
 
 /// A robot in one pose as a drawing of the plane shows it [mm, W].
@@ -140,6 +148,9 @@ struct RobotModel {
   std::vector<BranchInfo> modes;       // joint values that the same pose allows, at least one
   std::string mode_in_words;           // what a mode's name tells; empty: there is one mode
   std::vector<NamedDirection> named_directions;
+  std::vector<SaidTwice> said_twice;
+  int axes = 2;                         // of its work: 2 in the plane z = 0, 3 in space
+  bool from_other_file = false;         // made with a file that lies beside rig.toml
   std::shared_ptr<const void> details;  // what else the kind keeps, such as a URDF's chain
 
   [[nodiscard]] std::optional<int> find_frame(std::string_view name) const;
@@ -174,6 +185,13 @@ struct RobotFileFault {
   std::string key;
   std::string what;  // "is not a file name"
   std::string hint;
+  std::optional<std::size_t> joint{};  // the [[joint]] row that has it, from 0
+};
+
+/// What a kind writes of a robot beside the parameters that have a key of their own.
+struct RobotFileText {
+  FileValue::Table robot{};                // keys of [robot]
+  std::vector<FileValue::Table> joints{};  // [[joint]] rows
 };
 
 /// One row of the registry.
@@ -188,8 +206,9 @@ struct RobotKind {
       const RobotFile& file) = nullptr;
   /// Keys of [robot] that from_file reads.
   std::span<const std::string_view> file_keys{};
-  /// TOML lines that from_file makes the same robot of; null: there is nothing to write.
-  std::string (*to_file)(const RobotModel& robot) = nullptr;
+  /// What from_file makes the same robot of, with `nominal` in place of the model's values.
+  /// Null: there is nothing to write.
+  RobotFileText (*to_file)(const RobotModel& robot, const Eigen::VectorXd& nominal) = nullptr;
 
   Reached (*forward)(
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
@@ -198,8 +217,8 @@ struct RobotKind {
       const RobotModel& robot, std::span<const double> v, std::span<const double> q,
       Assembly assembly, Frames& at) = nullptr;
   /// Optional: inverse kinematics. Gives the joint values that put the tool at X_WE (a planar
-  /// robot only its position) in a working mode. With `near`, each angle is shifted by whole
-  /// turns to come as close to it as it can.
+  /// robot only its position; R of NaN: turned as it comes) in a working mode. With `near`,
+  /// each angle is shifted by whole turns to come as close to it as it can.
   tl::expected<Eigen::VectorXd, KinematicTrouble> (*inverse)(
       const RobotModel& robot, std::span<const double> v, const Pose<double>& X_WE,
       WorkingMode mode, std::span<const double> near) = nullptr;

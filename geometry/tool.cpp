@@ -1,6 +1,7 @@
 #include "geometry/tool.h"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,13 @@ tl::expected<Eigen::VectorXd, KinematicTrouble> Tool::inverse(
   if (robot_->kind->inverse == nullptr) return tl::unexpected(KinematicTrouble::kNoInverse);
   Pose<double> X_WE;
   X_WE.p.head(p_WE.size()) = p_WE;
+  if (axes_ == 3) {
+    // Turned as it is now, or as it comes.
+    X_WE.R.setConstant(std::numeric_limits<double>::quiet_NaN());
+    std::vector<Pose<double>> X(robot_->frames.size());
+    const auto assembly = static_cast<Assembly>(robot_->assemblies.front().number);
+    if (near && robot_->forward(v, *near, assembly, X)) X_WE.R = X[0].R;
+  }
   return robot_->kind->inverse(
       *robot_, span_of(v), X_WE, mode, near ? span_of(*near) : std::span<const double>{});
 }

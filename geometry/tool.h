@@ -40,8 +40,8 @@ class Tool {
       const Values& v, const Values& q, Assembly assembly) const;
   [[nodiscard]] tl::expected<ToolDerivative, KinematicTrouble> derivative(
       const Values& v, const Values& q, Assembly assembly) const;
-  /// Joint values that put the tool there, as RobotKind::inverse; kNoInverse if the kind has
-  /// none.
+  /// Joint values that put the tool there, as RobotKind::inverse; in space turned as it is at
+  /// `near`. kNoInverse if the kind has none.
   [[nodiscard]] tl::expected<Eigen::VectorXd, KinematicTrouble> inverse(
       const Values& v, const Values& p_WE, WorkingMode mode,
       const std::optional<Eigen::VectorXd>& near = std::nullopt) const;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 #include <utility>
 
+#include "geometry/rotation.h"
 #include "geometry/tool.h"
 #include "session/columns.h"
 #include "session/csv.h"
@@ -46,6 +48,8 @@ bool is_empty(const CsvRow& row) {
          });
 }
 
+constexpr double kUnit = 1e-3;  // as quaternions are rounded
+
 /// Rows of a table, one after the other, into samples.
 class RowReader {
  public:
@@ -67,6 +71,8 @@ class RowReader {
     sample.q.setZero(static_cast<Eigen::Index>(layout_.joints.size()));
     sample.approach.resize(layout_.joints.size());
     sample.channels.assign(layout_.dials, {.reason = "no column in the file"});
+    sample.others.assign(layout_.others.size(), std::nullopt);
+    quaternion_.assign(4, std::nullopt);
     target_.assign(layout_.axes.size(), std::nullopt);
     position_.assign(layout_.axes.size(), std::nullopt);
     for (std::size_t i = 0; i < std::min(columns_.size(), row.fields.size()); ++i) {
@@ -77,6 +83,7 @@ class RowReader {
     if (auto mistake = take_coordinates(row, sample)) {
       return tl::unexpected(std::move(*mistake));
     }
+    if (auto mistake = take_turn(row, sample)) return tl::unexpected(std::move(*mistake));
     if (!has_point_) sample.point = next_point_[sample.set];
     if (auto mistake = check_against_rig(row, sample)) {
       return tl::unexpected(std::move(*mistake));
@@ -176,9 +183,50 @@ class RowReader {
         sample.approach[column.index] = *value;
         return std::nullopt;
       }
+      case SampleColumn::kSocket: {
+        const std::string name = without_blanks(field.value);
+        if (name.empty()) return std::nullopt;
+        const auto at = std::ranges::find(layout_.sockets, name);
+        if (at == layout_.sockets.end()) {
+          return refuse(
+              shown(name) + " is no socket of the rig file",
+              "name a [[socket]], or leave it empty where the tool is in none");
+        }
+        const auto first = 3 * static_cast<std::size_t>(at - layout_.sockets.begin());
+        for (std::size_t k = first; k < first + 3; ++k) sample.others[k] = 0.0;
+        return std::nullopt;
+      }
       default:
         return read_number(row, field, column, sample);
     }
+  }
+
+  /// A quaternion, or three angles of the rig file's convention, as a rotation vector.
+  std::optional<Mistake> take_turn(const CsvRow& row, Sample& sample) const {
+    std::size_t first = 0;
+    while (first < layout_.others.size() && layout_.others[first].name != "rx") ++first;
+    if (first == layout_.others.size()) return std::nullopt;
+    Eigen::Vector3d turn;
+    if (std::ranges::all_of(quaternion_, [](const auto& each) { return each.has_value(); })) {
+      Eigen::Quaterniond q(*quaternion_[0], *quaternion_[1], *quaternion_[2], *quaternion_[3]);
+      if (!(std::abs(q.norm() - 1.0) < kUnit)) {
+        return at(
+            row, SampleColumn::kQuaternion,
+            fmt::format("the quaternion has length {:.6g}", q.norm()), "it must be 1");
+      }
+      turn = geometry::rotation_vector(q.normalized().toRotationMatrix());
+    } else {
+      Eigen::Vector3d angles;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!sample.others[first + k]) return std::nullopt;
+        angles[static_cast<Eigen::Index>(k)] = *sample.others[first + k];
+      }
+      turn = turn_of_angles(layout_.orientation, angles).value_or(angles);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample.others[first + k] = turn[static_cast<Eigen::Index>(k)];
+    }
+    return std::nullopt;
   }
 
   std::optional<Mistake> read_number(
@@ -209,6 +257,21 @@ class RowReader {
         } else if (!empty) {
           position_[column.index - layout_.dials] = number.value;
         }
+        break;
+      case SampleColumn::kOther:
+        if (!empty) sample.others[column.index] = number.value / column.per_unit;
+        break;
+      case SampleColumn::kQuaternion:
+        if (!empty) quaternion_[column.index] = number.value;
+        break;
+      case SampleColumn::kDeviation:
+        sample.position_sd_mm.resize(layout_.axes.size());
+        if (!empty && !(number.value > 0.0)) {
+          return field_mistake(
+              row, field, column, shown(field.value) + " is no standard deviation",
+              "give a positive number, or leave it empty");
+        }
+        if (!empty) sample.position_sd_mm[column.index] = number.value;
         break;
       default:
         if (!empty) target_[column.index] = number.value;
@@ -286,6 +349,7 @@ class RowReader {
   bool has_point_ = false;
   Coordinates target_;  // of this row, as far as they are there
   Coordinates position_;
+  Coordinates quaternion_;
   std::map<std::string, int> next_point_;
   std::map<Key, int> keys_;  // with their line
 };
@@ -298,7 +362,9 @@ Session parse_session(
   Session session;
   session.name = options.name;
   session.rig = parse_rig(rig_text, rig_name);
-  session.rig_text = std::string(rig_text);
+  // What needs another file beside it would not be read again from the store.
+  session.rig_text =
+      session.rig.robot.model->from_other_file ? write_rig(session.rig) : std::string(rig_text);
   CsvTable table = read_csv(csv_text, csv_name);
   while (!table.rows.empty() && is_empty(table.rows.back())) {
     table.end = table.line_end + std::string(table.rows.back().text) + table.end;

@@ -63,6 +63,24 @@ std::string field_of(
       return sample.temperature_c ? decimal(*sample.temperature_c, kTemperatureDigits) : "";
     case SampleColumn::kChannel:
       return channel_field(layout, sample, column.index);
+    case SampleColumn::kOther: {
+      if (column.index >= sample.others.size() || !sample.others[column.index]) return "";
+      const bool length = layout.others[column.index].unit == "mm";
+      return decimal(
+          *sample.others[column.index] * column.per_unit,
+          length ? kPositionDigits : kAngleDigits);
+    }
+    case SampleColumn::kDeviation: {
+      if (column.index >= sample.position_sd_mm.size()) return "";
+      const auto& sd_mm = sample.position_sd_mm[column.index];
+      return sd_mm ? decimal(*sd_mm, kPositionDigits) : "";
+    }
+    case SampleColumn::kSocket:
+      for (std::size_t i = 0; i < layout.sockets.size(); ++i) {
+        if (3 * i < sample.others.size() && sample.others[3 * i]) return layout.sockets[i];
+      }
+      return "";
+    case SampleColumn::kQuaternion:  // written as a rotation vector
     case SampleColumn::kUnknown:
       return "";
   }

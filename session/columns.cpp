@@ -33,16 +33,48 @@ std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
   for (std::size_t i = 0; i < layout.channels.size(); ++i) {
     columns.push_back({SampleColumn::kChannel, i, layout.channels[i].column()});
   }
+  for (std::size_t i = 0; i < layout.others.size(); ++i) {
+    if (layout.others[i].name.starts_with(kSocketChannel)) continue;
+    columns.push_back({SampleColumn::kOther, i, layout.others[i].column()});
+  }
+  if (!layout.sockets.empty()) columns.push_back({SampleColumn::kSocket, 0, "socket"});
   return columns;
 }
 
-/// The other units in which a file may give what it must give.
-std::vector<HeaderColumn> other_units(const SampleLayout& layout) {
+bool measures_turn(const SampleLayout& layout) {
+  return std::ranges::find(layout.others, "rx", &Channel::name) != layout.others.end();
+}
+
+/// The other names and units in which a file may give what it must give: degrees, and q1, q2
+/// ... of an arm whose joints have names of their own.
+std::vector<HeaderColumn> other_names(const SampleLayout& layout) {
   std::vector<HeaderColumn> columns;
+  const auto add = [&](std::size_t i, const std::string& name) {
+    const Joint& joint = layout.joints[i];
+    if (name != joint.name) {
+      columns.push_back({SampleColumn::kJoint, i, name + '_' + joint.unit});
+    }
+    if (joint.degrees_too) {
+      columns.push_back({SampleColumn::kJoint, i, name + "_deg", geometry::kDegPerRad});
+    }
+  };
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
-    if (!layout.joints[i].degrees_too) continue;
+    add(i, layout.joints[i].name);
+    const std::string number = fmt::format("q{}", i + 1);
+    const bool taken =
+        std::ranges::find(layout.joints, number, &Joint::name) != layout.joints.end();
+    if (!layout.joints[i].known_by_name_only && !taken) add(i, number);
+  }
+  for (std::size_t i = 0; i < layout.others.size(); ++i) {
+    if (layout.others[i].unit != "rad") continue;
     columns.push_back(
-        {SampleColumn::kJoint, i, layout.joints[i].name + "_deg", geometry::kDegPerRad});
+        {SampleColumn::kOther, i, layout.others[i].name + "_deg", geometry::kDegPerRad});
+  }
+  for (std::size_t i = 0; i < 4 && measures_turn(layout); ++i) {
+    columns.push_back({SampleColumn::kQuaternion, i, std::string("q").append(1, "wxyz"[i])});
+  }
+  for (std::size_t i = 0; i < layout.axes.size() && layout.dials == 0; ++i) {
+    columns.push_back({SampleColumn::kDeviation, i, fmt::format("sd_{}_mm", layout.axes[i])});
   }
   return columns;
 }
@@ -132,7 +164,11 @@ class Missing {
     }
     const std::size_t axes = layout_.axes.size();
     const std::size_t coordinates = count(SampleColumn::kChannel, layout_.dials);
-    if (coordinates == 0 && count(SampleColumn::kChannel, 0) == 0) {
+    need_turn();
+    const bool others = count(SampleColumn::kOther, 0) + count(SampleColumn::kSocket, 0) > 0;
+    if (coordinates == 0 && !layout_.gives_position) {
+      if (!others) need_others();
+    } else if (coordinates == 0 && count(SampleColumn::kChannel, 0) == 0) {
       std::vector<std::string> names;
       std::string list;
       for (const std::string& axis : layout_.axes) {
@@ -153,6 +189,36 @@ class Missing {
   }
 
  private:
+  /// A turn is three angles or a quaternion, whole.
+  void need_turn() {
+    constexpr std::array<const char*, 4> kQuaternion{"qw", "qx", "qy", "qz"};
+    const std::size_t parts = count(SampleColumn::kQuaternion, 0);
+    if (parts > 0) {
+      for (std::size_t i = 0; i < kQuaternion.size(); ++i) {
+        need(SampleColumn::kQuaternion, i, kQuaternion[i], "a quaternion needs all four");
+      }
+    }
+    if (!measures_turn(layout_) || parts > 0) return;
+    for (std::size_t i = 0; i < layout_.others.size(); ++i) {
+      if (layout_.others[i].unit != "rad") continue;
+      need(
+          SampleColumn::kOther, i, layout_.others[i].column(),
+          "the rig's instrument gives a pose: add rx_rad, ry_rad, rz_rad (or _deg), or qw, qx, "
+          "qy, qz");
+    }
+  }
+
+  void need_others() {
+    std::vector<std::string> names;
+    if (!layout_.sockets.empty()) names.emplace_back("socket");
+    for (const Channel& other : layout_.others) {
+      if (!other.name.starts_with(kSocketChannel)) names.push_back(other.column());
+    }
+    mistakes_.push_back(
+        {line_, after_last_, "", "there is no column of what the instrument shows",
+         fmt::format("the rig file's instrument shows {}", all_of(names))});
+  }
+
   [[nodiscard]] std::size_t count(SampleColumn wanted, std::size_t from) const {
     return static_cast<std::size_t>(
         std::ranges::count_if(columns_, [&](const HeaderColumn& column) {
@@ -196,7 +262,7 @@ class Missing {
 std::vector<HeaderColumn> read_header(
     const CsvRow& header, const SampleLayout& layout, std::vector<Mistake>& mistakes) {
   std::vector<HeaderColumn> known = known_columns(layout);
-  std::ranges::move(other_units(layout), std::back_inserter(known));
+  std::ranges::move(other_names(layout), std::back_inserter(known));
   std::vector<HeaderColumn> columns;
   std::map<std::string, int> seen;
   if (header.fault) mistakes.push_back(*header.fault);
@@ -248,6 +314,7 @@ std::vector<HeaderColumn> spec_columns(
   std::vector<HeaderColumn> columns;
   for (HeaderColumn& column : known_columns(layout)) {
     const bool channel = column.column == SampleColumn::kChannel;
+    if (!layout.gives_position && channel && column.index >= layout.dials) continue;
     if (channel && !(column.index < layout.dials ? with_dials : with_position)) continue;
     columns.push_back(std::move(column));
   }

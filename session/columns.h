@@ -20,12 +20,18 @@ enum class SampleColumn {
   kTarget,    // with the axis' index
   kApproach,  // with the joint's index
   kTemperature,
-  kChannel,  // with the channel's index: a dial, or a coordinate
-  kUnknown,  // kept, not understood
+  kChannel,     // with the channel's index: a dial, or a coordinate
+  kOther,       // with the index of another channel of the instrument
+  kQuaternion,  // 0 to 3: w, x, y, z
+  kDeviation,   // of a coordinate, with the axis' index
+  kSocket,      // the name of the socket that the tool sits in
+  kUnknown,     // kept, not understood
 };
 
 /// Columns of dials are "dial_<id>_mm".
 inline constexpr std::string_view kDialColumn = "dial_";
+/// Channels of sockets have no column of their own: the column `socket` names one.
+inline constexpr std::string_view kSocketChannel = "socket_";
 
 struct HeaderColumn {
   SampleColumn column = SampleColumn::kUnknown;

@@ -15,6 +15,7 @@
 #include "session/csv.h"
 #include "session/rig_deviations.h"
 #include "session/rig_figures.h"
+#include "session/rig_instrument.h"
 #include "session/toml_checks.h"
 #include "session/toml_text.h"
 
@@ -25,9 +26,9 @@ using geometry::Dial;
 using geometry::kRadPerDeg;
 using geometry::Rig;
 
-const std::vector<std::string> kTopKeys{"name",  "tolerance_mm", "operator", "robot",
-                                        "joint", "instrument",   "cuboid",   "dials",
-                                        "dial",  "thermometer"};
+const std::vector<std::string> kTopKeys{
+    "name",   "tolerance_mm", "operator", "robot",  "joint", "instrument", "tool_point",
+    "anchor", "socket",       "surface",  "cuboid", "dials", "dial",       "thermometer"};
 
 std::vector<std::string> robot_keys(const geometry::RobotModel& robot) {
   std::vector<std::string> keys{"model", "working_mode", "assembly", "connection"};
@@ -49,8 +50,6 @@ std::string alternatives(
   }
   return result;
 }
-
-const std::vector<std::string> kInstrumentKeys{"kind", "sd_mm", "dimensions"};
 
 /// The keys of [cuboid], those of its certificate with them.
 std::vector<std::string> cuboid_keys() {
@@ -110,9 +109,9 @@ geometry::RobotFile robot_file(
   return result;
 }
 
-class RigReader : DeviationChecks {
+class RigReader : InstrumentChecks {
  public:
-  explicit RigReader(std::string file_name) : DeviationChecks(std::move(file_name)) {}
+  explicit RigReader(std::string file_name) : InstrumentChecks(std::move(file_name)) {}
 
   Rig read(const toml::table& top) {
     known_keys(top, "the top level", kTopKeys);
@@ -133,6 +132,7 @@ class RigReader : DeviationChecks {
         check_trace(*from, "[thermometer]");
       }
     }
+    rig.instrument.dimensions = rig.robot.model->axes;
     read_instrument(top, rig.instrument);
     const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
     const toml::table* cuboid =
@@ -140,6 +140,7 @@ class RigReader : DeviationChecks {
     if (cuboid != nullptr) read_cuboid(*cuboid, rig.cuboid);
     read_dials(top, rig);
     stop_if_faulty();
+    check_instrument(top, rig);
     if (robot != nullptr && cuboid != nullptr) check_reference_pose(rig, *robot, *cuboid);
     stop_if_faulty();
     return rig;
@@ -193,10 +194,15 @@ class RigReader : DeviationChecks {
     if (made) {
       robot.model = *std::move(made);
     } else {
-      const toml::node* node = from.get(made.error().key);
+      const geometry::RobotFileFault& wrong = made.error();
+      const toml::table* place = &from;
+      if (const auto* joints = top.get_as<toml::array>("joint"); joints && wrong.joint) {
+        if (const auto* row = joints->get_as<toml::table>(*wrong.joint)) place = row;
+      }
+      const toml::node* node = place->get(wrong.key);
       fault(
-          node != nullptr ? node->source() : from.source(), made.error().key, made.error().what,
-          made.error().hint);
+          node != nullptr ? node->source() : place->source(), wrong.key, wrong.what,
+          wrong.hint);
     }
   }
 
@@ -251,30 +257,7 @@ class RigReader : DeviationChecks {
       if (bare) instrument.kind = "position";
       return;
     }
-    const toml::table* from = table(top, "instrument");
-    if (from == nullptr) return;
-    const std::string where = "[instrument]";
-    known_keys(*from, where, kInstrumentKeys);
-    instrument.kind = text(*from, where, "kind", instrument.kind);
-    if (geometry::find_instrument_kind(instrument.kind) == nullptr) {
-      std::string known;
-      for (const geometry::InstrumentKind* each : geometry::instrument_kinds()) {
-        known += fmt::format("{}\"{}\"", known.empty() ? "" : " or ", each->name);
-      }
-      const toml::node* node = from->get("kind");
-      fault(
-          node->source(), "kind", shown(instrument.kind) + " is not a known instrument",
-          "write " + known);
-    }
-    if (from->get("sd_mm") != nullptr) length(*from, where, "sd_mm", true, instrument.sd_mm);
-    if (const toml::node* node = from->get("dimensions")) {
-      const auto given = node->value_exact<std::int64_t>();
-      if (given && (*given == 2 || *given == 3)) {
-        instrument.dimensions = static_cast<int>(*given);
-      } else {
-        fault(node->source(), "dimensions", "is neither 2 nor 3", "write 2 or 3");
-      }
-    }
+    read_instrument_tables(top, instrument);
   }
 
   /// Whether some top-level name is none that a rig file knows: it may be a misspelt table.

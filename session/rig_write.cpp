@@ -7,6 +7,7 @@
 #include "session/rig_deviations.h"
 #include "session/rig_figures.h"
 #include "session/rig_file.h"
+#include "session/rig_instrument.h"
 #include "session/toml_write.h"
 
 namespace sixdial::session {
@@ -14,24 +15,32 @@ namespace {
 
 using geometry::Dial;
 
-/// [cuboid] or [instrument]: what measures.
-std::string instrument_text(const geometry::Rig& rig) {
-  const geometry::Instrument usual;
-  std::string out;
-  if (rig.instrument.kind != usual.kind) {
-    out += fmt::format("\n[instrument]\nkind = {}\n", toml_string(rig.instrument.kind));
-    if (rig.instrument.sd_mm > 0.0) {
-      out += fmt::format("sd_mm = {}\n", toml_number(rig.instrument.sd_mm));
-    }
-    if (rig.instrument.dimensions != usual.dimensions) {
-      out += fmt::format("dimensions = {}\n", rig.instrument.dimensions);
-    }
-    return out;
+/// Value of a key that a robot kind writes; angles come in radians, under keys in degrees.
+std::string value_text(const geometry::FileValue& value, bool degrees) {
+  if (const auto* flag = std::get_if<bool>(&value.value)) return *flag ? "true" : "false";
+  if (const auto* number = std::get_if<double>(&value.value)) {
+    return toml_number(degrees ? degrees_of(*number) : *number);
   }
+  if (const auto* text = std::get_if<std::string>(&value.value)) return toml_string(*text);
+  std::string list;
+  if (const auto* values = std::get_if<std::vector<geometry::FileValue>>(&value.value)) {
+    for (const geometry::FileValue& each : *values) {
+      list += (list.empty() ? "" : ", ") + value_text(each, degrees);
+    }
+  }
+  return '[' + list + ']';
+}
+std::string line_of(const std::string& key, const geometry::FileValue& value) {
+  return fmt::format("{} = {}\n", key, value_text(value, key.ends_with("_deg")));
+}
+
+/// [cuboid] or [instrument]: what measures.
+std::string measuring_text(const geometry::Rig& rig) {
+  if (rig.instrument.kind != geometry::Instrument{}.kind) return instrument_text(rig);
   const char* mount = rig.cuboid.mount == geometry::Mount::kDistal1   ? "distal1"
                       : rig.cuboid.mount == geometry::Mount::kDistal2 ? "distal2"
                                                                       : "free";
-  out += fmt::format(
+  const std::string out = fmt::format(
       "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n",
       toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
   return out + deviations_text(rig.cuboid.deviations);
@@ -47,7 +56,9 @@ std::string write_rig(const geometry::Rig& rig) {
                        : "",
       rig.robot.model->kind->name);
   const geometry::RobotModel& robot = *rig.robot.model;
-  if (robot.kind->to_file != nullptr) out += robot.kind->to_file(robot);
+  geometry::RobotFileText own;
+  if (robot.kind->to_file != nullptr) own = robot.kind->to_file(robot, rig.robot.nominal);
+  for (const auto& [key, value] : own.robot) out += line_of(key, value);
   for (const geometry::BranchInfo& mode : robot.modes) {
     if (robot.modes.size() == 1 || mode.number != rig.robot.working_mode.number) continue;
     out += fmt::format("working_mode = {}\n", toml_string(mode.name));
@@ -66,7 +77,11 @@ std::string write_rig(const geometry::Rig& rig) {
   if (!rig.robot.connection.empty()) {
     out += fmt::format("connection = {}\n", toml_string(rig.robot.connection));
   }
-  out += instrument_text(rig);
+  for (const geometry::FileValue::Table& joint : own.joints) {
+    out += "\n[[joint]]\n";
+    for (const auto& [key, value] : joint) out += line_of(key, value);
+  }
+  out += measuring_text(rig);
   // A figure that all dials share stands in [dials], any other in its [[dial]].
   std::array<bool, kDialFigures.size()> shared{};
   if (!rig.dials.empty()) out += "\n[dials]\n";

@@ -23,6 +23,8 @@ struct Joint {
   std::string unit;  // "rad" or "mm"
   /// A file may give this angle in degrees too ("q1_deg").
   bool degrees_too = false;
+  /// A file does not call it "q1" as well.
+  bool known_by_name_only = true;
   [[nodiscard]] std::string column() const { return name + '_' + unit; }
 };
 
@@ -39,7 +41,20 @@ struct SampleLayout {
   std::size_t dials = 0;          // so many of `channels`
   /// Of the tool's position and of a target: "x", "y" and, of a robot in space, "z".
   std::vector<std::string> axes;
+  /// What the instrument shows beside them: "rx" [rad], "distance_K1", "probe_bed",
+  /// "socket_S1_x".
+  std::vector<Channel> others{};
+  bool gives_position = true;          // the coordinates are channels of the instrument
+  std::vector<std::string> sockets{};  // that a row may name
+  std::string orientation{};           // what three angles of a row mean
 };
+
+/// What the three angles rx, ry, rz of a file mean, as rig.toml says it (`orientation`).
+inline constexpr std::string_view kRotationVector = "rotation vector";
+/// Rotation vector of three angles [rad]: "intrinsic xyz" (turns about the moving axes in this
+/// order), "extrinsic xyz" (about fixed ones), any order of axes. Empty: no such convention.
+[[nodiscard]] std::optional<Eigen::Vector3d> turn_of_angles(
+    std::string_view convention, const Eigen::Vector3d& angles_rad);
 
 [[nodiscard]] SampleLayout layout_of(const geometry::Rig& rig);
 

@@ -49,6 +49,11 @@ struct Sample {
   std::optional<double> temperature_c;
   /// The rig's dials first. The coordinates at the end are there where an instrument gave them.
   std::vector<ChannelValue> channels;
+  /// Of the instrument, beside dials and coordinates: turns, distances, touches, sockets
+  /// (SampleLayout::others). Empty where the rig has none.
+  std::vector<std::optional<double>> others{};
+  /// Standard deviation of each coordinate, where the file gives it with the reading [mm].
+  std::vector<std::optional<double>> position_sd_mm{};
   int line = 0;            // of the file it was read from, 0 if measured here
   std::string source_row;  // that line's text, given back unchanged on export
   /// Kept, but nothing is fitted to it or judged by it (studies/plausibility.h says why).

@@ -73,6 +73,36 @@ std::optional<Assembly> assembly_by_readings(const geometry::Rig& rig, const Sam
   return nearest;
 }
 
+/// Of each coordinate: the row's own deviation, else the rig's. 0 x 0: nobody says one.
+Eigen::MatrixXd covariance_of(
+    const geometry::Rig& rig, const Sample& sample, Eigen::Index axes) {
+  Eigen::VectorXd sd_mm = Eigen::VectorXd::Constant(axes, rig.instrument.sd_mm);
+  if (std::ssize(sample.position_sd_mm) == axes) {
+    for (std::size_t i = 0; i < sample.position_sd_mm.size(); ++i) {
+      double& each = sd_mm[static_cast<Eigen::Index>(i)];
+      each = sample.position_sd_mm[i].value_or(each);
+    }
+  }
+  if (!(sd_mm.minCoeff() > 0.0)) return {};
+  return sd_mm.cwiseAbs2().asDiagonal();
+}
+
+/// By channel of an instrument that shows more than dials and coordinates.
+std::vector<std::optional<double>> all_channels(
+    const geometry::Rig& rig, const Sample& sample) {
+  std::vector<std::optional<double>> reading;
+  if (layout_of(rig).gives_position) {
+    reading.resize(static_cast<std::size_t>(rig.instrument.dimensions));
+    for (std::size_t i = 0; i < reading.size(); ++i) {
+      if (rig.dials.size() + i >= sample.channels.size()) break;
+      const ChannelValue& channel = sample.channels[rig.dials.size() + i];
+      if (channel.quality != Quality::kBad) reading[i] = channel.value;
+    }
+  }
+  reading.insert(reading.end(), sample.others.begin(), sample.others.end());
+  return reading;
+}
+
 }  // namespace
 
 bool in_contact(const geometry::Dial& dial, double displacement_mm) {
@@ -131,13 +161,10 @@ simulation::Trial trial_of(
   // An instrument's position goes before the dials'.
   if (const auto position_mm = position_of(sample, rig.dials.size())) {
     trial.position_mm = *position_mm;
-    trial.position_covariance.resize(0, 0);
-    if (const double sd_mm = rig.instrument.sd_mm; sd_mm > 0.0) {
-      trial.position_covariance =
-          sd_mm * sd_mm * Eigen::MatrixXd::Identity(position_mm->size(), position_mm->size());
-    }
+    trial.position_covariance = covariance_of(rig, sample, position_mm->size());
     trial.position_channels.clear();
   }
+  if (!sample.others.empty()) trial.reading = all_channels(rig, sample);
   return trial;
 }
 

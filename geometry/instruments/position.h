@@ -1,5 +1,6 @@
 // An instrument that measures where the tool is: laser tracker, coordinate measuring machine,
-// camera. Channels x, y (and z) in W [mm]; no parameters.
+// camera. Channels x, y (and z) in W [mm]; of more points on the tool x_P2, y_P2, z_P2, whose
+// places in the tool's frame are parameters where they are not exactly known.
 #pragma once
 
 #include "geometry/instrument_kind.h"

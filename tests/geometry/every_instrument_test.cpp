@@ -9,6 +9,7 @@
 
 #include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
+#include "geometry/rotation.h"
 
 namespace sixdial::geometry {
 namespace {
@@ -71,6 +72,20 @@ class EveryInstrument : public testing::TestWithParam<Case> {
     rig_ = default_rig();
     rig_.cuboid.mount = GetParam().mount;
     rig_.instrument.kind = GetParam().kind->name;
+    const std::string kind = rig_.instrument.kind;
+    on_cuboid_ = kind == "dials_on_cuboid";
+    if (!on_cuboid_) rig_.instrument.dimensions = 3;
+    // Two of each, one known exactly and one not at all.
+    rig_.instrument.tool_points = {{"P2", Eigen::Vector3d(10, 20, 30)}, {.name = "P3"}};
+    rig_.instrument.anchors = {
+        {"K1", Eigen::Vector3d(500, -200, 300), 0.2},
+        {.name = "K2"},
+        {"K3", Eigen::Vector3d(0, 700, 100)}};
+    rig_.instrument.sockets = {{.name = "S1"}, {.name = "S2"}};
+    rig_.instrument.socket_distances = {{"S1", "S2", 50.0, 0.1}};
+    rig_.instrument.surfaces = {
+        {.place = {.name = "bed"}, .normal = Eigen::Vector3d(0.6, 0.0, 0.8)},
+        {.place = {"ball", Eigen::Vector3d(100, 0, 0), 0.5}, .radius_mm = 20.0}};
     instrument_ = instrument_of(rig_);
   }
 
@@ -80,6 +95,12 @@ class EveryInstrument : public testing::TestWithParam<Case> {
     for (Pose<double>& each : X) {
       each.p = {within(20, 36), within(36, 60), 0.0};
       const double turn = within(-0.1, 0.1);
+      if (!on_cuboid_) {
+        each.p.z() = within(-20, 20);
+        each.R = turned_by<double>(
+            Eigen::Vector3d(within(-1.5, 1.5), within(-1.5, 1.5), within(-1.5, 1.5)));
+        continue;
+      }
       each.R.topLeftCorner<2, 2>() << std::cos(turn), -std::sin(turn), std::sin(turn),
           std::cos(turn);
     }
@@ -101,6 +122,7 @@ class EveryInstrument : public testing::TestWithParam<Case> {
 
   Rig rig_;
   std::shared_ptr<const InstrumentModel> instrument_;
+  bool on_cuboid_ = false;
   std::mt19937_64 random_{77};
 };
 
@@ -156,7 +178,7 @@ TEST_P(EveryInstrument, DerivativesAreThoseOfTheReadings) {
     for (std::size_t frame = 0; frame < X.size(); ++frame) {
       for (int axis = 0; axis < 6; ++axis) {
         // Turns out of the plane are no motion of a cuboid that lies in it.
-        if (axis == 3 || axis == 4) continue;
+        if (on_cuboid_ && (axis == 3 || axis == 4)) continue;
         const auto reading_at = [&](double step) {
           auto moved = X;
           if (axis < 3) {
@@ -204,6 +226,53 @@ TEST_P(EveryInstrument, EveryParameterMovesAChannelAndTheToolMovesEveryChannel) 
   for (Eigen::Index i = 0; i < by_tool.size(); ++i) {
     EXPECT_GT(by_tool[i], 1e-6) << instrument_->channels[static_cast<std::size_t>(i)].name;
   }
+}
+
+// What is not known is found in closed form where the robot is exact.
+TEST_P(EveryInstrument, StartsAtTheTruthOfAnExactRobot) {
+  if (GetParam().kind->start == nullptr) return;
+  Eigen::VectorXd truth = instrument_->nominal;
+  for (Eigen::Index k = 0; k < truth.size(); ++k) {
+    if (!std::isinf(instrument_->known_to[k])) continue;
+    truth[k] =
+        (instrument_->parameters[static_cast<std::size_t>(k)].unit == "rad" ? 0.01 : 40) *
+        within(0.5, 1.0);
+  }
+  std::vector<std::vector<Pose<double>>> poses;
+  std::vector<std::vector<std::optional<double>>> readings;
+  for (int i = 0; i < 40; ++i) {
+    auto X = frames();
+    if (rig_.instrument.kind == "socket") {  // the tool sits in one of them
+      X[0].p = truth.segment<3>(i % 2 == 0 ? 0 : 3);
+    }
+    const Observation seen = observe(X, truth);
+    auto& reading = readings.emplace_back(seen.reading.begin(), seen.reading.end());
+    for (std::size_t k = 0; k < reading.size(); ++k) {
+      if (rig_.instrument.kind == "socket" && (k < 3) != (i % 2 == 0)) reading[k].reset();
+    }
+    poses.push_back(std::move(X));
+  }
+  std::vector<SeenSample> samples;
+  for (std::size_t i = 0; i < poses.size(); ++i) samples.push_back({poses[i], readings[i]});
+  Eigen::VectorXd x = instrument_->nominal;
+  GetParam().kind->start(*instrument_, samples, x);
+  EXPECT_LT((x - truth).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Pose, ARotationVectorIsTakenNearestToWhatWasMeasured) {
+  Rig rig = default_rig();
+  rig.instrument.kind = "pose";
+  rig.instrument.dimensions = 3;
+  const auto instrument = instrument_of(rig);
+  // Half a turn and a bit about z: seen as 3.2, computed as 3.2 - 2 pi.
+  std::vector<Pose<double>> X(3);
+  X[0].R = turned_by<double>(Eigen::Vector3d(0, 0, 3.2));
+  Observation out;
+  instrument->kind->observe(*instrument, {}, {}, X, false, out);
+  EXPECT_LT(out.reading[5], 0.0);
+  const std::vector<std::optional<double>> measured{0., 0., 0., 0.0, 0.0, 3.1};
+  instrument->kind->nearest(measured, out);
+  EXPECT_LT(std::abs(out.reading[5] - 3.2), 1e-12);
 }
 
 INSTANTIATE_TEST_SUITE_P(

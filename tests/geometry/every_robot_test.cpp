@@ -76,6 +76,15 @@ class EveryRobot : public testing::TestWithParam<const RobotKind*> {
     return result;
   }
 
+  /// How far the frames lie from each other and from the origin.
+  static double size_mm(const Frames& frames) {
+    double size = 0.0;
+    for (const Pose<double>& X : frames.X) {
+      size = std::max({size, X.p.norm(), (X.p - frames.X[0].p).norm()});
+    }
+    return size;
+  }
+
   const RobotModel& robot_ = *GetParam()->example();
   std::mt19937_64 random_{20260301};
   std::size_t count_ = 0;
@@ -90,6 +99,10 @@ TEST_P(EveryRobot, SaysWhatItIs) {
   ASSERT_FALSE(robot_.assemblies.empty());
   ASSERT_FALSE(robot_.modes.empty());
   EXPECT_EQ(robot_.nominal.size(), robot_.parameter_count());
+  EXPECT_TRUE(robot_.axes == 2 || robot_.axes == 3);
+  for (const SaidTwice& each : robot_.said_twice) {
+    EXPECT_FALSE(robot_.find_parameter(each.name)) << each.name;
+  }
 }
 
 TEST_P(EveryRobot, NamesAreUniqueAndUnitsKnown) {
@@ -127,7 +140,8 @@ TEST_P(EveryRobot, FramesAreRightHandedAndTheTwoFunctionsAgree) {
       const Eigen::Matrix3d& R = plain.X[frame].R;
       ASSERT_LT((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 1e-13);
       ASSERT_GT(R.determinant(), 0.0);
-      ASSERT_LT((plain.X[frame].p - with.X[frame].p).norm(), 1e-12);
+      ASSERT_LT(
+          (plain.X[frame].p - with.X[frame].p).norm(), 1e-12 * (1 + size_mm(plain) / 100));
       ASSERT_LT((R - with.X[frame].R).norm(), 1e-14);
     }
   }
@@ -141,7 +155,7 @@ TEST_P(EveryRobot, DerivativesAreThoseOfTheFunction) {
     const Drawn at = draw();
     if (!robot_.forward_derivative(at.v, at.q, at.assembly, exact)) continue;
     // Near a singular pose a difference says little: the derivative changes within a step.
-    if (exact.by_q[0].cwiseAbs().maxCoeff() > 500.0) continue;
+    if (exact.by_q[0].cwiseAbs().maxCoeff() > std::max(500.0, 2.0 * size_mm(exact))) continue;
     for (int k = 0; k < robot_.joint_count() + robot_.parameter_count(); ++k) {
       const bool joint = k < robot_.joint_count();
       const auto index = static_cast<std::size_t>(joint ? k : k - robot_.joint_count());
@@ -216,7 +230,7 @@ TEST_P(EveryInverse, ForwardOfInverseCloses) {
 }
 
 TEST_P(EveryInverse, APoseIsInTheModeThatItWasAskedFor) {
-  const Tool tool(GetParam()->example(), 2);
+  const Tool tool(GetParam()->example(), robot_.axes);
   int tried = 0;
   for (int i = 0; tried < kPoses && i < 20 * kPoses; ++i) {
     const Drawn at = draw();

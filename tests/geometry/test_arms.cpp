@@ -148,6 +148,7 @@ std::shared_ptr<const RobotModel> spatial_model() {
           0.1 * i;
     }
     robot.frames = {"E", "link2"};
+    robot.axes = 3;
     robot.assemblies = {{+1, "the one"}};
     robot.modes = {{0, "the one"}};
     return std::make_shared<const RobotModel>(std::move(robot));

@@ -327,9 +327,10 @@ void add_slide() {
        },
        .file_keys = kKeys,
        .to_file =
-           [](const geometry::RobotModel& robot) {
-             return "colour = \"" + static_cast<const Slide*>(robot.details.get())->colour +
-                    "\"\n";
+           [](const geometry::RobotModel& robot, const Eigen::VectorXd&) {
+             geometry::RobotFileText text;
+             text.robot["colour"] = {static_cast<const Slide*>(robot.details.get())->colour};
+             return text;
            },
        .forward = [](const geometry::RobotModel&, std::span<const double> v,
                      std::span<const double> q, geometry::Assembly,
@@ -363,6 +364,59 @@ TEST(RigFile, TakesAnyRobotKindByItsName) {
   EXPECT_THAT(
       error_of([&] { (void)parse_rig(with(text, "skew_deg", "skow_deg"), "rig.toml"); }).what(),
       HasSubstr("the nearest known key is 'skew_deg'"));
+}
+
+constexpr const char* kArm =
+    "name = \"arm\"\n[robot]\nmodel = \"serial\"\nbase_rz_deg = 90\ntool_z_mm = 50\n"
+    "[[joint]]\nd_mm = 300\nalpha_deg = 90\n"
+    "[[joint]]\nname = \"elbow\"\na_mm = 250\nlow_deg = -170\nhigh_deg = 170\n"
+    "[[joint]]\nkind = \"prismatic\"\nalpha_deg = 90\ntheta_deg = 90\n"
+    "[instrument]\nkind = \"position\"\nsd_mm = 0.02\n";
+
+TEST(RigFile, AnArmIsReadAndWrittenBack) {
+  const geometry::Rig rig = parse_rig(kArm, "rig.toml");
+  const geometry::RobotModel& robot = *rig.robot.model;
+  ASSERT_EQ(robot.joint_count(), 3);
+  EXPECT_EQ(robot.joints[1].name, "elbow");
+  EXPECT_EQ(robot.joints[2].kind, geometry::JointKind::kPrismatic);
+  EXPECT_EQ(rig.instrument.dimensions, 3);
+  const std::string text = write_rig(rig);
+  const geometry::Rig again = parse_rig(text, "rig.toml");
+  EXPECT_EQ(write_rig(again), text);
+  EXPECT_EQ(again.robot.nominal, rig.robot.nominal);
+  // What a calibration finds can be written and read, too.
+  geometry::Rig other = rig;
+  for (Eigen::Index i = 0; i < other.robot.nominal.size(); ++i) {
+    other.robot.nominal[i] += 0.013 * static_cast<double>(i);
+  }
+  const geometry::Rig found = parse_rig(write_rig(other), "rig.toml");
+  const Eigen::Vector3d q(0.3, -0.4, 12.0);
+  std::vector<geometry::Pose<double>> X(4);
+  std::vector<geometry::Pose<double>> expected(4);
+  ASSERT_TRUE(robot.forward(other.robot.nominal, q, other.robot.assembly, expected));
+  ASSERT_TRUE(found.robot.model->forward(found.robot.nominal, q, found.robot.assembly, X));
+  EXPECT_LT((X[0].p - expected[0].p).norm(), 1e-10);
+}
+
+TEST(RigFile, SaysWhatIsWrongWithAnArm) {
+  const auto error = [](const std::string& find, const std::string& put) {
+    return std::string(
+        error_of([&] { (void)parse_rig(with(kArm, find, put), "rig.toml"); }).what());
+  };
+  EXPECT_THAT(error("d_mm = 300", "d_mm = \"long\""), HasSubstr("rig.toml:7"));
+  EXPECT_THAT(error("d_mm = 300", "e_mm = 300"), HasSubstr("is not a key of [[joint]]"));
+  EXPECT_THAT(error("low_deg = -170", "low_mm = -170"), HasSubstr("write low_deg"));
+  EXPECT_THAT(error("low_deg = -170", "low_deg = 180"), HasSubstr("is not above low_deg"));
+  EXPECT_THAT(error("\"prismatic\"", "\"sliding\""), HasSubstr("revolute"));
+  EXPECT_THAT(error("name = \"elbow\"", "name = \"q1\""), HasSubstr("appears twice"));
+  EXPECT_THAT(error("a_mm = 250", "origin_mm = [1, 2, 3]"), HasSubstr("convention"));
+  EXPECT_THAT(
+      error("tool_z_mm = 50", "urdf = \"arm.urdf\""), HasSubstr("leave one of them out"));
+  EXPECT_THAT(
+      error_of([] {
+        (void)parse_rig("name = \"x\"\n[robot]\nmodel = \"serial\"\n", "rig.toml");
+      }).what(),
+      HasSubstr("add a [[joint]] table"));
 }
 
 TEST(RigFile, NamesAMissingTableAndASingleDialTable) {

@@ -1,0 +1,242 @@
+#include "calibration/reading_space.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "geometry/instrument_kind.h"
+#include "simulation/forward_model.h"
+
+namespace sixdial::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using simulation::Trial;
+
+/// No sample of the session: something that is known of the instrument.
+constexpr int kNoSample = -1;
+constexpr double kLever_mm =
+    500.0;  // an angle's deviation where nobody says one: noise over it
+
+struct ReadSample {
+  VectorXd q;
+  geometry::Assembly assembly;
+  std::vector<std::optional<double>> reading;  // by channel
+  std::vector<Index> channels;                 // that have one
+  VectorXd measured;
+};
+
+/// Something known: a parameter to within a deviation, or a distance of two places.
+struct Known {
+  int first = -1;
+  int second = -1;  // -1: `value` is that of the parameter `first`
+  double value = 0.0;
+};
+
+struct Details {
+  geometry::Rig rig;
+  std::shared_ptr<const geometry::InstrumentModel> instrument;
+  std::vector<ReadSample> samples;
+  std::vector<Known> known;
+};
+
+std::span<const double> part_of(const VectorXd& x, Index first, Index count) {
+  return {x.data() + first, static_cast<std::size_t>(count)};
+}
+
+bool evaluate_known(
+    const Known& known, Index robot, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
+  if (J != nullptr) J->setZero();
+  if (known.second < 0) {
+    e[0] = known.value - x[robot + known.first];
+    if (J != nullptr) (*J)(0, robot + known.first) = 1.0;
+    return true;
+  }
+  const Eigen::Vector3d apart =
+      x.segment<3>(robot + known.second) - x.segment<3>(robot + known.first);
+  const double length = apart.norm();
+  e[0] = known.value - length;
+  if (J == nullptr) return true;
+  if (!(length > 0.0)) return false;
+  J->block<1, 3>(0, robot + known.second) = apart.transpose() / length;
+  J->block<1, 3>(0, robot + known.first) = -apart.transpose() / length;
+  return true;
+}
+
+bool evaluate_sample(
+    const Details& is, const ReadSample& sample, const VectorXd& x, Eigen::Ref<VectorXd> e,
+    MatrixXd* J) {
+  const geometry::RobotModel& robot = *is.rig.robot.model;
+  const Index of_robot = is.rig.robot.nominal.size();
+  const Index of_instrument = is.instrument->parameter_count();
+  static thread_local geometry::Frames frames;
+  static thread_local geometry::Observation seen;
+  if (frames.X.size() != robot.frames.size() ||
+      frames.by_v[0].cols() != robot.parameter_count() ||
+      frames.by_q[0].cols() != robot.joint_count() || frames.by_v.size() != frames.X.size()) {
+    frames = geometry::Frames(robot);
+  }
+  const auto reached =
+      J != nullptr
+          ? robot.forward_derivative(x.head(of_robot), sample.q, sample.assembly, frames)
+          : robot.forward(x.head(of_robot), sample.q, sample.assembly, frames.X);
+  if (!reached) return false;
+  const geometry::InstrumentKind& kind = *is.instrument->kind;
+  kind.observe(*is.instrument, part_of(x, of_robot, of_instrument), {}, frames.X, false, seen);
+  if (kind.nearest != nullptr) kind.nearest(sample.reading, seen);
+  e = sample.measured - seen.reading(sample.channels);
+  if (J == nullptr) return true;
+  J->leftCols(of_robot).setZero();
+  J->rightCols(of_instrument) = seen.by_x(sample.channels, Eigen::all);
+  for (std::size_t k = 0; k < frames.X.size(); ++k) {
+    const Eigen::Matrix<double, Eigen::Dynamic, 6> by_frame =
+        seen.by_frames(sample.channels, Eigen::seqN(6 * static_cast<Index>(k), 6));
+    if (by_frame.isZero(0.0)) continue;  // the instrument does not look at it
+    J->leftCols(of_robot).noalias() += by_frame.lazyProduct(frames.by_v[k]);
+  }
+  return true;
+}
+
+std::optional<ReadSample> sample_of(
+    const Trial& trial, const geometry::Rig& rig, int channels) {
+  if (trial.q.size() != rig.robot.model->joint_count() || !trial.q.allFinite()) {
+    return std::nullopt;
+  }
+  ReadSample sample{trial.q, trial.assembly, {}, {}, {}};
+  sample.reading.resize(static_cast<std::size_t>(channels));
+  std::vector<double> measured;
+  for (std::size_t k = 0; k < trial.reading.size() && k < sample.reading.size(); ++k) {
+    if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
+    sample.reading[k] = trial.reading[k];
+    sample.channels.push_back(static_cast<Index>(k));
+    measured.push_back(*trial.reading[k]);
+  }
+  if (measured.empty()) return std::nullopt;
+  sample.measured = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
+  return sample;
+}
+
+/// Nominal parameters; of the instrument those that the samples put there.
+VectorXd start_of(const Details& is) {
+  VectorXd x = is.instrument->nominal;
+  if (is.instrument->kind->start != nullptr) {
+    std::vector<std::vector<geometry::Pose<double>>> poses;
+    std::vector<const ReadSample*> reached;
+    for (const ReadSample& sample : is.samples) {
+      std::vector<geometry::Pose<double>> X(is.rig.robot.model->frames.size());
+      if (!is.rig.robot.model->forward(is.rig.robot.nominal, sample.q, sample.assembly, X)) {
+        continue;
+      }
+      poses.push_back(std::move(X));
+      reached.push_back(&sample);
+    }
+    std::vector<geometry::SeenSample> seen;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      seen.push_back({poses[i], reached[i]->reading});
+    }
+    if (!seen.empty()) is.instrument->kind->start(*is.instrument, seen, x);
+  }
+  VectorXd all(is.rig.robot.nominal.size() + x.size());
+  all << is.rig.robot.nominal, x;
+  return all;
+}
+
+/// What is known of the instrument, with the deviation of each.
+std::vector<double> take_known(Details& is) {
+  std::vector<double> sigma;
+  for (Index k = 0; k < is.instrument->parameter_count(); ++k) {
+    if (!std::isfinite(is.instrument->known_to[k])) continue;
+    is.known.push_back({static_cast<int>(k), -1, is.instrument->nominal[k]});
+    sigma.push_back(is.instrument->known_to[k]);
+  }
+  for (const geometry::KnownDistance& each : is.instrument->distances) {
+    is.known.push_back({each.first, each.second, each.mm});
+    sigma.push_back(each.sd_mm);
+  }
+  return sigma;
+}
+
+void add_rows(ObservationSpace& space, int rows, int sample, int point, int repeat) {
+  space.first_row.push_back(space.first_row.back() + rows);
+  space.sample.push_back(sample);
+  space.point.push_back(point);
+  space.repeat.push_back(repeat);
+}
+
+}  // namespace
+
+ObservationSpace reading_space(
+    std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
+  auto details = std::make_shared<Details>();
+  details->rig = rig;
+  details->instrument = geometry::instrument_of(rig);
+  const geometry::InstrumentModel& instrument = *details->instrument;
+  const geometry::RobotModel& robot = *rig.robot.model;
+  ObservationSpace space;
+  space.name = "readings";
+  space.parameter_info = robot.parameters;
+  space.parameter_info.insert(
+      space.parameter_info.end(), instrument.parameters.begin(), instrument.parameters.end());
+  space.named_directions = robot.named_directions;
+  for (const geometry::JointInfo& joint : robot.joints) {
+    space.joint_info.push_back({joint.name, std::string(joint.unit())});
+  }
+  for (const auto& channel : instrument.channels) {
+    space.channel_info.push_back({channel.name, channel.unit});
+  }
+  std::vector<double> sigma;
+  std::vector<double> measured;
+  for (const Trial& trial : trials) {
+    auto sample = sample_of(trial, rig, static_cast<int>(instrument.channel_count()));
+    if (!sample) continue;
+    for (const Index channel : sample->channels) {
+      const geometry::ChannelInfo& info =
+          instrument.channels[static_cast<std::size_t>(channel)];
+      space.channel.push_back(static_cast<int>(channel));
+      space.sigma_is_assumed = space.sigma_is_assumed || info.sd == 0.0;
+      sigma.push_back(
+          info.sd > 0.0        ? info.sd
+          : info.unit == "rad" ? noise_mm / kLever_mm
+                               : noise_mm);
+    }
+    measured.insert(measured.end(), sample->measured.begin(), sample->measured.end());
+    add_rows(
+        space, static_cast<int>(sample->channels.size()), trial.sample, trial.point,
+        trial.repeat);
+    details->samples.push_back(*std::move(sample));
+  }
+  const std::vector<double> known_to = take_known(*details);
+  for (std::size_t k = 0; k < known_to.size(); ++k) {
+    space.channel.push_back(0);
+    sigma.push_back(known_to[k]);
+    measured.push_back(details->known[k].value);
+    add_rows(space, 1, kNoSample, kNoSample - static_cast<int>(k), 0);
+  }
+  space.joints.setZero(robot.joint_count(), space.samples());
+  for (std::size_t i = 0; i < details->samples.size(); ++i) {
+    space.joints.col(static_cast<Index>(i)) = details->samples[i].q;
+  }
+  space.sigma_mm = Eigen::Map<const VectorXd>(sigma.data(), std::ssize(sigma));
+  space.measured_mm = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
+  space.nominal = start_of(*details);
+  const Index of_robot = rig.robot.nominal.size();
+  space.evaluate = [details, of_robot](
+                       int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
+    const auto k = static_cast<std::size_t>(i);
+    if (k < details->samples.size()) {
+      return evaluate_sample(*details, details->samples[k], x, e, J);
+    }
+    return evaluate_known(details->known[k - details->samples.size()], of_robot, x, e, J);
+  };
+  return space;
+}
+
+int measured_samples(const ObservationSpace& space) {
+  return static_cast<int>(
+      std::ranges::count_if(space.sample, [](int sample) { return sample != kNoSample; }));
+}
+
+}  // namespace sixdial::calibration

@@ -1,0 +1,402 @@
+#include "session/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "session/csv.h"
+#include "session/data_error.h"
+#include "session/rig_file.h"
+#include "session/sample_layout.h"
+#include "session/sha256.h"
+#include "session/toml_write.h"
+
+namespace sixdial::session {
+namespace {
+
+constexpr std::string_view kFile = "file";
+constexpr int kDigits = 9;
+
+/// Cells of one row, in the map's order; empty: there is nothing.
+struct Row {
+  std::vector<std::string> cells;
+  std::vector<double> joints;  // those that the map gives
+};
+
+/// What cells of one column could not be read as.
+struct Odd {
+  int count = 0;
+  int first_line = 0;
+  std::string example;
+};
+
+/// Letters that can name a socket, and the last parts of a path without its ending.
+std::string name_from_path(const std::string& file, int parts) {
+  const std::filesystem::path path(file);
+  std::vector<std::string> all;
+  for (const auto& part : path.parent_path()) all.push_back(part.string());
+  all.push_back(path.stem().string());
+  const auto first = static_cast<std::ptrdiff_t>(all.size()) - parts;
+  std::string name;
+  for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(first, 0); i < std::ssize(all); ++i) {
+    name += (name.empty() ? "" : "_") + all[static_cast<std::size_t>(i)];
+  }
+  for (char& letter : name) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (std::isalnum(byte) == 0 && letter != '-') letter = '_';
+  }
+  return name;
+}
+
+/// ISO 8601, seconds since 1970, or 14 digits YYYYMMDDhhmmss.
+std::string time_of(const std::string& cell, char decimal) {
+  if (from_iso8601(cell)) return cell;
+  if (cell.size() == 14 && cell.find_first_not_of("0123456789") == std::string::npos) {
+    const std::string iso = fmt::format(
+        "{}-{}-{}T{}:{}:{}.000Z", cell.substr(0, 4), cell.substr(4, 2), cell.substr(6, 2),
+        cell.substr(8, 2), cell.substr(10, 2), cell.substr(12, 2));
+    return from_iso8601(iso) ? iso : "";
+  }
+  constexpr double kFirst_s = 6e8;  // 1989
+  constexpr double kLast_s = 5e9;   // 2128
+  const bool scientific = cell.find_first_of("eE") != std::string::npos;
+  const auto seconds = number_in(cell, decimal);
+  if (scientific || !seconds || *seconds < kFirst_s || *seconds > kLast_s) return "";
+  const auto ms = static_cast<std::int64_t>(std::llround(*seconds * 1000.0));
+  return to_iso8601(TimePoint(std::chrono::milliseconds(ms)));
+}
+
+class Importer {
+ public:
+  explicit Importer(const ImportMap& map) : map_(map), rig_(parse_rig(map.rig_toml, map.file)) {
+    const SampleLayout layout = layout_of(rig_);
+    for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+      const Joint& joint = layout.joints[i];
+      const std::string number = fmt::format("q{}", i + 1);
+      int found = 0;
+      for (const MapColumn& column : map.columns) {
+        for (const std::string& name : {joint.name, number}) {
+          if (column.to == name + "_rad" || column.to == name + "_deg" ||
+              column.to == name + "_mm") {
+            ++found;
+            is_joint_.insert(column.to);
+            break;
+          }
+        }
+      }
+      if (found == 1) continue;
+      refuse(
+          joint.column(),
+          found == 0 ? "no [[column]] gives this joint" : "several [[column]] give this joint");
+    }
+    odd_.resize(map.columns.size());
+  }
+
+  void take(const ImportTable& table) {
+    std::vector<std::size_t> at;
+    for (const MapColumn& column : map_.columns) {
+      if (column.from == kFile || column.value) {
+        at.push_back(table.names.size());
+        continue;
+      }
+      const auto found = std::ranges::find(table.names, column.from);
+      if (found == table.names.end()) no_such_column(table, column);
+      at.push_back(static_cast<std::size_t>(found - table.names.begin()));
+    }
+    for (const std::string& note : table.notes) note_once(table.file + ": " + note);
+    const std::string of_file = name_from_path(table.file, map_.file_parts);
+    for (std::size_t i = 0; i < table.rows.size(); ++i) {
+      take_row(table, i, at, of_file);
+    }
+  }
+
+  Imported finish(const std::vector<std::string>& files, const std::string& hashes) {
+    for (std::size_t k = 0; k < odd_.size(); ++k) tell_odd(k);
+    if (left_out_ > 0) {
+      note_once(fmt::format(
+          "{} {} left out: no value of every joint, or nothing measured", left_out_,
+          left_out_ == 1 ? "row is" : "rows are"));
+    }
+    if (rows_.empty()) {
+      throw DataError(
+          files.front(), Mistake{0, 0, "", "no row is left", "look at the map's columns"});
+    }
+    Imported result;
+    result.session_csv = csv();
+    add_sockets();
+    result.rig_toml = write_rig(rig_);
+    result.rows = rows_.size();
+    result.left_out = static_cast<std::size_t>(left_out_);
+    result.notes = notes_;
+    result.record = "# Where this session comes from.\nnotes = [\n";
+    for (const std::string& note : notes_) result.record += "  " + toml_string(note) + ",\n";
+    result.record += "]\nmap = " + toml_string(map_.text) + "\n" + hashes;
+    return result;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& field, std::string what) const {
+    throw DataError(
+        map_.file, Mistake{0, 0, field, std::move(what), "the map names each joint once"});
+  }
+  [[noreturn]] static void no_such_column(const ImportTable& table, const MapColumn& column) {
+    std::string names;
+    for (const std::string& name : table.names) names += (names.empty() ? "" : ", ") + name;
+    throw DataError(
+        table.file, Mistake{
+                        1, 1, column.from, "the map's column is not there",
+                        "the file has " + names.substr(0, 400)});
+  }
+
+  void note_once(const std::string& note) {
+    if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(note);
+  }
+
+  void is_odd(std::size_t column, const std::string& cell, int line) {
+    Odd& odd = odd_[column];
+    if (odd.count++ > 0) return;
+    odd.first_line = line;
+    odd.example = cell;
+  }
+
+  std::string value_of(std::size_t k, const std::string& cell, char decimal_mark, int line) {
+    const MapColumn& column = map_.columns[k];
+    if (cell.empty() || std::ranges::find(column.missing, cell) != column.missing.end()) {
+      return "";
+    }
+    if (column.to == "time_utc") {
+      std::string time = time_of(cell, decimal_mark);
+      if (time.empty()) is_odd(k, cell, line);
+      return time;
+    }
+    if (column.is_text) return cell;
+    const auto number = number_in(cell, decimal_mark);
+    if (!number || !std::isfinite(*number)) {
+      is_odd(k, cell, line);
+      return "";
+    }
+    return decimal(*number * column.factor + column.offset, kDigits);
+  }
+
+  void take_row(
+      const ImportTable& table, std::size_t i, const std::vector<std::size_t>& at,
+      const std::string& of_file) {
+    Row row;
+    const auto& cells = table.rows[i];
+    bool joints = true;
+    bool measured = false;
+    for (std::size_t k = 0; k < map_.columns.size(); ++k) {
+      const MapColumn& column = map_.columns[k];
+      if (column.value) {
+        row.cells.push_back(decimal(*column.value, 0));
+      } else if (column.from == kFile) {
+        row.cells.push_back(of_file);
+      } else {
+        row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
+      }
+      const std::string& value = row.cells.back();
+      if (is_joint_.contains(column.to)) {
+        joints = joints && !value.empty();
+        row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value);
+      } else if (measures(column.to) && !value.empty()) {
+        measured = true;
+      }
+    }
+    if (!joints || !measured) {
+      ++left_out_;
+      return;
+    }
+    whole_position(row);
+    rows_.push_back(std::move(row));
+  }
+
+  static bool measures(const std::string& to) {
+    return to != "set" && to != "time_utc" && to != "temperature_c" &&
+           !to.starts_with("target_") && !to.starts_with("approach") && !to.starts_with("sd_");
+  }
+
+  /// x, y and z are there together, or not at all.
+  void whole_position(Row& row) const {
+    for (const std::string front : {"", "target_"}) {
+      std::vector<std::size_t> parts;
+      bool whole = true;
+      for (std::size_t k = 0; k < map_.columns.size(); ++k) {
+        for (const char* const axis : {"x_mm", "y_mm", "z_mm"}) {
+          if (map_.columns[k].to != front + axis) continue;
+          parts.push_back(k);
+          whole = whole && !row.cells[k].empty();
+        }
+      }
+      for (const std::size_t k : parts) {
+        if (!whole) row.cells[k].clear();
+      }
+    }
+  }
+
+  /// Words for what could not be read; a column of times that are all damaged is left out.
+  void tell_odd(std::size_t k) {
+    const Odd& odd = odd_[k];
+    if (odd.count == 0) return;
+    const MapColumn& column = map_.columns[k];
+    const bool time = column.to == "time_utc";
+    note_once(fmt::format(
+        "column {}: {} of {} values {}, such as {} in line {}; left empty", column.from,
+        odd.count, rows_.size() + static_cast<std::size_t>(left_out_),
+        time ? "are no time (damaged by a spreadsheet?)" : "are no number", shown(odd.example),
+        odd.first_line));
+  }
+
+  /// Number of the pose that each row stands in: rows whose joints agree.
+  [[nodiscard]] std::vector<std::size_t> poses() const {
+    std::vector<std::size_t> of_row;
+    std::vector<std::size_t> first_row;
+    std::map<std::int64_t, std::vector<std::size_t>> near;  // poses by their first joint
+    const double step = std::max(map_.same_rad, 1e-12);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const auto& q = rows_[i].joints;
+      const auto cell = static_cast<std::int64_t>(std::floor(q[0] / step));
+      std::optional<std::size_t> same;
+      for (std::int64_t c = cell - 1; c <= cell + 1 && !same; ++c) {
+        const auto bucket = near.find(c);
+        if (bucket == near.end()) continue;
+        for (const std::size_t pose : bucket->second) {
+          const auto& other = rows_[first_row[pose]].joints;
+          const bool agrees = std::ranges::equal(
+              q, other, [&](double a, double b) { return std::abs(a - b) <= map_.same_rad; });
+          if (agrees) same = pose;
+        }
+      }
+      if (!same) {
+        same = first_row.size();
+        first_row.push_back(i);
+        near[cell].push_back(*same);
+      }
+      of_row.push_back(*same);
+    }
+    return of_row;
+  }
+
+  [[nodiscard]] std::string csv() {
+    const bool own_sets = std::ranges::any_of(
+        map_.columns, [](const MapColumn& column) { return column.to == "set"; });
+    std::string out = own_sets ? "point,repeat" : "set,point,repeat";
+    std::vector<std::size_t> used;
+    for (std::size_t k = 0; k < map_.columns.size(); ++k) {
+      // A column without any value is none.
+      const bool any =
+          std::ranges::any_of(rows_, [k](const Row& row) { return !row.cells[k].empty(); });
+      if (!any) continue;
+      used.push_back(k);
+      out += ',' + csv_field(map_.columns[k].to);
+    }
+    const std::vector<std::size_t> pose = poses();
+    std::map<std::size_t, int> repeats;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const bool g1 = map_.sets == SetRule::kAll || pose[i] % 2 == 0;
+      out += own_sets ? "\n" : g1 ? "\nG1," : "\nG2,";
+      out += fmt::format("{},{}", pose[i], repeats[pose[i]]++);
+      for (const std::size_t k : used) out += ',' + csv_field(rows_[i].cells[k]);
+    }
+    const auto different = repeats.size();
+    if (different < rows_.size()) {
+      note_once(fmt::format(
+          "{} rows at {} poses: rows whose joints agree are repeats of one pose", rows_.size(),
+          different));
+    }
+    return out + "\n";
+  }
+
+  /// Sockets that the rows name and the rig file does not.
+  void add_sockets() {
+    std::vector<std::string> added;
+    for (std::size_t k = 0; k < map_.columns.size(); ++k) {
+      if (map_.columns[k].to != "socket") continue;
+      for (const Row& row : rows_) {
+        const std::string& name = row.cells[k];
+        auto& sockets = rig_.instrument.sockets;
+        if (name.empty() || std::ranges::find(sockets, name, &geometry::ReferencePoint::name) !=
+                                sockets.end()) {
+          continue;
+        }
+        sockets.push_back({.name = name});
+        added.push_back(name);
+      }
+    }
+    if (!map_.pair_distance_mm) return;
+    // Two names that differ in their last number only are of one block.
+    const auto block = [](const std::string& name) {
+      return name.substr(0, name.find_last_not_of("0123456789") + 1);
+    };
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      for (std::size_t j = i + 1; j < added.size(); ++j) {
+        if (block(added[i]) != block(added[j])) continue;
+        rig_.instrument.socket_distances.push_back(
+            {added[i], added[j], *map_.pair_distance_mm, map_.pair_sd_mm});
+      }
+    }
+  }
+
+  const ImportMap& map_;
+  geometry::Rig rig_;
+  std::set<std::string> is_joint_;
+  std::vector<Row> rows_;
+  std::vector<Odd> odd_;  // by column of the map
+  int left_out_ = 0;
+  std::vector<std::string> notes_;
+};
+
+/// The columns of several tables beside each other, row by row.
+ImportTable beside(std::vector<ImportTable> tables) {
+  ImportTable all = std::move(tables.front());
+  for (std::size_t t = 1; t < tables.size(); ++t) {
+    ImportTable& next = tables[t];
+    if (next.rows.size() != all.rows.size()) {
+      throw DataError(
+          next.file,
+          Mistake{
+              0, 0, "",
+              fmt::format(
+                  "has {} rows, {} has {}", next.rows.size(), all.file, all.rows.size()),
+              "files side by side need the same rows"});
+    }
+    for (const std::string& name : next.names) {
+      const bool taken = std::ranges::find(all.names, name) != all.names.end();
+      all.names.push_back(taken ? fmt::format("{}:{}", t + 1, name) : name);
+    }
+    for (std::size_t i = 0; i < all.rows.size(); ++i) {
+      std::ranges::move(next.rows[i], std::back_inserter(all.rows[i]));
+    }
+    for (const std::string& note : next.notes) all.notes.push_back(next.file + ": " + note);
+  }
+  return all;
+}
+
+}  // namespace
+
+Imported import_files(const std::vector<std::string>& files, const ImportMap& map) {
+  Importer importer(map);
+  std::string hashes;
+  std::vector<ImportTable> tables;
+  for (const std::string& file : files) {
+    const std::string text = read_file(file);
+    hashes += fmt::format(
+        "\n[[file]]\nname = {}\nsha256 = \"{}\"\n",
+        toml_string(std::filesystem::path(file).filename().string()), sha256(text));
+    ImportTable table = read_table(text, file, map.format);
+    if (map.side_by_side) {
+      tables.push_back(std::move(table));
+    } else {
+      importer.take(table);
+    }
+  }
+  if (map.side_by_side && !tables.empty()) importer.take(beside(std::move(tables)));
+  return importer.finish(files, hashes);
+}
+
+}  // namespace sixdial::session

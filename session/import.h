@@ -1,0 +1,69 @@
+// Files that people have, by a map, as a session bundle: which column is what in which unit,
+// which text means that there is nothing, which rows are one pose, which set each belongs to
+// (doc/importing.md has the map's keys).
+//
+//   const ImportMap map = read_import_map("maps/ur10.toml");
+//   const Imported bundle = import_files({"measured.csv"}, map);
+//   bundle.session_csv;  // as session.csv
+//   bundle.notes;        // what was found out, left out, and odd
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "session/import_table.h"
+
+namespace sixdial::session {
+
+struct MapColumn {
+  std::string from{};   // a name, a number from 1, "file" (its folders and name)
+  std::string to{};     // a column of session.csv
+  double factor = 1.0;  // value = cell * factor + offset, in the unit of `to`
+  double offset = 0.0;
+  std::vector<std::string> missing{};  // texts that mean that there is nothing
+  std::optional<double> value{};       // the same in every row, instead of `from`
+  bool is_text = false;                // `to` holds text (socket, set)
+};
+
+enum class SetRule {
+  kAll,        // every row calibrates
+  kAlternate,  // poses go to G1 and G2 in turn: rows whose joints agree are one pose
+};
+
+struct ImportMap {
+  std::string file;  // that it was read from
+  std::string text;
+  std::string rig_toml;  // of the rig file that it names, self-contained
+  TableFormat format{};
+  bool side_by_side = false;  // several files are columns of the same rows
+  int file_parts = 1;         // how many parts of a file's path "file" means
+  std::vector<MapColumn> columns{};
+  SetRule sets = SetRule::kAlternate;
+  double same_rad = 1e-3;  // joints (and lengths [mm]) that agree to this are one pose
+  // Sockets that the rig file does not name are added; of two of one folder the distance may be
+  // known.
+  std::optional<double> pair_distance_mm{};
+  double pair_sd_mm = 0.05;
+};
+
+struct Imported {
+  std::string session_csv;
+  std::string rig_toml;
+  std::string record;  // imported.toml: names and hashes of the files, the map, the notes
+  std::vector<std::string> notes;
+  std::size_t rows = 0;
+  std::size_t left_out = 0;
+};
+
+/// Throws DataError with all that is wrong with the map, or with the rig file that it names.
+[[nodiscard]] ImportMap read_import_map(const std::string& path);
+/// Throws DataError: a file is no table, a column is not there, no row is left.
+[[nodiscard]] Imported import_files(
+    const std::vector<std::string>& files, const ImportMap& map);
+
+/// A first map for a file: which column is most likely what, and by which sign it was taken for
+/// that. `rig_file`: to name in it; may be empty.
+[[nodiscard]] std::string guessed_map(const std::string& file, const std::string& rig_file);
+
+}  // namespace sixdial::session

@@ -1,0 +1,245 @@
+// map.toml: what the columns of somebody's file are.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "geometry/units.h"
+#include "session/csv.h"
+#include "session/import.h"
+#include "session/rig_file.h"
+#include "session/toml_checks.h"
+
+namespace sixdial::session {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  std::string_view kind;  // "mm" or "rad"
+  double in_stored;       // one of it, in mm or rad
+};
+constexpr std::array kUnits{
+    Unit{"mm", "mm", 1.0},     Unit{"m", "mm", 1000.0},
+    Unit{"cm", "mm", 10.0},    Unit{"um", "mm", 1e-3},
+    Unit{"in", "mm", 25.4},    Unit{"rad", "rad", 1.0},
+    Unit{"mrad", "rad", 1e-3}, Unit{"deg", "rad", geometry::kRadPerDeg}};
+
+const Unit* find_unit(std::string_view name) {
+  const auto* const found = std::ranges::find(kUnits, name, &Unit::name);
+  return found == kUnits.end() ? nullptr : found;
+}
+
+/// The unit at the end of a column of session.csv: "q1_rad" is in rad.
+const Unit* unit_of(std::string_view column) {
+  const std::size_t last = column.rfind('_');
+  return last == std::string_view::npos ? nullptr : find_unit(column.substr(last + 1));
+}
+
+bool holds_text(const std::string& to) {
+  return to == "set" || to == "socket" || to == "time_utc";
+}
+
+class MapReader : TomlChecks {
+ public:
+  explicit MapReader(std::string file) : TomlChecks(std::move(file)) {}
+
+  ImportMap read(const std::string& text) {
+    ImportMap map;
+    map.file = file();
+    map.text = text;
+    const toml::table top = toml::parse(text);
+    known_keys(top, "the top level", {"rig", "file", "column", "sets", "sockets"});
+    if (top.get("rig") == nullptr) {
+      missing(top, "the map", "rig");
+    } else {
+      const std::string rig = this->text(top, "", "rig", "");
+      const auto folder = std::filesystem::path(file()).parent_path();
+      map.rig_toml = write_rig(read_rig_file((folder / rig).string()));
+    }
+    if (top.get("file") != nullptr) read_format(top, map);
+    if (top.get("sets") != nullptr) read_sets(top, map);
+    if (top.get("sockets") != nullptr) read_sockets(top, map);
+    read_columns(top, map);
+    stop_if_faulty();
+    return map;
+  }
+
+ private:
+  std::string word(
+      const toml::table& from, const std::string& where, const char* key,
+      const std::vector<std::string>& words) {
+    const std::string given = text(from, where, key, words[0]);
+    if (std::ranges::find(words, given) == words.end()) {
+      std::string list;
+      for (const std::string& each : words) {
+        list += fmt::format("{}\"{}\"", list.empty() ? "" : " or ", each);
+      }
+      fault(
+          from.get(key)->source(), key, shown(given) + " is none of its values",
+          "write " + list);
+    }
+    return given;
+  }
+
+  std::optional<bool> flag(const toml::table& from, const char* key) {
+    const toml::node* node = from.get(key);
+    if (node == nullptr) return std::nullopt;
+    const auto value = node->value_exact<bool>();
+    if (!value) fault(node->source(), key, "is neither true nor false", "write true or false");
+    return value;
+  }
+
+  std::optional<int> whole(const toml::table& from, const char* key) {
+    const toml::node* node = from.get(key);
+    if (node == nullptr) return std::nullopt;
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < 0 || *value > 1'000'000) {
+      fault(node->source(), key, "is not a whole number from 0", "write one, such as 3");
+      return std::nullopt;
+    }
+    return static_cast<int>(*value);
+  }
+
+  void read_format(const toml::table& top, ImportMap& map) {
+    const toml::table* from = table(top, "file");
+    if (from == nullptr) return;
+    const std::string where = "[file]";
+    known_keys(
+        *from, where,
+        {"format", "separator", "decimal", "header", "skip_lines", "units_row", "together",
+         "file_parts"});
+    if (from->get("format") != nullptr) {
+      map.format.kind = word(*from, where, "format", {"text", "yaml"}) == "yaml"
+                            ? TableFormat::Kind::kYaml
+                            : TableFormat::Kind::kText;
+    }
+    if (from->get("separator") != nullptr) {
+      const std::string given = text(*from, where, "separator", ",");
+      if (given.size() == 1) {
+        map.format.separator = given[0];
+      } else if (given == "tab") {
+        map.format.separator = '\t';
+      } else {
+        fault(
+            from->get("separator")->source(), "separator", "is not one character",
+            "write one, such as \";\", or \"tab\"");
+      }
+    }
+    if (from->get("decimal") != nullptr) {
+      map.format.decimal =
+          word(*from, where, "decimal", {"point", "comma"}) == "comma" ? ',' : '.';
+    }
+    map.format.header = flag(*from, "header");
+    map.format.units_row = flag(*from, "units_row").value_or(false);
+    map.format.skip_lines = whole(*from, "skip_lines").value_or(0);
+    map.file_parts = std::max(1, whole(*from, "file_parts").value_or(1));
+    map.side_by_side = word(*from, where, "together", {"rows", "columns"}) == "columns";
+  }
+
+  void read_sets(const toml::table& top, ImportMap& map) {
+    const toml::table* from = table(top, "sets");
+    if (from == nullptr) return;
+    known_keys(*from, "[sets]", {"rule", "same_rad"});
+    map.sets = word(*from, "[sets]", "rule", {"alternate", "all"}) == "all"
+                   ? SetRule::kAll
+                   : SetRule::kAlternate;
+    if (from->get("same_rad") != nullptr) {
+      length(*from, "[sets]", "same_rad", true, map.same_rad);
+    }
+  }
+
+  void read_sockets(const toml::table& top, ImportMap& map) {
+    const toml::table* from = table(top, "sockets");
+    if (from == nullptr) return;
+    known_keys(*from, "[sockets]", {"pair_distance_mm", "pair_sd_mm"});
+    length(*from, "[sockets]", "pair_distance_mm", false, map.pair_distance_mm.emplace());
+    if (from->get("pair_sd_mm") != nullptr) {
+      length(*from, "[sockets]", "pair_sd_mm", false, map.pair_sd_mm);
+    }
+  }
+
+  void read_columns(const toml::table& top, ImportMap& map) {
+    const toml::node* list = top.get("column");
+    const toml::array* array = list == nullptr ? nullptr : list->as_array();
+    if (array == nullptr || !array->is_array_of_tables()) {
+      fault(
+          list == nullptr ? top.source() : list->source(), "column", "is no list of columns",
+          "write [[column]] with from and to for each column that is used");
+      return;
+    }
+    for (const toml::node& row : *array) read_column(*row.as_table(), map);
+  }
+
+  void read_column(const toml::table& from, ImportMap& map) {
+    const std::string where = "[[column]]";
+    known_keys(from, where, {"from", "to", "unit", "factor", "offset", "missing", "value"});
+    MapColumn column;
+    if (from.get("value") != nullptr) column.value = number(from, where, "value");
+    if (from.get("to") == nullptr) missing(from, where, "to");
+    if (from.get("from") == nullptr && from.get("value") == nullptr) {
+      missing(from, where, "from");
+    }
+    if (const toml::node* node = from.get("from")) {
+      const auto number = node->value_exact<std::int64_t>();
+      column.from = number ? std::to_string(*number) : text(from, where, "from", "");
+    }
+    column.to = text(from, where, "to", "");
+    column.is_text = holds_text(column.to);
+    if (from.get("factor") != nullptr) {
+      column.factor = number(from, where, "factor").value_or(1.0);
+    }
+    if (from.get("offset") != nullptr) {
+      column.offset = number(from, where, "offset").value_or(0.0);
+    }
+    read_unit(from, column);
+    if (const toml::node* node = from.get("missing")) {
+      const toml::array* texts = node->as_array();
+      if (texts == nullptr || !texts->is_homogeneous(toml::node_type::string)) {
+        fault(
+            node->source(), "missing", "is no list of texts",
+            "write those that mean \"no value\", such as [\"0\", \"nan\"]");
+      } else {
+        for (const toml::node& each : *texts) {
+          column.missing.push_back(each.value_or(std::string()));
+        }
+      }
+    }
+    map.columns.push_back(std::move(column));
+  }
+
+  void read_unit(const toml::table& from, MapColumn& column) {
+    const toml::node* node = from.get("unit");
+    if (node == nullptr) return;
+    const std::string given = text(from, "[[column]]", "unit", "");
+    const Unit* unit = find_unit(given);
+    const Unit* wanted = unit_of(column.to);
+    if (unit == nullptr || wanted == nullptr || unit->kind != wanted->kind) {
+      fault(
+          node->source(), "unit",
+          shown(given) + " does not turn into the unit of " + shown(column.to),
+          "use mm, m, cm, um, in for a length, rad, mrad, deg for an angle");
+      return;
+    }
+    column.factor *= unit->in_stored / wanted->in_stored;
+  }
+};
+
+}  // namespace
+
+ImportMap read_import_map(const std::string& path) {
+  const std::string text = read_file(path);
+  try {
+    return MapReader(path).read(text);
+  } catch (const toml::parse_error& error) {
+    const auto& where = error.source().begin;
+    throw DataError(
+        path, Mistake{
+                  static_cast<int>(where.line), static_cast<int>(where.column), "",
+                  std::string(error.description()), "mend the TOML syntax there"});
+  }
+}
+
+}  // namespace sixdial::session

@@ -1,0 +1,281 @@
+#include "session/import_table.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "session/csv.h"
+#include "session/data_error.h"
+
+namespace sixdial::session {
+namespace {
+
+constexpr std::array kSeparators{';', '\t', '|', ',', ' '};
+constexpr std::size_t kJudged = 50;  // lines that say what the format is
+constexpr std::size_t kMostCells = 20'000'000;
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+/// UTF-8 without a byte order mark; UTF-16 with one is turned into it.
+std::string as_text(std::string_view bytes, std::vector<std::string>& notes) {
+  if (bytes.starts_with("\xEF\xBB\xBF")) {
+    notes.emplace_back("a byte order mark at the beginning was left out");
+    bytes.remove_prefix(3);
+  }
+  const bool little = bytes.starts_with("\xFF\xFE");
+  if (!little && !bytes.starts_with("\xFE\xFF")) {
+    std::string text = as_utf8(bytes);
+    if (text != bytes) notes.emplace_back("letters that are no UTF-8 were replaced by '?'");
+    return text;
+  }
+  notes.emplace_back("the file is UTF-16");
+  std::string text;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const auto low = static_cast<unsigned char>(bytes[little ? i : i + 1]);
+    const auto high = static_cast<unsigned char>(bytes[little ? i + 1 : i]);
+    text += high == 0 && low < 0x80 ? static_cast<char>(low) : '?';
+  }
+  return text;
+}
+
+std::vector<std::string> cells_of(std::string_view line, char separator) {
+  std::vector<std::string> cells;
+  std::string cell;
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"') {
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"') {
+        cell += line[++i];
+      } else {
+        quoted = !quoted;
+      }
+    } else if (c == separator && !quoted) {
+      // Several blanks are one separator.
+      if (separator != ' ' || !cell.empty()) cells.push_back(std::exchange(cell, ""));
+    } else {
+      cell += c;
+    }
+  }
+  if (separator != ' ' || !cell.empty()) cells.push_back(std::move(cell));
+  for (std::string& each : cells) each = std::string(trimmed(each));
+  return cells;
+}
+
+struct Line {
+  std::string_view text;
+  int number = 0;
+};
+
+std::vector<Line> lines_of(std::string_view text, int skip) {
+  std::vector<Line> lines;
+  int number = 0;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    const std::string_view line = trimmed(text.substr(0, end));
+    ++number;
+    if (number > skip && !line.empty() && !line.starts_with('#')) {
+      lines.push_back({line, number});
+    }
+    if (end == std::string_view::npos) break;
+    text.remove_prefix(end + 1);
+  }
+  return lines;
+}
+
+/// The separator that gives most lines the same number of cells, at least two.
+char separator_of(const std::vector<Line>& lines) {
+  char best = ',';
+  std::size_t most = 0;
+  for (const char separator : kSeparators) {
+    std::map<std::size_t, std::size_t> counts;
+    const std::size_t judged = std::min(lines.size(), kJudged);
+    for (std::size_t i = 0; i < judged; ++i) {
+      ++counts[cells_of(lines[i].text, separator).size()];
+    }
+    for (const auto& [cells, times] : counts) {
+      if (cells < 2 || times * 2 < judged) continue;  // some rows may be damaged
+      if (most == 0) {  // the order of kSeparators decides: a comma may be a decimal comma
+        most = times;
+        best = separator;
+      }
+    }
+  }
+  return best;
+}
+
+/// More cells are numbers with a comma than with a point.
+char decimal_of(const std::vector<Line>& lines, char separator) {
+  if (separator == ',') return '.';
+  int commas = 0;
+  int points = 0;
+  for (std::size_t i = 0; i < std::min(lines.size(), kJudged); ++i) {
+    for (const std::string& cell : cells_of(lines[i].text, separator)) {
+      const bool comma = cell.find(',') != std::string::npos;
+      const bool point = cell.find('.') != std::string::npos;
+      if (comma && number_in(cell, ',')) ++commas;
+      if (point && number_in(cell, '.')) ++points;
+    }
+  }
+  return commas > points ? ',' : '.';
+}
+
+ImportTable text_table(
+    const std::string& text, const std::string& file, const TableFormat& format,
+    std::vector<std::string> notes) {
+  ImportTable table{.file = file, .notes = std::move(notes)};
+  const std::vector<Line> lines = lines_of(text, format.skip_lines);
+  if (lines.empty()) {
+    throw DataError(file, Mistake{1, 1, "", "the file has no lines", "give a table"});
+  }
+  const char separator = format.separator.value_or(separator_of(lines));
+  table.decimal = format.decimal.value_or(decimal_of(lines, separator));
+  if (!format.separator || !format.decimal) {
+    table.notes.push_back(fmt::format(
+        "read with separator {} and decimal {}",
+        separator == '\t' ? std::string("tab") : fmt::format("'{}'", separator),
+        table.decimal == ',' ? "comma" : "point"));
+  }
+  const std::vector<std::string> first = cells_of(lines[0].text, separator);
+  const bool numbers = std::ranges::all_of(first, [&](const std::string& cell) {
+    return cell.empty() || number_in(cell, table.decimal);
+  });
+  const bool header = format.header.value_or(!numbers);
+  if (!format.header) {
+    table.notes.emplace_back(
+        header ? "the first line has names"
+               : "there is no header: columns are named 1, 2, ...");
+  }
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    table.names.push_back(header && !first[i].empty() ? first[i] : std::to_string(i + 1));
+  }
+  int odd = 0;
+  int first_odd = 0;
+  for (std::size_t i = (header ? 1U : 0U) + (format.units_row ? 1U : 0U); i < lines.size();
+       ++i) {
+    std::vector<std::string> cells = cells_of(lines[i].text, separator);
+    while (cells.size() > table.names.size() && cells.back().empty()) cells.pop_back();
+    if (cells.size() != table.names.size()) {
+      if (odd++ == 0) first_odd = lines[i].number;
+      continue;
+    }
+    table.rows.push_back(std::move(cells));
+    table.lines.push_back(lines[i].number);
+  }
+  if (odd > 0) {
+    table.notes.push_back(fmt::format(
+        "{} {} not {} columns and {} left out, the first in line {}", odd,
+        odd == 1 ? "row has" : "rows have", table.names.size(), odd == 1 ? "is" : "are",
+        first_odd));
+  }
+  return table;
+}
+
+/// "pose.x" -> "0.5", "target_joints.0" -> "1.2": every value of a record by its path.
+void flatten(
+    const YAML::Node& node, const std::string& path, std::map<std::string, std::string>& cells,
+    std::vector<std::string>& order) {
+  const auto below = [&](const std::string& key) {
+    return path.empty() ? key : path + '.' + key;
+  };
+  if (node.IsMap()) {
+    for (const auto& each : node) {
+      flatten(each.second, below(each.first.as<std::string>()), cells, order);
+    }
+  } else if (node.IsSequence()) {
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      flatten(node[i], below(std::to_string(i)), cells, order);
+    }
+  } else if (node.IsScalar()) {
+    if (cells.emplace(path, node.Scalar()).second) order.push_back(path);
+  }
+}
+
+/// A list of records, or a map whose keys name them (kept as the column "key").
+ImportTable yaml_table(const std::string& text, const std::string& file) {
+  ImportTable table{.file = file};
+  std::vector<std::map<std::string, std::string>> records;
+  std::vector<std::string> order;
+  std::vector<std::string> seen;
+  try {
+    const YAML::Node top = YAML::Load(text);
+    if (!top.IsSequence() && !top.IsMap()) {
+      throw DataError(
+          file, Mistake{1, 1, "", "the YAML is no list and no map of records", "give one"});
+    }
+    for (const auto& each : top) {
+      const bool named = top.IsMap();
+      const YAML::Node& record = named ? each.second : each;
+      auto& cells = records.emplace_back();
+      order.clear();
+      if (named) {
+        cells["key"] = each.first.as<std::string>();
+        order.emplace_back("key");
+      }
+      flatten(record, "", cells, order);
+      for (const std::string& name : order) {
+        if (std::ranges::find(seen, name) == seen.end()) seen.push_back(name);
+      }
+      if (records.size() * seen.size() > kMostCells) {
+        throw DataError(file, Mistake{1, 1, "", "the YAML is too large", "split it"});
+      }
+    }
+  } catch (const YAML::Exception& error) {
+    throw DataError(
+        file, Mistake{
+                  error.mark.line + 1, error.mark.column + 1, "", std::string(error.msg),
+                  "mend the YAML there"});
+  }
+  table.names = std::move(seen);
+  for (const auto& cells : records) {
+    auto& row = table.rows.emplace_back();
+    for (const std::string& name : table.names) {
+      const auto at = cells.find(name);
+      row.push_back(at == cells.end() ? "" : at->second);
+    }
+    table.lines.push_back(0);
+  }
+  if (table.rows.empty()) {
+    throw DataError(file, Mistake{1, 1, "", "the YAML has no records", "give some"});
+  }
+  return table;
+}
+
+bool is_yaml(const std::string& file, const TableFormat& format) {
+  if (format.kind != TableFormat::Kind::kByName) {
+    return format.kind == TableFormat::Kind::kYaml;
+  }
+  return file.ends_with(".yaml") || file.ends_with(".yml");
+}
+
+}  // namespace
+
+std::optional<double> number_in(std::string_view cell, char decimal) {
+  std::string text(cell);
+  if (decimal == ',') {
+    if (text.find('.') != std::string::npos) return std::nullopt;
+    std::ranges::replace(text, ',', '.');
+  }
+  const ParsedNumber number = parse_number(text);
+  if (number.trouble) return std::nullopt;
+  return number.value;
+}
+
+ImportTable read_table(
+    std::string_view bytes, const std::string& file, const TableFormat& format) {
+  std::vector<std::string> notes;
+  const std::string text = as_text(bytes, notes);
+  return is_yaml(file, format) ? yaml_table(text, file)
+                               : text_table(text, file, format, std::move(notes));
+}
+
+}  // namespace sixdial::session

@@ -1,0 +1,43 @@
+// Tables as people have them: text with any separator, decimal commas, a byte order mark, lines
+// above the header, units below it, or none of these; YAML as a list or a map of records. All
+// of it becomes one table of names and cells; what was odd is told.
+//
+//   const ImportTable table = read_table(read_file(name), name, {});
+//   table.names[0];    // "shoulder_pan_joint", "pose.x", or "1" where there is no header
+//   table.rows[0][0];  // the cell as it stands in the file
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sixdial::session {
+
+struct TableFormat {
+  enum class Kind { kByName, kText, kYaml };
+  Kind kind = Kind::kByName;
+  std::optional<char> separator{};  // empty: found out
+  std::optional<char> decimal{};    // '.' or ','; empty: found out
+  std::optional<bool> header{};     // empty: found out
+  int skip_lines = 0;               // above the header
+  bool units_row = false;           // one line below it
+};
+
+struct ImportTable {
+  std::string file{};
+  std::vector<std::string> names{};
+  std::vector<std::vector<std::string>> rows{};  // each as long as `names`
+  std::vector<int> lines{};  // of the file, from 1; 0: a record of a YAML file
+  char decimal = '.';
+  std::vector<std::string> notes{};  // what was found out, and what was odd
+};
+
+/// Throws DataError where the text is no table at all.
+[[nodiscard]] ImportTable read_table(
+    std::string_view text, const std::string& file, const TableFormat& format);
+
+/// A cell as a number; empty: it is none.
+[[nodiscard]] std::optional<double> number_in(std::string_view cell, char decimal);
+
+}  // namespace sixdial::session
