@@ -81,6 +81,7 @@ void add_commands(CLI::App& app, Cli& cli) {
   add_report_command(app, cli);
   add_rig_commands(app, cli);
   add_recommend_command(app, cli);
+  add_import_command(app, cli);
   add_compensate_commands(app, cli);
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);

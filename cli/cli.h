@@ -58,6 +58,7 @@ void add_report_command(CLI::App& app, Cli& cli);       // report
 void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
 void add_rig_adopt(CLI::App& group, Cli& cli);          // rig adopt
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
+void add_import_command(CLI::App& app, Cli& cli);       // import
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
 void add_recommend_command(CLI::App& app, Cli& cli);    // recommend
 void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan

@@ -20,6 +20,7 @@ struct Example {
   std::string_view command, words;
 };
 constexpr std::array kExamples{
+    Example{"import", "sixdial import measured.csv --map map.toml -o FOLDER"},
     Example{"collect", "sixdial collect plan.csv --session monday --rig rig.toml"},
     Example{"dials", "sixdial dials --rig rig.toml --check"},
     Example{"calibrate", "sixdial calibrate monday"},
@@ -61,7 +62,7 @@ const std::map<std::string, std::string, std::less<>>& synonyms() {
       {"analyze", "diagnose"},
       {"causes", "diagnose"},
       {"correct", "compensate"},
-      {"import", "session"},
+      {"convert", "import"},
       {"export", "session"},
       {"undo", "session"},
       {"live", "dials"},

@@ -21,6 +21,15 @@ using Eigen::VectorXd;
 constexpr double kNoise_mm = 0.01;
 constexpr int kSamples = 150;
 
+SpaceFitSettings settings(
+    Loss loss = Loss::kSquare, const std::optional<VectorXd>& start = std::nullopt) {
+  SpaceFitSettings result;
+  result.start = start;
+  result.loss = loss;
+  result.noise_mm = kNoise_mm;
+  return result;
+}
+
 class EveryRobotFit : public ::testing::TestWithParam<const geometry::RobotKind*> {
  protected:
   EveryRobotFit() {
@@ -75,7 +84,7 @@ class EveryRobotFit : public ::testing::TestWithParam<const geometry::RobotKind*
 TEST_P(EveryRobotFit, TruthHasNoResidualAndAPerfectStartStays) {
   const ObservationSpace space = position_space(measured(0.0), rig_);
   EXPECT_LT(space.rmse(truth_), 1e-10);
-  const SpaceFit fit = fit_space(space, {.start = truth_});
+  const SpaceFit fit = fit_space(space, settings(Loss::kSquare, truth_));
   EXPECT_EQ(fit.fit.status, FitStatus::kConverged);
   EXPECT_LT(fit.rmse_mm, 1e-9);
 }
@@ -83,7 +92,7 @@ TEST_P(EveryRobotFit, TruthHasNoResidualAndAPerfectStartStays) {
 TEST_P(EveryRobotFit, NominalRecoversTheTruth) {
   const ObservationSpace space = position_space(measured(kNoise_mm), rig_);
   ASSERT_GT(space.rmse(space.nominal), 10 * kNoise_mm);
-  const SpaceFit fit = fit_space(space, {.noise_mm = kNoise_mm});
+  const SpaceFit fit = fit_space(space, settings());
   EXPECT_EQ(fit.fit.status, FitStatus::kConverged);
   EXPECT_LT(std::abs(fit.sigma_mm / kNoise_mm - 1.0), 0.15);
   // chi^2 of the errors in the determined directions: 99.9 % lie below this.
@@ -128,8 +137,7 @@ TEST_P(EveryRobotFit, TheBaseIsFoundInClosedFormFromAnywhere) {
   const auto moved = geometry::with_base_moved(tool, rig_.robot.nominal, found->X, poses);
   ASSERT_TRUE(moved) << "this kind cannot stand elsewhere";
   rig_.robot.nominal = *moved;
-  const SpaceFit fit =
-      fit_space(position_space(trials, rig_), {.loss = Loss::kCauchy, .noise_mm = kNoise_mm});
+  const SpaceFit fit = fit_space(position_space(trials, rig_), settings(Loss::kCauchy));
   int gross = 0;
   const Eigen::MatrixXd left = position_errors(position_space(trials, rig_), fit.v);
   for (int i = 0; i < kSamples; ++i) {

@@ -68,6 +68,12 @@ double mean_error(
   return sum / static_cast<double>(trials.size());
 }
 
+SpaceFit robust_fit(const ObservationSpace& space) {
+  SpaceFitSettings settings;
+  settings.loss = Loss::kCauchy;
+  return fit_space(space, settings);
+}
+
 class JointCurvesTest : public ::testing::Test {
  protected:
   JointCurvesTest() : rig_(arm()), truth_(rig_.robot.nominal) {
@@ -85,7 +91,7 @@ class JointCurvesTest : public ::testing::Test {
 TEST_F(JointCurvesTest, AreFoundWhereTheyAre) {
   auto trials = measured(rig_, truth_, 400, true, 5);
   (*trials[17].position_mm)[0] += 30.0;  // a gross row
-  const SpaceFit start = fit_space(position_space(trials, rig_), {.loss = Loss::kCauchy});
+  const SpaceFit start = robust_fit(position_space(trials, rig_));
   const auto fit = fit_joint_curves(trials, rig_, start.v, {.waves = 20});
   ASSERT_TRUE(fit);
   EXPECT_LT(std::abs(fit->sigma_mm / kNoise_mm - 1.0), 0.15);

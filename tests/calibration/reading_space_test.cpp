@@ -129,8 +129,10 @@ TEST_P(ReadingSpace, NominalRecoversWhatTheReadingsTell) {
   const auto trials = measured(160);
   const ObservationSpace space = reading_space(trials, rig_);
   EXPECT_EQ(measured_samples(space), 160);
-  const SpaceFit fit =
-      fit_space(space, {.weighting = Weighting::kBySigma, .noise_mm = kNoise_mm});
+  SpaceFitSettings settings;
+  settings.weighting = Weighting::kBySigma;
+  settings.noise_mm = kNoise_mm;
+  const SpaceFit fit = fit_space(space, settings);
   ASSERT_EQ(fit.fit.status, FitStatus::kConverged);
   // The weighted residuals are as large as the noise: nothing is left that the model lacks.
   double sum = 0.0;

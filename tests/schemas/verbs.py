@@ -205,6 +205,14 @@ def documents(rig):
     yield run("diagnose", "tuesday", "--bootstrap", "0", "-o", "diagnosis.json", "--report", "page.html")
     yield file_of("diagnosis.json")
     yield run("diagnose", bundle, "--bootstrap", "0", "--no-gain")
+    (folder / "axis.toml").write_text(
+        'name = "one axis"\n[robot]\nmodel = "serial"\n[[joint]]\na_mm = 100\n', encoding="utf-8")
+    (folder / "axis_map.toml").write_text(
+        'rig = "axis.toml"\n' + "".join(
+            f'[[column]]\nfrom = "{a}"\nto = "{b}"\n' for a, b in
+            (("q", "q1_rad"), ("x", "x_mm"), ("y", "y_mm"), ("z", "z_mm"))), encoding="utf-8")
+    (folder / "axis.csv").write_text("q;x;y;z\n0,1;99,5;10;0\n0,2;98;20;0\n", encoding="utf-8")
+    yield run("import", "axis.csv", "--map", "axis_map.toml", "-o", "axis")
     yield run("plan next", "tuesday", "--points", "3")
     yield run("plan separate", bundle, "--points", "3", "-o", "separate.csv")
     yield run("recommend", "tuesday", "-o", "recommendation.json")
