@@ -201,7 +201,7 @@ tl::expected<void, RobotFault> ModbusRobot::start(
 
 tl::expected<RobotState, RobotFault> ModbusRobot::wait_in_position(
     std::uint16_t moves_before, DeviceTime deadline, const std::stop_token& stop) {
-  const DeviceTime taken_by = clock_.monotonic() + at_least_on_wall(clock_, kTaken, kTaken / 4);
+  const DeviceTime taken_by = clock_.monotonic() + at_least_on_wall(clock_, kTaken, kTaken);
   for (;;) {
     // The command before the state: once it reads 0, the state is that of after it.
     const auto command = read(kHolding, kCommand, 1, stop);

@@ -140,7 +140,8 @@ tl::expected<SerialPort, PortFault> SerialPort::open(
 tl::expected<void, Fault> SerialPort::write(std::string_view bytes, nanoseconds timeout) {
   const auto timeout_ms =
       std::max<std::int64_t>(1, std::chrono::duration_cast<milliseconds>(timeout).count());
-  const sp_return sent = sp_blocking_write(
+  // A count comes back as an enum that has no such value: int, at once.
+  const int sent = sp_blocking_write(
       port_.get(), bytes.data(), bytes.size(), static_cast<unsigned int>(timeout_ms));
   if (sent < 0) return tl::unexpected(disconnected(last_error()));
   if (static_cast<std::size_t>(sent) != bytes.size()) {
@@ -163,7 +164,7 @@ tl::expected<std::size_t, Fault> SerialPort::receive(
       return tl::unexpected(disconnected(std::strerror(errno)));
     }
     if (ready > 0) {
-      const sp_return got = sp_nonblocking_read(port_.get(), bytes, most);
+      const int got = sp_nonblocking_read(port_.get(), bytes, most);
       if (got < 0) return tl::unexpected(disconnected(last_error()));
       if (got > 0) return static_cast<std::size_t>(got);
       if ((watched.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) {

@@ -114,7 +114,7 @@ def read_group(number, group, flags):
             return f"{ROOT / group[which]}:{line - begins[which] + 1}:"
 
         if "clang-diagnostic-error" not in out:
-            return [re.sub(re.escape(str(path)) + r":(\d+):", place, out)] if code else []
+            return [re.sub(re.escape(str(path)) + r":(\d+):", place, out or err)] if code else []
         print(f"   read one by one: {' '.join(group)}", flush=True)
         if os.environ.get("SIXDIAL_TIDY_WHY"):
             print("\n".join(l for l in out.splitlines() if "clang-diagnostic-error" in l))

@@ -233,12 +233,20 @@ void judge(const Case& each, const Outcome& outcome, const std::string& id) {
       quantile(outcome.recovered_ms, 0.99));
 }
 
+// A rig has up to eight threads, which a sanitizer makes ten times slower.
+#ifdef SIXDIAL_SANITIZED
+constexpr int kUsualSpeed = 4;
+constexpr std::size_t kRigsAtOnce = 4;
+#else
+constexpr int kUsualSpeed = 20;
+constexpr std::size_t kRigsAtOnce = 16;
+#endif
+
 TEST(DeviceFaults, EachOfTheEighteenIsNoticedStoredWithItsReasonAndGotOverOnEveryCable) {
   const int repeats = test::size_of_run("SIXDIAL_FAULT_REPEATS", 1);
-  const double speed = test::size_of_run("SIXDIAL_FAULT_SPEED", 20);
-  // Rigs; each has up to eight threads. Figures are taken with fewer: these shall not wait for
-  // each other.
-  const std::size_t at_once = repeats > 1 ? 4 : 16;
+  const double speed = test::size_of_run("SIXDIAL_FAULT_SPEED", kUsualSpeed);
+  // Figures are taken with fewer: these shall not wait for each other.
+  const std::size_t at_once = repeats > 1 ? 4 : kRigsAtOnce;
   std::set<Fault> tried;
   std::set<std::size_t> dials;
   std::vector<double> all_recovered;
