@@ -163,7 +163,7 @@ Readings Readings::without_dial(std::size_t dial) const {
 Readings Readings::counting(std::vector<bool> counts) const {
   Readings result = *this;
   for (std::size_t t = 0; t < counts_.size(); ++t) {
-    result.counts_[t] = counts_[t] && t < counts.size() && counts[t];
+    result.counts_[t] = t < counts.size() && counts[t] && counts_[t];
   }
   result.choose_rows();
   result.set_noise();

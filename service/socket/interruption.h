@@ -17,7 +17,7 @@ class Interrupted : public std::runtime_error {
 };
 
 /// A signal to the process and its end by force, at the latest.
-inline constexpr auto kLongestEnd = std::chrono::milliseconds(900);
+inline constexpr auto kLongestEnd = std::chrono::milliseconds(650);
 
 /// From now on a signal is kept for take_interruption(); where nobody takes it within
 /// kLongestEnd, the process ends.
