@@ -1,5 +1,5 @@
-// What the rig's own geometry does to a fit of the robot: a dial that stands 0.1 mm beside where
-// the rig file says puts every position off by the same law, so that no number of points
+// What the rig's own geometry does to a fit of the robot: a dial that stands 0.1 mm beside
+// where the rig file says puts every position off by the same law, so that no number of points
 // averages it out (spec 8). What the file states with a standard deviation enters the
 // covariance here; fitted along with the robot it is in a diagnosis (diagnosis/rig_columns.h).
 #pragma once

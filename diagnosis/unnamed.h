@@ -1,8 +1,8 @@
 // What a robot has besides its named causes. Gears run out a little, links grow, a base creeps:
 // each too little to be named, and much of it taken over by the fitted lengths, which are then
-// off by far more than noise moves them. How large such things are on this robot is asked of all
-// causes at once, the named ones among them (empirical Bayes): where nothing shows, they are
-// small, and where several show, the others are taken to be as large. What the readings say
+// off by far more than noise moves them. How large such things are on this robot is asked of
+// all causes at once, the named ones among them (empirical Bayes): where nothing shows, they
+// are small, and where several show, the others are taken to be as large. What the readings say
 // of each is kept.
 //
 //   const Eigen::MatrixXd C = unnamed_columns(readings, fit);  // C C' joins the covariance

@@ -107,6 +107,7 @@ def parsed(words, code, out, err):
 def verbs_of(binaries):
     """Every command that the man page has: "session list", "collect", ..."""
     page = subprocess.run([pathlib.Path(binaries) / "sixdial", "manual"], capture_output=True, text=True, check=True).stdout
+    page = page.replace("\\-", "-")  # as roff writes it
     return set(re.findall(r"^\.SS sixdial (.*)$", page, re.M))
 
 
@@ -214,6 +215,7 @@ def documents(rig):
     (folder / "axis.csv").write_text("q;x;y;z\n0,1;99,5;10;0\n0,2;98;20;0\n", encoding="utf-8")
     yield run("import", "axis.csv", "--map", "axis_map.toml", "-o", "axis")
     yield run("plan next", "tuesday", "--points", "3")
+    yield run("plan rig-check", "--rig", "rig.toml", "--points", "3")
     yield run("plan separate", bundle, "--points", "3", "-o", "separate.csv")
     yield run("recommend", "tuesday", "-o", "recommendation.json")
     yield file_of("recommendation.json")
