@@ -166,7 +166,7 @@ RigCheck rig_check(const geometry::Rig& rig, const RigCheckRequest& request) {
   if (trials.empty()) {
     refuse_rig(
         "no pose can be measured in these working modes",
-        "Look at --rectangle and --mode; sixdial plan grid says what stands in the way.");
+        "Try sixdial plan rig-check with another --rectangle or --mode.");
   }
   constexpr double kAsAWorkshop = 1.0;
   const diagnosis::Readings readings =

@@ -195,8 +195,8 @@ constexpr Words kWords[] = {
      "determine {parameters} parameters: {needed} are needed at least. What a fit leaves over "
      "says nothing then, and no reading is judged."},
     {"smaller_fit",
-     "These poses determine {fitted:parameter|parameters} with something to spare: add --fix "
-     "{fix} to hold the others at nominal."},
+     "These poses determine {fitted:parameter|parameters} with something to spare: sixdial "
+     "calibrate SESSION --fix {fix} holds the others at nominal."},
     {"implausible_length",
      "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
      "mm: no such robot is made. Look at the units, the dials' order and the rig file."},
