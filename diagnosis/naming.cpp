@@ -1,6 +1,7 @@
 #include "diagnosis/naming.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "diagnosis/baseline.h"
@@ -152,6 +153,7 @@ std::vector<UnknownCandidate> rivals_of_unknown(
 Finding finding_of(
     const Search& search, const NamingSettings& settings, const Explanation& found,
     std::size_t i) {
+  const Explanation bare = search.without(found, i);
   const Explanation less = search.without_for_dials(found, i);
   const double evidence = found.evidence - less.evidence;
   const bool dials = dials_stand_in(found, less);
@@ -181,12 +183,20 @@ Finding finding_of(
   if (finding.evidence > kNever / 2) {
     finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
   }
-  for (auto& rival : search.instead_of(found, i, less, kTies)) {
+  // A rival may do without what the dials do in the name's place, or need it.
+  std::vector<Explanation> rivals = search.instead_of(found, i, bare, kTies);
+  if (dials)
+    std::ranges::move(search.instead_of(found, i, less, kTies), std::back_inserter(rivals));
+  for (const Explanation& rival : rivals) {
     const Hypothesis& other = rival.chosen.back().candidate.hypothesis;
-    if (other == finding.hypothesis) continue;
     const double odds = found.evidence - rival.evidence;
-    if (odds < settings.tie_log_odds) {
+    if (other == finding.hypothesis || odds >= settings.tie_log_odds) continue;
+    const auto known = std::ranges::find(
+        finding.tied_with, other, [](const Rival& each) { return each.hypothesis; });
+    if (known == finding.tied_with.end()) {
       finding.tied_with.push_back({other, rival.fit.effects.back(), odds});
+    } else if (odds < known->log_odds) {
+      *known = {other, rival.fit.effects.back(), odds};
     }
   }
   return finding;

@@ -11,7 +11,7 @@
 #include "geometry/base_frame.h"
 #include "geometry/rotation.h"
 #include "geometry/tool.h"
-#include "tests/geometry/test_arms.h"
+#include "tests/support/test_arms.h"
 
 namespace sixdial::calibration {
 namespace {

@@ -10,7 +10,7 @@
 #include "geometry/by_dual.h"
 #include "geometry/robot_kind.h"
 #include "geometry/tool.h"
-#include "tests/geometry/test_arms.h"
+#include "tests/support/test_arms.h"
 
 namespace sixdial::geometry {
 namespace {

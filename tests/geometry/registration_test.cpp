@@ -10,7 +10,7 @@
 #include <random>
 
 #include "geometry/base_frame.h"
-#include "tests/geometry/test_arms.h"
+#include "tests/support/test_arms.h"
 
 namespace sixdial::geometry {
 namespace {

@@ -20,8 +20,8 @@
 #include "studies/calibrate.h"
 #include "studies/compare.h"
 #include "studies/compensate.h"
-#include "tests/geometry/test_arms.h"
 #include "tests/support/rig_for_tests.h"
+#include "tests/support/test_arms.h"
 
 namespace sixdial::studies {
 namespace {

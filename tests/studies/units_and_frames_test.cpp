@@ -9,8 +9,8 @@
 #include "studies/compare.h"
 #include "studies/compensate.h"
 #include "studies/next_plan.h"
-#include "tests/geometry/test_arms.h"
 #include "tests/studies/drawn_sessions.h"
+#include "tests/support/test_arms.h"
 
 namespace sixdial::studies {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/geometry/test_arms.h"
+#include "tests/support/test_arms.h"
 
 #include <cmath>
 #include <numbers>
