@@ -1,5 +1,7 @@
 #include "studies/calibrate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -103,6 +105,15 @@ void use_noise_of(
     const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
     const session::Session& session, const session::Session& believed) {
   const std::string& name = session.name;
+  const std::string& instrument = session.rig.instrument.kind;
+  if (instrument == "probe" || instrument == "distance" || instrument == "socket") {
+    throw StudyError(
+        StudyErrorCode::kBadData,
+        fmt::format("calibrate fits positions, and a {} gives none", instrument),
+        {{"session", name}},
+        "The readings of this instrument can be fitted by the library so far "
+        "(calibration/reading_space.h), not by a command.");
+  }
   const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
     return std::ranges::any_of(
         trial.reading, [](const auto& each) { return each.has_value(); });
