@@ -1,5 +1,6 @@
 #include "geometry/instruments/probe.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <cmath>
 

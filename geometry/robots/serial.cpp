@@ -1,5 +1,6 @@
 #include "geometry/robots/serial.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
