@@ -218,6 +218,20 @@ void Collection::run(Run& run, const std::stop_token& stop) {
   finish(state, std::move(error), std::move(why));
 }
 
+namespace {
+
+std::string plan_done_words(std::size_t skipped, std::size_t failed) {
+  if (skipped == 0 && failed == 0) return "every point of the plan was measured";
+  std::string words = "the plan is at its end";
+  if (failed > 0) words += fmt::format("; {} of its points gave no sample", failed);
+  if (skipped > 0)
+    words +=
+        fmt::format("; {} of its points {} skipped", skipped, skipped == 1 ? "was" : "were");
+  return words;
+}
+
+}  // namespace
+
 std::string Collection::why_ended(
     const Run& run, CollectState state, const acquisition::CollectorResult& result) const {
   if (state == CollectState::kStopped) return "stopped by a command";
@@ -228,7 +242,10 @@ std::string Collection::why_ended(
         "to measure",
         run.plan.points.size());
   }
-  if (result.left_out == 0) return "every point of the plan was measured";
+  if (result.left_out == 0) {
+    const std::lock_guard lock(mutex_);
+    return plan_done_words(skipped_, failed_);
+  }
   return fmt::format(
       "the position uncertainty over the workspace is {:.4f} mm at worst, below the {} mm "
       "asked "

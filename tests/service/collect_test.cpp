@@ -131,6 +131,22 @@ TEST(Collect, IsPausedGoneOnWithAndRetaken) {
   EXPECT_EQ(reader.load_session(reader.find_session("live")).samples.size(), 6U);
 }
 
+TEST(Collect, APointThatWasSkippedIsNotToldAsMeasured) {
+  Rig rig;
+  RunningService running({}, rig.service_options());
+  LineClient client = running.client();
+  create(client, rig);
+  start(client, Rig::plan(6));
+  client.call("collect.pause");
+  ASSERT_TRUE(
+      eventually([&] { return client.call("collect.status")["result"]["state"] == "paused"; }));
+  client.call("collect.skip");
+  const Json ended = wait_for_end(client);
+  EXPECT_EQ(ended["state"], "done");
+  ASSERT_EQ(ended["skipped"], 1) << ended;
+  EXPECT_EQ(ended["ended_because"], "the plan is at its end; 1 of its points was skipped");
+}
+
 TEST(Collect, APlanThatContradictsWhatIsMeasuredIsRefused) {
   Rig rig;
   RunningService running({}, rig.service_options());
