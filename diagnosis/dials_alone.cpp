@@ -18,11 +18,13 @@ bool one_is_not_worth_it(
   constexpr double kBetter = 0.1;
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     Explanation less = search.without_for_dials(found, i);
-    if (less.evidence > found.evidence - settings.least_log_odds) {
+    const bool dials = dials_stand_in(found, less);
+    // As likely as the dials, a name stays, and is tied with them.
+    if (less.evidence > found.evidence - (dials ? 0.0 : settings.least_log_odds)) {
       found = std::move(less);
       return true;
     }
-    if (!dials_stand_in(found, less)) continue;  // its rivals have been asked
+    if (!dials) continue;  // its rivals have been asked
     auto rivals = search.instead_of(found, i, less, kBetterRivals);
     if (!rivals.empty() && rivals.front().evidence > found.evidence + kBetter) {
       found = std::move(rivals.front());

@@ -40,7 +40,8 @@ std::optional<Explanation> with_next_name(
 }
 
 /// The same where the dials' own curves and habits are in the explanation: these may stand for
-/// the very thing that has a name, so that it is looked for without them too.
+/// the very thing that has a name, so that it is looked for without them too. A name that does
+/// as well as they do is taken, and tied with them (finding_of).
 std::optional<Explanation> with_next_name_anyhow(
     const Search& search, const NamingSettings& settings, const Explanation& names,
     const std::vector<Candidate>& candidates) {
@@ -50,7 +51,7 @@ std::optional<Explanation> with_next_name_anyhow(
   auto instead = with_next_name(search, settings, bare, search.scored(bare));
   if (!instead) return beside;
   *instead = search.with_background(std::move(*instead));
-  const double least = beside ? beside->evidence : names.evidence + settings.least_log_odds;
+  const double least = beside ? beside->evidence : names.evidence;
   return instead->evidence > least ? std::move(instead) : std::move(beside);
 }
 

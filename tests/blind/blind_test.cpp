@@ -115,6 +115,19 @@ TEST(NoEffect, IsFoundOnARigWhoseDialSlidesOffItsFace) {
   }
 }
 
+// What a small cause does is often within what a dial may do by itself (a curve within its
+// maker's limit). Then both are said, and neither is certain. The seeds are sessions in which
+// the two are about as likely.
+TEST(WeakCauses, AreTiedWithTheDialsWhereTheseAreAsLikely) {
+  const Challenge weak = one(0.15, 0.25);
+  for (const std::uint64_t seed : {7'000'003ULL, 7'000'006ULL, 7'000'009ULL, 7'000'012ULL}) {
+    const auto outcome = try_blind(weak, seed);
+    ASSERT_TRUE(outcome.has_value());
+    EXPECT_TRUE(outcome->in_tie) << outcome->truth[0] << "; said " << outcome->said;
+    EXPECT_FALSE(outcome->named) << outcome->truth[0] << "; said " << outcome->said;
+  }
+}
+
 // Over half a radian these two differ by less than the noise: each, hidden, has to come with
 // the other beside it, and neither may be given alone when it is the other.
 TEST(TiedCauses, AreGivenAsASet) {
