@@ -19,7 +19,9 @@
 #include <thread>
 #include <vector>
 
+#include "bench/workshop_table.h"
 #include "tests/blind/limit_power.h"
+#include "tests/blind/workshop.h"
 
 namespace {
 
@@ -209,6 +211,55 @@ void print_coverage(
   }
 }
 
+// ---- Rigs as they are
+
+std::string numbers_of(const WorkshopOutcome& each) {
+  return fmt::format(
+      "{} {} {:d} {:d} {:d} {:.17g} {:.17g} {:.4g}", each.parameters.inside, each.parameters.of,
+      each.wrong, !each.strong.empty(), each.found, each.kinematics_mm, each.extended_mm,
+      each.seconds);
+}
+
+WorkshopOutcome workshop_from(const std::string& numbers) {
+  WorkshopOutcome each;
+  bool strong = false;
+  std::istringstream(numbers) >> each.parameters.inside >> each.parameters.of >> each.wrong >>
+      strong >> each.found >> each.kinematics_mm >> each.extended_mm >> each.seconds;
+  if (strong) each.strong = "one";
+  return each;
+}
+
+void print_workshops(const Options& options, Sessions& sessions) {
+  const std::pair<const char*, WorkshopCase> cases[] = {
+      {"workshop, deviations in the file", {}},
+      {"workshop, silent file", {.deviations = false}},
+      {"workshop, exact geometry", {.misplaced = false}}};
+  bool first = true;
+  for (const auto& [name, of] : cases) {
+    if (std::string_view(name).find(options.only) == std::string_view::npos) continue;
+    if (first)
+      fmt::print(
+          "\n| rigs as they are | sessions | parameters % | wrong certain names % | strong "
+          "cause "
+          "% | kinematics um | extended um | worse | s | longest |\n"
+          "|---|---|---|---|---|---|---|---|---|---|\n");
+    first = false;
+    const auto& finished = sessions.of(name, [&of](std::uint64_t seed) {
+      const auto outcome = try_workshop(of, seed);
+      return outcome ? numbers_of(*outcome) : std::string();
+    });
+    std::vector<WorkshopOutcome> outcomes;
+    for (const auto& [seed, numbers] : finished) outcomes.push_back(workshop_from(numbers));
+    const WorkshopSum sum = sum_of(outcomes);
+    fmt::print(
+        "| {} | {} | {} | {} | {} | {:.1f} | {:.2f} | {} | {:.1f} | {:.1f} |\n", name, sum.n,
+        percent(sum.parameters.inside, sum.parameters.of), percent(sum.wrong, sum.n),
+        percent(sum.found, sum.strong), 1e3 * sum.kinematics_mm, 1e3 * sum.extended_mm,
+        sum.worse, sum.seconds, sum.longest_s);
+    std::fflush(stdout);
+  }
+}
+
 // ---- Power at the stated limits
 
 struct Power {
@@ -274,4 +325,5 @@ int main(int argc, char** argv) {
       "|---|---|---|---|---|---|",
       diagnosis_cases(options.cause), options, sessions);
   print_power(options, sessions);
+  print_workshops(options, sessions);
 }
