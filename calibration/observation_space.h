@@ -1,7 +1,7 @@
 // One calibration problem as every method sees it: samples with rows of measured values that a
 // parameter vector x predicts. Parameters, joints and channels are named lists of any length;
-// which robot and which instrument they belong to is known only to who made the space
-// (rig_spaces.h).
+// which robot and which instrument they belong to is known only to the code that built the
+// space (rig_spaces.h).
 //
 // Example:
 //   const Identified found = identify(*find_identifier("lm"), space);
@@ -78,10 +78,10 @@ struct ObservationSpace {
   // By sample.
   Eigen::MatrixXd joints;   // joints x samples: what the encoders say
   std::vector<int> sample;  // row of the session
-  std::vector<int> point;   // samples of one point are repeats of one pose
+  std::vector<int> point;   // samples of one point are repeats: the plan says so
   std::vector<int> repeat;
   std::vector<int> first_row{0};  // samples + 1: rows of sample i start at [i]
-  /// Of a sample's rows; 0 x 0 where nobody knows. Empty list: of none.
+  /// Covariance of each sample's rows; 0 x 0 where it is not known. Empty: known of no sample.
   std::vector<Eigen::MatrixXd> covariance_mm2;
 
   // By row.
@@ -95,8 +95,9 @@ struct ObservationSpace {
   /// deviation is off by that, rows x quantities; no columns: nothing is stated (rig_errors.h).
   Eigen::MatrixXd rig_mm;
 
-  /// e = measured - predicted [mm] of one sample and, unless null, J = d(predicted)/dx (rows x
-  /// n). Both come in with the right size. False if x cannot reach the pose.
+  /// e = measured - predicted [mm] of one sample (problem() has the other sign) and, unless
+  /// null, J = d(predicted)/dx (rows x n). Both come in with the right size. False if x cannot
+  /// reach the pose.
   std::function<bool(
       int sample, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> e, Eigen::MatrixXd* J)>
       evaluate;
@@ -115,11 +116,13 @@ struct ObservationSpace {
   Eigen::MatrixXd off_target_mm;
 
   /// Rows of one sample belong together (a position's coordinates): a robust loss takes or
-  /// leaves them as a whole, and they count alike. Else every row by itself and by its sigma.
+  /// leaves them as a whole, and by default they weigh the same. Else each row is taken by
+  /// itself and weighs 1/sigma.
   bool rows_belong_together = false;
   /// Unknowns that evaluate() settles for each sample by itself (a freely held cuboid's angle).
   int unknowns_per_sample = 0;
-  /// Searches draw from this random stream and the next one.
+  /// Searches draw from this random stream and the next one; starts of searches from those 16
+  /// and 17 later.
   std::uint32_t random_stream = 3;
   std::shared_ptr<const BatchKernels> kernels;  // null: none
 
@@ -147,18 +150,18 @@ struct ObservationSpace {
   /// Root of the mean over samples of the squared error length, unweighted [mm]; +inf if a pose
   /// cannot be reached.
   [[nodiscard]] double rmse(const Eigen::VectorXd& x) const;
-  /// Mean of sigma_mm squared, as a standard deviation.
+  /// Root mean square of sigma_mm.
   [[nodiscard]] double mean_sigma() const;
   /// Index of a parameter by name.
   [[nodiscard]] std::optional<int> find(std::string_view parameter) const;
 };
 
 /// measured - modelled position, position_axes x samples [mm]; a column is NaN where x cannot
-/// reach the pose.
+/// reach the pose. Only for a space with position_axes > 0.
 [[nodiscard]] Eigen::MatrixXd position_errors(
     const ObservationSpace& space, const Eigen::VectorXd& x);
-/// Equations (29), (31): root of the mean squared distance [mm]; +inf if a pose is out of
-/// reach.
+/// Root of the mean squared distance (29) [mm]; +inf if a pose is out of reach. Where the rows
+/// are positions that is rmse, the objective (31).
 [[nodiscard]] double position_rmse(const ObservationSpace& space, const Eigen::VectorXd& x);
 
 struct RepeatNoise {
@@ -166,8 +169,8 @@ struct RepeatNoise {
   int degrees_of_freedom = 0;
 };
 /// Standard deviation of one reading, pooled from readings of the same channel at the same
-/// point, where all its samples stand at the same pose (geometry/same_pose.h). Empty without
-/// repeats.
+/// point. A point counts only if all its samples really stand at the same pose
+/// (geometry/same_pose.h). Empty without repeats.
 [[nodiscard]] std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space);
 
 /// Which parameters keep their nominal value, from names such as "d" or "alpha". The error is

@@ -1,5 +1,8 @@
-// How noise and structure move a fit, row by row: shared by the covariance of its parameters
-// and that of predicted positions.
+// How noise and structure (fit_covariance.h: something smooth that the model lacks) move a fit,
+// row by row. A weighted least-squares fit is linear near its end: change of the parameters =
+// A W (change of the rows), with the weights W of each sample and A = (J'W'W J)^-1 J'W'. So
+// rows of covariance S give A W S W'A', the sandwich. Shared by the covariance of the
+// parameters and that of predicted positions.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +12,12 @@
 
 namespace sixdial::calibration {
 
-/// W of one sample.
+/// Weight matrix of one sample, rows x rows; the identity if `weights` is empty.
 [[nodiscard]] Eigen::MatrixXd weight_of(
     const std::vector<Eigen::MatrixXd>& weights, int sample, Eigen::Index rows);
 
-/// d(row)/d(what the structure moves): a channel's own function, or the tool's coordinates.
+/// How each row answers to the smooth functions of a structure: one function for each channel,
+/// or one for each coordinate of the tool, which all rows of a sample see.
 class Moves {
  public:
   Moves(const ObservationSpace& space, const Eigen::VectorXd& x, SmoothActs acts)
@@ -37,7 +41,7 @@ class Moves {
   std::vector<Eigen::MatrixXd> by_tool_;
 };
 
-/// A of the sandwich with the weights that each row has, sample by sample.
+/// A W of each sample, with the weights of a robust loss in it.
 struct Sandwich {
   std::vector<Eigen::MatrixXd> AW;  // parameters x rows of the sample
   Eigen::MatrixXd noise;            // A S A' for weighted rows of mean variance 1
@@ -51,7 +55,8 @@ struct Sandwich {
     const ObservationSpace& space, const Sandwich& sandwich, const Moves& moves,
     const Eigen::MatrixXd& phi);
 
-/// All that may be, or the likeliest where nothing else is known.
+/// All structures that are possible with their probabilities; just the likeliest where they
+/// were not worked out; empty where no structure was seen.
 [[nodiscard]] std::vector<StructurePart> parts_of(const Structure& structure);
 
 }  // namespace sixdial::calibration

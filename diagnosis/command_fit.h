@@ -1,17 +1,18 @@
-// The fit that commands the robot: robot and named causes alone. While causes are named,
-// something smooth that nobody named may be fitted beside them (unknown.h), and what it takes
-// over is then missing from the robot: parameters of that fit, commanded without the smooth
-// part, miss by more than a fit of robot and causes alone does. What is smooth and nameless
-// shows here as uncertainty of the parameters.
+// The fit that commands the robot: robot and named causes, and of all that is smooth only what
+// the dials do by themselves. While causes are named, something smooth that nobody named may be
+// fitted beside them (unknown.h), and what it takes over is then missing from the robot:
+// parameters of that fit, commanded without the smooth part, miss by more than a fit without it
+// does. What is smooth and nameless shows here as uncertainty of the parameters.
 #pragma once
 
 #include "diagnosis/naming.h"
 
 namespace sixdial::diagnosis {
 
-/// To all readings. Its covariance is that of this estimate where the readings have the noise
-/// and the smooth parts of `named`, and each dial an error curve within its stated accuracy:
-/// with V = s^2 (N^2 + C C') + D D' and the estimate A y, A V A'.
+/// Fitted to all readings. The estimate is A y of the readings y, and its covariance A V A'
+/// with V = s^2 (N^2 + C C') + D D': s N is the noise of each reading, C the smooth parts of
+/// `named`, D the dials' error curves within their stated accuracy (error_curves) and what the
+/// robot may have besides its names (unnamed.h).
 [[nodiscard]] JointFit command_fit(const Readings& readings, const NamedCauses& named);
 
 /// D: curves of each dial, smooth over its readings, with the standard deviation that a stated

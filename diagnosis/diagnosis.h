@@ -1,8 +1,10 @@
 // The whole verdict on a session: what the simulation gets wrong, which causes, how sure, what
-// the data could not have shown, and what naming gains on points that were not fitted (spec 4).
+// the data could not have shown, and what naming gains on points that were not fitted.
 //
 //   all points -> causes -> robot and causes refitted on G1 alone -> judged on G2
-//   G1 alone   -> causes again: what both show is confirmed, the rest suspected
+//   G1 alone   -> causes again. A cause is confirmed if G1 alone finds it too, G2 is ten times
+//                 likelier with it, nothing smooth would do as well and few readings were left
+//                 out; else it is suspected
 //
 // Example:
 //   const simulation::ForwardModel model(rig);
@@ -39,7 +41,8 @@ struct DiagnosisSettings {
   std::uint64_t seed = 1;
   bool with_gain = true;  // the table; trains networks, most of the time of a small session
   bool with_limits = true;
-  /// A session with more samples is judged by so many of them (drawn_samples.h); 0: by all.
+  /// A session with more samples is judged by so many of them (drawn_samples.h), by at most 600
+  /// with a free mount; 0: by all.
   std::size_t most_samples = 0;
 };
 
@@ -94,15 +97,16 @@ struct Diagnosis {
   std::vector<RigSeen> rig;    // by the fit with the causes; empty: the file claims exactness
   bool rig_confirmed = false;  // G1 alone contradicts the file's claim too
   std::vector<GainRow> gain;   // empty without points to judge on
-  JointFit commanding;         // robot and named causes alone (command_fit.h)
+  JointFit commanding;         // what the robot is commanded by (command_fit.h)
   /// What a residual model learned of all that `commanding` leaves; empty without a table of
   /// the gain.
   std::optional<calibration::TrainedResidual> on_top;
-  std::vector<CandidateErrors> choice;   // by G1 alone; empty without a table of the gain
-  int g1_samples = 0, g2_samples = 0;    // that were drawn
-  std::size_t drawn_of = 0;              // so many samples; 0: all were used
-  bool held_out_by_program = false;      // the session has no G2: every third point was
-  double false_alarm_probability = 1.0;  // of the strongest finding, by the simulated null
+  std::vector<CandidateErrors> choice;  // by G1 alone; empty without a table of the gain
+  int g1_samples = 0, g2_samples = 0;   // that were drawn
+  std::size_t drawn_of = 0;             // so many samples; 0: all were used
+  bool held_out_by_program = false;     // the session has no G2: every third pose was
+  /// Of the strongest finding: by sessions of pure noise, or by its p value without null_draws.
+  double false_alarm_probability = 1.0;
   std::uint64_t seed = 1;
 };
 
@@ -112,7 +116,8 @@ struct DiagnosisProgress {
 };
 
 /// `trials` in time order; `held_out` says which are G2, same length. Throws
-/// std::invalid_argument with too few readings to fit the robot. Stops between stages.
+/// std::invalid_argument with too few readings to fit the robot. `stop` ends it between stages
+/// and inside of long ones.
 [[nodiscard]] Diagnosis diagnose(
     const simulation::ForwardModel& model, std::vector<simulation::Trial> trials,
     std::vector<bool> held_out, const DiagnosisSettings& settings = {},

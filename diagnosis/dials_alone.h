@@ -1,18 +1,21 @@
-// Names held against what dials do by themselves. Curves and habits within the makers' limits
-// come into an explanation as far as they show beside the names that were there first; a name
-// that takes their place must be worth more than they are, all let in anew.
+// Names held against what dials do by themselves. Within its maker's limit each dial has a
+// smooth error curve and, for example, a hysteresis (UnknownKind::kDialCurves, kDialHabits of
+// unknown.h: the background of an explanation). While names were added one by one, the
+// background only got what the names had left. So each name is asked again: the session is
+// fitted without it, with a background that is chosen from scratch. Where that is likelier, the
+// name goes.
 #pragma once
 
 #include "diagnosis/explanation.h"
 
 namespace sixdial::diagnosis {
 
-/// Leaves out names that the dials make needless, and exchanges those that have a better rival
-/// once the dials are let in.
+/// Leaves out the names that the dials' background makes needless, and exchanges those that
+/// have a better rival beside it.
 void hold_against_dials(
     const Search& search, const NamingSettings& settings, Explanation& found);
 
-/// Whether `less`, which lacks a name of `found`, has more of the dials' own in it.
+/// Whether `less`, which lacks a name of `found`, has more of the dials' background in it.
 [[nodiscard]] bool dials_stand_in(const Explanation& found, const Explanation& less);
 
 }  // namespace sixdial::diagnosis

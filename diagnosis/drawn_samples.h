@@ -1,6 +1,6 @@
 // Of a very long session some samples are drawn, and only these are fitted and judged: what a
-// cause does shows in thousands of readings as well as in a million, and time and memory go
-// with the readings. All others are still the past of those that were drawn: from where a joint
+// cause does shows in thousands of readings as well as in a million, and time and memory grow
+// with their number. All others are still the past of those that were drawn: from where a joint
 // and a plunger came, and when.
 //
 // Drawn are whole poses, spread evenly over the session, and of many repeats at a pose a few.

@@ -20,11 +20,12 @@ class EliminatedEquations {
       const Eigen::MatrixXd& A, const Eigen::MatrixXd& C, const Eigen::VectorXd& e,
       const Eigen::VectorXd& root, const Eigen::VectorXd& u);
 
-  /// Directions of x that the data determine.
+  /// Number of directions of x that the data determine.
   [[nodiscard]] Eigen::Index determined() const { return seen_.size(); }
-  /// By how much the full step lowers the squares.
+  /// By how much the full step lowers the squares of the linear problem.
   [[nodiscard]] double fall() const;
-  /// The step of x and u below each other; `damping` in the largest eigenvalue, on x alone.
+  /// The step of x and, below it, of u. `damping`: in units of the largest eigenvalue, of x
+  /// alone.
   [[nodiscard]] Eigen::VectorXd step(double damping) const;
   /// Of x, in units of the squares' variance: the pseudoinverse, p x p.
   [[nodiscard]] Eigen::MatrixXd covariance() const;

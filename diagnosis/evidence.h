@@ -1,7 +1,7 @@
-// How much better columns explain a residual than nothing does, fair to a named effect with one
-// amplitude and to a smooth function with many: log marginal likelihood of e ~ N(0, s^2 (I +
-// t^2 C C')), s free, averaged over the prior's scale t on a logarithmic grid from "just
-// visible" up, as far as the signal goes.
+// How much better columns C explain a residual e than nothing does. Fair to a named effect with
+// one amplitude and to a smooth function with many, as both are averaged over their prior:
+//   log marginal likelihood of e ~ N(0, s^2 (I + t^2 C C')), s free,
+//   mean over scales t of the prior, a logarithmic grid that begins at "just visible"
 #pragma once
 
 #include <Eigen/Core>
@@ -17,12 +17,14 @@ struct MarginalLikelihood {
   double explained = 0.0;        // fall of the sum of squares there
 };
 /// `normal` = C'C, `right` = C'e, `sse` = e'e, `freedom` = readings less fitted parameters.
-/// Empty `by_scale` where the columns vanish. `most`: no t is larger.
+/// Empty `by_scale` where the columns vanish. The grid goes as far as the signal does; `most`:
+/// no t is larger.
 [[nodiscard]] MarginalLikelihood marginal_likelihood(
     const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double sse, double freedom,
     double most = std::numeric_limits<double>::infinity());
 
-/// The same columns against many residuals: log_mean_exp of by_scale, 0 where they vanish.
+/// The same columns against many residuals, on a fixed grid: log_mean_exp of by_scale, 0 where
+/// the columns vanish.
 class MarginalEvidence {
  public:
   MarginalEvidence() = default;  // of no columns

@@ -25,7 +25,9 @@ struct Explanation {
   std::vector<Chosen> chosen;
   std::vector<UnknownCandidate> unknown;
   JointFit fit;
-  double evidence = 0.0;  // log likelihood less all costs
+  /// Log likelihood less the costs of names and smooth functions, less what implausible sizes
+  /// and a smooth function instead of a name cost.
+  double evidence = 0.0;
   /// Smooth functions that are a finding: all but what the dials' makers allow.
   [[nodiscard]] std::size_t unknown_findings() const;
 };
@@ -41,7 +43,8 @@ class Search {
   /// Candidates that are not in the explanation yet, best first.
   [[nodiscard]] std::vector<Candidate> scored(const Explanation& with) const;
   /// The same, but gross readings count like all others: a step shortly before the end of a
-  /// session looks like a few gross readings. Empty if there are hardly any.
+  /// session looks like a few gross readings. Only candidates that explain much; none if there
+  /// are hardly any gross readings.
   [[nodiscard]] std::vector<Candidate> scored_with_gross(const Explanation& with) const;
 
   [[nodiscard]] const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
@@ -59,11 +62,11 @@ class Search {
   [[nodiscard]] std::vector<Explanation> with_one_more(
       const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
       bool afresh = false) const;
-  /// The same with what the makers of the dials allow, where that explains something, and
-  /// without it where it does not any more.
+  /// The same names with a new choice of the dials' background (error curves and habits within
+  /// the makers' limits): in where it explains something, out where it does not any more.
   [[nodiscard]] Explanation with_background(Explanation now) const;
   [[nodiscard]] Explanation without_background(const Explanation& now) const;
-  /// Without effect i, and with what the dials may do by themselves in its place.
+  /// Without effect i, and with the dials' background chosen anew in its place.
   [[nodiscard]] Explanation without_for_dials(const Explanation& all, std::size_t i) const;
   /// The explanation with another name instead of effect i, or instead of smooth function i;
   /// best first. `less`: fitted without it.
@@ -92,8 +95,8 @@ class Search {
  private:
   [[nodiscard]] Explanation with_stand_in(
       const Explanation& all, const TwoEffects& two, const StandIn& instead) const;
-  /// What the last name costs, in the noise of the fit that has it. Without it, it may have
-  /// passed for a scatter of arrivals, in which large columns look small and cost little.
+  /// What the last name costs, in the noise of the fit that has it. Before it was added, its
+  /// signal may have looked like a scatter of arrivals, in which large columns cost little.
   void weigh_last_name(const Explanation& before, Explanation& with) const;
   [[nodiscard]] Explanation explained(
       const JointFit& from, std::vector<Chosen> chosen,

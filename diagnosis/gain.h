@@ -1,6 +1,8 @@
 // What naming a cause gains on points that were not fitted: position error and residual by dial
-// on G2, for the nominal, the calibrated and the extended model, with and without a network on
-// top, and for the extended model less each cause in turn. Everything is fitted on G1.
+// on G2, for the nominal, the calibrated and the extended model, the last two also with a
+// network on top, and for the extended model less each cause in turn. All models are fitted on
+// G1; which readings of G2 are gross, and so judged by none of them, says the fit to the whole
+// session.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,8 +34,8 @@ struct GainRow {
   std::vector<double> rms_by_dial_mm;  // in the order of rig.dials (or x, y); NaN: none
   /// Mean position error less that of "calibrated", with a 95 % interval over the poses.
   double difference_mm = 0.0, low_mm = 0.0, high_mm = 0.0;
-  /// Share of the calibrated model's mean squared error, less the noise, that this model
-  /// removes; NaN where there is hardly anything to remove.
+  /// Share of the mean square of the calibrated model's residuals (readings), less the noise,
+  /// that this model removes; NaN where there is hardly anything to remove.
   double removed_share = 0.0;
 };
 
@@ -41,7 +43,7 @@ struct GainStudy {
   std::vector<GainRow> rows;
   JointFit calibrated, extended;    // on G1
   std::vector<JointFit> without;    // on G1, less each cause
-  std::vector<double> g2_log_odds;  // of each cause: G2 with it against without
+  std::vector<double> g2_log_odds;  // of each cause: G2's readings with it, less without
   int excluded = 0;                 // samples of G2 with a gross reading
 };
 

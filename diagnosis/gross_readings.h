@@ -10,8 +10,8 @@ namespace sixdial::diagnosis {
 [[nodiscard]] std::vector<GrossReading> gross_readings(
     const Readings& readings, const JointFit& fit);
 
-/// Dials most of whose readings are far off: these are not single errors, and no
-/// gross_readings.
+/// Dials most of whose readings are far off: something is wrong with the dial, and its readings
+/// are not listed one by one.
 [[nodiscard]] std::vector<bool> wrong_dials(const Readings& readings, const JointFit& fit);
 
 }  // namespace sixdial::diagnosis

@@ -1,6 +1,6 @@
 // Robot, clamp angle and effects fitted together to every reading. Each reading is either good,
 // normal with standard deviation s, or gross, anywhere within a millimetre:
-//   L = sum ln((1 - eps) phi(e/s_i)/s_i + eps/W),   s_i = s r_i,   W = 1 mm
+//   L = sum ln((1 - eps) phi(e/s_i)/s_i + eps/W),   s_i = s r_i,   W = max(1 mm, 30 s)
 // with r_i the dial's noise over that of the others (Readings::relative_noise), and what nobody
 // knows of a sample in it (Readings::doubt_mm), so that gross errors neither pull the fit nor
 // are lost as evidence. Fitted by weighted Gauss-Newton steps, weights = probability of being
@@ -42,7 +42,7 @@ struct JointFit {
   double known_sd_mm = 1.0;
   double s_mm = 0.0;            // standard deviation of the good readings
   double gross_share = 0.0;     // eps
-  double log_likelihood = 0.0;  // with u's density, and u integrated out
+  double log_likelihood = 0.0;  // u integrated out over its prior; sharing paid for
   int fitted = 0;               // number of parameters that the data determine
   /// What readings of an arrival share, null: nothing; and its variance over s^2.
   std::shared_ptr<const ScatterColumns> shared;
@@ -51,7 +51,7 @@ struct JointFit {
   /// No step would raise the likelihood by anything that matters. Where this is false, nothing
   /// that is computed from the fit may be called certain.
   bool converged = false;
-  /// What a row of the least squares is multiplied by, if readings were independent ...
+  /// What a row of the least squares is multiplied by if readings are independent.
   [[nodiscard]] Eigen::VectorXd root() const { return weight.cwiseSqrt().cwiseQuotient(noise); }
   /// What the row of each u is multiplied by: s over its own standard deviation.
   [[nodiscard]] Eigen::VectorXd root_of_u() const {
@@ -64,18 +64,20 @@ struct JointFit {
     return random * root_of_u().cwiseInverse().asDiagonal();
   }
   [[nodiscard]] Eigen::VectorXd scaled_u() const { return root_of_u().cwiseProduct(u); }
-  /// ... and what makes all rows independent and alike.
+  /// The same where the readings of an arrival share a shift: makes all rows independent, each
+  /// with the standard deviation s.
   [[nodiscard]] Whitening whitening() const { return {root(), shared.get(), shared_ratio}; }
   /// residual_mm without what an arrival's readings share: of each reading alone.
   [[nodiscard]] Eigen::VectorXd own_residual_mm() const { return residual_mm - shift_mm; }
-  /// Share of the readings that it does without: their weights, added up.
+  /// Share of the readings that count as gross: one less the mean weight.
   [[nodiscard]] double left_out() const { return weight.size() > 0 ? 1 - weight.mean() : 0.0; }
   /// For questions about the noise.
   [[nodiscard]] std::optional<ScatterSize> scatter(bool with_interval = false) const;
 };
 
 /// Fits from a start. Parameters that the data cannot determine keep their start value. `near`:
-/// the fit of a similar model, whose noise is a good first guess. `random`: columns beside
+/// the fit of a similar model, whose noise and gross readings are a good first guess (without
+/// it, the first steps count all readings). `random`: columns beside
 /// those of the readings' own nuisance.
 [[nodiscard]] JointFit fit_jointly(
     const Readings& readings, const simulation::ModelVector& start,

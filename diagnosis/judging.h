@@ -17,21 +17,23 @@ namespace sixdial::diagnosis {
 /// The residual model that learns on top of a fit, by its name in calibration/residual_model.h.
 inline constexpr std::string_view kModelOnTop = "anfis";
 
-/// A fitted model's answer to other readings of the same session.
+/// A fitted model's answer to other readings of the same session. Smooth functions were fitted
+/// at the other readings and are not carried over.
 [[nodiscard]] JointFit applied(const Readings& readings, const JointFit& fitted);
 
-/// Robot and causes of `extended` fitted to a part of the readings. What that part cannot tell
-/// of is not there: the size that all readings gave it would bring the others in, and praise
-/// the model for them.
+/// Robot and causes of `extended` fitted to a part of the readings. A cause that this part
+/// cannot determine gets the size 0: the size from all readings would have been learned from
+/// those that are judged.
 [[nodiscard]] JointFit extended_on(const Readings& fitted, const JointFit& extended);
 
-/// 0 for each judged reading that `extended`, the fit to all of the session, calls gross, else
-/// 1. Every model is judged on the same readings.
+/// 0 for each judged reading that `extended`, the fit to all of the session, calls gross and
+/// that is more than five standard deviations off, else 1. Every model is judged on the same
+/// readings.
 [[nodiscard]] Eigen::VectorXd weights_to_judge(
     const Readings& all, const JointFit& extended, const Readings& judged, double s_mm);
 
-/// Samples to judge; those with a gross reading say nothing about the robot and are counted
-/// only.
+/// Numbers of the samples to judge. Those with a gross reading say nothing about the robot and
+/// are only counted, in `excluded`.
 [[nodiscard]] std::vector<std::size_t> poses_to_judge(
     const Readings& judged, const Eigen::VectorXd& weight, int& excluded);
 

@@ -36,7 +36,7 @@ struct ChannelInfo {
   double sd = 0.0;   // standard deviation of one reading [unit]; 0: nobody knows
 };
 
-/// What a kind needs of each sample alone.
+/// An unknown that each sample has a value of its own for.
 struct UnknownInfo {
   std::string name;  // "gamma"
   std::string unit;  // "rad"
@@ -98,8 +98,8 @@ struct InstrumentKind {
   tl::expected<std::shared_ptr<const InstrumentModel>, std::string> (*of_rig)(const Rig& rig) =
       nullptr;
   /// Computes the readings and their derivatives from the poses `X` of the robot's frames. If
-  /// `unknowns` is empty, the instrument guesses them itself, and there is no derivative by
-  /// them. Observation::shows is filled only with `say_shown`.
+  /// `unknowns` is empty, the instrument takes what it would expect (a cuboid turned with its
+  /// link). Observation::shows is filled only with `say_shown`.
   void (*observe)(
       const InstrumentModel& instrument, std::span<const double> x,
       std::span<const double> unknowns, std::span<const Pose<double>> X, bool say_shown,
@@ -107,8 +107,8 @@ struct InstrumentKind {
   /// Optional, where a channel has several values for the same pose (a rotation vector): puts
   /// the one nearest to what was measured into `out`, with its derivatives.
   void (*nearest)(std::span<const std::optional<double>> measured, Observation& out) = nullptr;
-  /// Optional: what the samples say, in closed form, of parameters that are not known. `x`
-  /// comes in nominal.
+  /// Optional: a closed-form estimate of the parameters that are not known. `x` holds the
+  /// nominal values when it is called.
   void (*start)(
       const InstrumentModel& instrument, std::span<const SeenSample> samples,
       Eigen::VectorXd& x) = nullptr;

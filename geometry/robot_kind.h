@@ -45,14 +45,16 @@ enum class KinematicTrouble {
 /// A clause for messages: "the legs cannot reach this pose".
 [[nodiscard]] std::string_view describe(KinematicTrouble trouble);
 
-/// Which of the poses that the same joint values allow a robot is in; the number as in a rig
-/// file. Each kind lists its own; a serial arm has one. The two names are the five-bar's (beta
+/// Which solution of the forward kinematics: the same joint values may allow several poses. The
+/// number is that of the rig file. Each kind lists its own; a serial arm has one. The two names
+/// are the five-bar's (beta
 /// of equation (3): E to the left or to the right of O3 -> O4).
 enum class Assembly : int { kLeft = +1, kRight = -1 };
 
-/// Which of the joint values that put the tool at the same pose: a number of the robot's
-/// `modes`. A kind with two legs numbers them by elbow sides: +1 turns the proximal link
-/// counter-clockwise from the line O -> E; {+1, +1} is 0, {-1, -1} is 3.
+/// Which solution of the inverse kinematics: several joint values may put the tool at the same
+/// pose. A number of the robot's `modes`. A kind with two legs numbers them by elbow sides: +1
+/// turns the proximal link counter-clockwise from the line O -> E; {+1, +1} is 0, {-1, -1}
+/// is 3.
 struct WorkingMode {
   constexpr WorkingMode() = default;
   constexpr explicit WorkingMode(int a_number) : number(a_number) {}
@@ -74,7 +76,7 @@ struct JointInfo {
   /// the joint.
   double low = -1.0;
   double high = 1.0;
-  bool geared = false;  // another link follows it by a ratio: a whole turn is not the same pose
+  bool geared = false;  // another link follows by gears: after a whole turn the pose is another
   [[nodiscard]] std::string_view unit() const {
     return kind == JointKind::kRevolute ? "rad" : "mm";
   }
@@ -92,8 +94,8 @@ struct NamedDirection {
   std::string words;
 };
 
-/// A number that a kind has and that others of its parameters say already: it stays at its
-/// nominal value and is no parameter of the model.
+/// A number of the robot that does the same as other parameters together: it keeps its nominal
+/// value and is not fitted.
 struct SaidTwice {
   std::string name;  // "d1"
   std::string by;    // "base_z": what moves the tool just so
@@ -206,8 +208,8 @@ struct RobotKind {
       const RobotFile& file) = nullptr;
   /// Keys of [robot] that from_file reads.
   std::span<const std::string_view> file_keys{};
-  /// What from_file makes the same robot of, with `nominal` in place of the model's values.
-  /// Null: there is nothing to write.
+  /// The opposite of from_file: keys of [robot] that give this robot, with `nominal` in place
+  /// of the model's values. Null: there is nothing to write.
   RobotFileText (*to_file)(const RobotModel& robot, const Eigen::VectorXd& nominal) = nullptr;
 
   Reached (*forward)(
@@ -236,7 +238,7 @@ struct RobotKind {
       WorkingMode mode) = nullptr;
 };
 
-/// Every kind, by name. Rows added at run time come last and stay for the rest of the program.
+/// Every kind. Rows added at run time come last and stay for the rest of the program.
 [[nodiscard]] std::span<const RobotKind* const> robot_kinds();
 [[nodiscard]] const RobotKind* find_robot_kind(std::string_view name);
 /// Adds a row, which then stays for the rest of the program. Throws std::invalid_argument if

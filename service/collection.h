@@ -58,7 +58,7 @@ inline constexpr int kFirstPassSpeed_percent = 10;
 class Collection {
  public:
   /// All must outlive the collection. `changed` is called after each change of the state,
-  /// `take_ports` before the devices are opened: whoever else has them lets go.
+  /// `take_ports` before the devices are opened, so that others release their ports.
   Collection(
       EventHub& events, db::Store& store, acquisition::Clock& clock,
       std::function<void()> changed, std::function<void()> take_ports = {});

@@ -26,7 +26,7 @@ struct Collection::Run {
   std::optional<int> speed_percent;
   bool first_pass = false;
   std::string before_first_move;       // what a person looks at; empty: nobody is asked
-  std::optional<std::size_t> doubted;  // of a first pass: the point a person looks at
+  std::optional<std::size_t> doubted;  // the first pass halted here, for a person to look at
   Caller caller;
   std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
   acquisition::ClockWatch clock_watch;

@@ -30,7 +30,8 @@ class DialWatch {
   DialWatch(const DialWatch&) = delete;
   DialWatch& operator=(const DialWatch&) = delete;
 
-  /// Begins, or goes on, until `longest` from now on the wall. Throws Error not_found, bad_data
+  /// Begins, or goes on, until `longest` from now by the wall clock; a watch of another session
+  /// ends. Throws Error not_found, bad_data
   /// (a rig without dials, connection strings).
   Json watch(const std::string& session, std::chrono::milliseconds longest);
   enum class CheckStep { kStart, kAgain, kSkip, kEnd };

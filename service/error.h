@@ -66,8 +66,9 @@ struct ErrorKind {
 /// By its number on the wire; null: a code outside the table.
 [[nodiscard]] const ErrorKind* find_error_kind(int number);
 
-/// `at` is what was at fault: any of "dial", "column", "file", "line", "param", "session",
-/// "job"; "missing": the kind of thing that there is none of ("plan", "session", "job").
+/// `at` is what was at fault: any of "dial", "column", "file", "line", "param", "field", "set",
+/// "point", "session", "job", "findings"; "missing": what kind of thing does not exist ("plan",
+/// "session", "job").
 class Error : public std::runtime_error {
  public:
   Error(

@@ -1,5 +1,6 @@
-// The parts of a collection that are about safety: the first pass, its speed, and the robot's
-// halt. Only for the sources of Collection.
+// The controller's reduced speed during a first pass, and how a joint is brought by hand. (A
+// robot is halted by Collection::halt_robot; the person is asked in
+// acquisition/collector_guard.h.) Only for the sources of Collection.
 #pragma once
 
 #include <optional>

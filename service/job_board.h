@@ -1,5 +1,6 @@
-// Long work: each job gets a number at once, runs in its own thread one after the other, says
-// how far it is, can be cancelled, and outlives the client that asked for it.
+// Long work: each job gets a number at once. All jobs run on one thread of their own, one after
+// the other; a job says how far it is, can be cancelled, and outlives the client that asked for
+// it.
 #pragma once
 
 #include <chrono>
@@ -62,7 +63,7 @@ class JobBoard {
   [[nodiscard]] std::vector<Job> list() const;
   /// Asks a job to end; one in the queue ends at once. False: it had ended already.
   bool cancel(std::int64_t id);
-  /// Called after each change of a job's state, from any thread.
+  /// Called after each change of a job's state or progress, from any thread.
   void set_listener(std::function<void()> listener);
   /// Cancels all and waits for the job thread.
   void stop();

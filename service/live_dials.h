@@ -14,7 +14,7 @@
 namespace sixdial::service {
 
 enum class DialState {
-  kOk,        // a value that rests
+  kOk,        // a value that rests; while nothing is collected, any value
   kSettling,  // a value that still moves
   kWaiting,   // no value while the robot moves: some dials give none then
   kFree,      // at its end stop: touches nothing, which is normal for three of six
@@ -28,8 +28,9 @@ class LiveDials {
   explicit LiveDials(const geometry::Rig& rig) : rig_(rig) {}
 
   /// {stage, dials {id: {value_mm, quality, reason, words, detail?, state}}, settle {spread_mm,
-  /// limit_mm, settled, dial}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `settle` is
-  /// that of the dial furthest from rest, as the collector judged it last; all null while
+  /// limit_mm, settled, dial}, pose {x_mm, y_mm, gamma_rad, dials [ids]} or null}. `settle`:
+  /// the spread of the dial furthest from rest, and whether all have settled, as the collector
+  /// judged them last; all null while
   /// nobody waits for the dials. `point`: the one in hand, null before the first; it tells how
   /// the cuboid is turned.
   [[nodiscard]] Json show(

@@ -16,8 +16,9 @@ namespace sixdial::service {
 inline constexpr auto kFilePatience = std::chrono::seconds(10);
 
 /// Runs `work` on a thread of its own and waits for it. Throws what it throws; Error file once
-/// `patience` is over; Error shutting_down when the service goes down. After such an end the
-/// work may still go on: it must own all it touches.
+/// `patience` is over, or at once while too many earlier ones still hang; Error shutting_down
+/// when the service goes down. After one of these errors the work may still be running: it must
+/// own all it touches.
 void run_patiently(
     const Service& service, const std::filesystem::path& path, std::function<void()> work,
     std::chrono::milliseconds patience = kFilePatience);

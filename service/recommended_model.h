@@ -25,8 +25,8 @@ struct RecommendedModel {
 [[nodiscard]] std::vector<studies::Warning> warnings_of(
     db::Store& reader, const db::ResultRecord& record, const Json& document);
 
-/// A validation counts if it commanded the parameters of this calibration; what it tells of a
-/// diagnosis' model is left out where the newest diagnosis has another one.
+/// A validation counts if it commanded this calibration: the same method, residual model and
+/// parameters. What it measured of a diagnosis' model counts only for that same diagnosis.
 [[nodiscard]] RecommendedModel recommended_model(
     db::Store& reader, const db::ResultRecord& calibration);
 

@@ -9,13 +9,14 @@
 namespace sixdial::service {
 
 /// The result numbered params["result"], else the newest calibration of params["session"].
-/// Throws Error: invalid_params (neither is given), not_found.
+/// Throws Error: invalid_params (neither is given), not_found, bad_data (the result is of
+/// another session).
 [[nodiscard]] db::ResultRecord calibration_record(const Call& call);
 /// The same for a diagnosis.
 [[nodiscard]] db::ResultRecord diagnosis_record(const Call& call);
 
 /// The diagnosis that params["diagnosis"] names, else the newest of params["session"]. Throws
-/// Error: the same, and bad_data for a result of another kind.
+/// Error as above, and bad_data for a result of another kind.
 [[nodiscard]] db::ResultRecord extending_record(const Call& call);
 /// The newest result of a kind from the same samples as a calibration; empty: there is none.
 [[nodiscard]] std::optional<db::ResultRecord> companion_of(

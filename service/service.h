@@ -22,7 +22,7 @@ namespace sixdial::service {
 
 struct ServiceOptions {
   std::filesystem::path database{};
-  double clock_speed = 1.0;                         // of the rig, against the wall
+  double clock_speed = 1.0;  // seconds of the rig for one on the wall clock
   std::optional<session::TimePoint> clock_start{};  // what the rig's clock begins with
   std::shared_ptr<acquisition::Clock> clock{};      // instead, for tests
 };
@@ -58,8 +58,8 @@ class Service {
   void announce_change();
   void request_shut_down();
 
-  /// Rolls back the point in hand, cancels the jobs, waits for both, and moves the write-ahead
-  /// log into the database.
+  /// Rolls back the point in hand, ends the dial watch, cancels the jobs, waits for all, and
+  /// moves the write-ahead log into the database.
   void stop();
 
  private:

@@ -8,8 +8,9 @@
 
 namespace sixdial::service {
 
-/// {session, report_of ("calibration", "diagnosis" or null), choices {start, undo, calibrate,
-/// diagnose, report: null where it can be done, else why not, in words}}. Throws not_found.
+/// {session, report_of ("calibration", "diagnosis" or null), warnings, choices {start, undo,
+/// calibrate, diagnose, report: null where it can be done, else why not, in words}}. Throws
+/// not_found.
 [[nodiscard]] Json session_choices(Service& service, const std::string& name);
 
 }  // namespace sixdial::service

@@ -15,7 +15,7 @@ namespace sixdial::service {
 
 /// name, origin, created_utc, operator, rig_hash, samples, samples_by_set, plan_points, ...
 [[nodiscard]] Json to_json(const db::SessionInfo& info);
-/// What a step of the computer's clock during a collection is called among the actions.
+/// Name of the stored action that says: the computer's clock was changed during a collection.
 inline constexpr const char* kClockStep = "clock.step";
 /// {median, max} over a session's samples; null: no sample knows its dials' times.
 [[nodiscard]] Json readings_within_json(const session::Session& session);

@@ -1,5 +1,5 @@
 // One physical effect that the plain forward model lacks: a small change at one stage between
-// the joint angles and a dial's reading (spec 4). An effect is one file in effects/ and one
+// the joint angles and a dial's reading. An effect is one file in effects/ and one
 // line in effects/all_effects.cpp: what it changes, and all that diagnosis, studies and report
 // ask of it. Nothing outside of effects/ asks for an effect by its name.
 //
@@ -28,7 +28,7 @@
 namespace sixdial::simulation {
 
 /// What is known of one sample besides its joint values (circumstances.h). It is made once for
-/// a session, from measured values, so that it stays the same while parameters are fitted.
+/// a session, from measured values, so that it does not change during a fit.
 struct Circumstance {
   int order = 0;           // 0, 1, ... in time
   double time_h = 0.0;     // since the first sample
@@ -71,7 +71,7 @@ struct EffectParameter {
   std::string_view name;
   std::string_view unit;
   double sigma;  // a plausible size on a rig of this kind: scales searches and priors
-  bool never_negative = false;  // a limit is for effects that can be
+  bool never_negative = false;  // cannot be less than zero: limits are for sizes above it
 };
 
 /// Columns of a session that an effect needs.
@@ -134,8 +134,8 @@ struct Effect {
   /// only.
   Callable<double(double value)> searched_change = {};
 
-  /// Lost motion is lost: its first parameter is never less than zero. A fit that wants it to
-  /// be has found something else.
+  /// A fit that makes the first parameter negative is no explanation: lost motion, for example,
+  /// is never less than zero, and such a fit has found something else.
   bool never_negative = false;
 
   /// It changes with time alone, so that anything else that wanders in time can be mistaken for

@@ -26,18 +26,19 @@ class ExtendedModel {
 
   // The stages of `run`, one by one (extended_slopes.h differentiates each).
   using Torque = tl::expected<Eigen::VectorXd, geometry::KinematicTrouble>;
-  /// Some effect bends the joints by what the plungers do.
+  /// True if an effect needs the torque of the plungers on the joints.
   [[nodiscard]] bool needs_torque(const ActiveEffect* extra = nullptr) const;
   /// Virtual work of the plungers at the rigid pose [N mm]:
   ///   tau_j = -sum over dials F_k d(delta_k)/d(q_j)
-  /// with F_k along the dial's axis and delta_k its displacement, which grows with the tool's
-  /// place and with the turn of the link that carries the cuboid.
+  /// with F_k along the dial's axis and delta_k its displacement, which depends on the tool's
+  /// place and on the turn of the link that carries the cuboid.
   [[nodiscard]] Torque torque_Nmm(
       const ModelVector& model, const Trial& trial, const Circumstance& sample) const;
   /// q, v and torque_Nmm of the scene are set: bends q and v.
   void bend_joints(
       const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;
-  /// gamma [rad] where the bent robot turns the cuboid's link to link_rad in W.
+  /// gamma [rad] where the bent robot turns the cuboid's link to link_rad in W. A cuboid in a
+  /// free mount has the angle that was measured with the sample.
   [[nodiscard]] double cuboid_angle(
       const ModelVector& model, const Trial& trial, double link_rad) const;
   /// p_WE and gamma_rad of the scene are set: what follows, up to the readings.

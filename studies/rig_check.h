@@ -1,7 +1,7 @@
 // sixdial plan rig-check: poses that tell the rig's own geometry (where dials stand, how they
-// lean, the cuboid) apart from the robot's, and what so many of them would tell. Before any
-// session: the rig file says how well it knows itself; where it says nothing, a workshop's
-// deviations are taken.
+// lean, the cuboid) apart from the robot's, and how much that many poses would tell. Made
+// before any session: how well the rig is known is what its file states; where it states
+// nothing, a workshop's deviations are taken.
 //
 // Example:
 //   const RigCheck check = rig_check(rig, {.points = 24});
@@ -17,7 +17,7 @@ namespace sixdial::studies {
 
 struct RigCheckRequest {
   int points = 24;
-  /// Working modes to measure in; empty: the rig's.
+  /// Working modes to measure in; empty: only that of the rig file.
   std::vector<geometry::WorkingMode> modes{};
   session::Rectangle rectangle{};
 };
@@ -30,7 +30,7 @@ struct RigCheckQuantity {
   double left = 0.0;    // share of it that the plan leaves
 };
 
-/// What the first points of the plan tell.
+/// What the first `points` points of the plan would tell.
 struct RigCheckStage {
   int points = 0;
   double left = 0.0;         // root mean square of the quantities' shares
@@ -41,7 +41,7 @@ struct RigCheckFigures {
   int points = 0;
   std::vector<RigCheckQuantity> quantities{};
   std::vector<RigCheckStage> stages{};
-  /// The tool's position if the rig were exactly as its file says [mm]: what poses alone buy.
+  /// Standard deviation of the tool's position if the rig were exactly as its file says [mm].
   double exact_rig_mm = 0.0;
 };
 

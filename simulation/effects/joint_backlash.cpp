@@ -5,7 +5,7 @@ namespace sixdial::simulation {
 namespace {
 
 constexpr EffectParameter kParameters[] = {
-    {"b", "rad", 4e-4},
+    {"b", "rad", 4e-4, true},
 };
 
 void bend_kinematics(
