@@ -49,7 +49,7 @@ const Measured& arm() {
 
 void geometry_with_covariance(benchmark::State& state) {
   const auto space = calibration::position_space(arm().trials, arm().rig);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto fit = calibration::fit_space(space);
     benchmark::DoNotOptimize(fit.covariance.trace());
   }
@@ -59,7 +59,7 @@ BENCHMARK(geometry_with_covariance)->Unit(benchmark::kMillisecond);
 void derivatives_of_one_pose(benchmark::State& state) {
   const geometry::RobotModel& robot = *arm().rig.robot.model;
   geometry::Frames frames(robot);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(robot.forward_derivative(
         robot.nominal, arm().trials[0].q, geometry::Assembly::kLeft, frames));
   }
@@ -69,7 +69,7 @@ BENCHMARK(derivatives_of_one_pose)->Unit(benchmark::kMicrosecond);
 void joint_curves(benchmark::State& state) {
   const auto space = calibration::position_space(arm().trials, arm().rig);
   const auto start = calibration::fit_space(space);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto fit = calibration::fit_joint_curves(arm().trials, arm().rig, start.v);
     benchmark::DoNotOptimize(fit->sigma_mm);
   }

@@ -191,7 +191,8 @@ Check check_known_answer() {
   std::vector<simulation::Trial> seen;
   const int side = 5;
   for (int i = 0; i < side * side; ++i) {
-    const Eigen::Vector2d target_mm(16.0 + 6.0 * (i % side), 30.0 + 9.0 * (i / side));
+    const int row = i / side;
+    const Eigen::Vector2d target_mm(16.0 + 6.0 * (i % side), 30.0 + 9.0 * row);
     const auto q = tool.inverse(rig.robot.nominal, target_mm, rig.robot.working_mode);
     if (!q) continue;
     const auto p_WE = tool.position(truth, *q, rig.robot.assembly);

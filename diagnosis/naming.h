@@ -15,10 +15,12 @@
 namespace sixdial::diagnosis {
 
 struct NamingSettings {
-  double false_alarm_level = 0.02;  // over the whole catalogue
-  double tie_log_odds = 2.0;        // rivals closer than this cannot be told apart
-  double least_log_odds = 1.2;      // a further cause needs at least these
-  double unknown_log_odds = 5.0;    // so does "unknown", a smooth function
+  /// Over the whole catalogue: half of the 2 % that a verdict may say too much in, the other
+  /// half is left for what has no name.
+  double false_alarm_level = 0.01;
+  double tie_log_odds = 2.0;      // rivals closer than this cannot be told apart
+  double least_log_odds = 1.2;    // a further cause needs at least these
+  double unknown_log_odds = 5.0;  // so does "unknown", a smooth function
   /// A smooth function is preferred to a named cause only if its log odds are higher by this: a
   /// drift, for example, is itself a smooth function of time.
   double name_preference = 5.0;
