@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measured data that nobody here made, held-out: prints a table beside what is asked, and exits 1
 # where a figure is missed.
-#   scripts/outside.sh DIR [--bin FOLDER] [--seeds 10]
+#   scripts/outside.sh DIR [--bin FOLDER] [--seeds 10]     two minutes of one core
 # DIR: ur10_leica/, delta_probe/, positioner/, sockets/ as their publishers have them. Nothing of it
 # is copied; the maps of examples/import/ read it.
 set -euo pipefail
@@ -34,6 +34,7 @@ row() {  # what, figure, asked
   printf '| %s | %.4f | %s | %s |\n' "$1" "$2" "$3" "$verdict"
 }
 told() { printf '| %s | %.4f | | |\n' "$1" "$2"; }
+absent() { printf '| %s | no files | | MISSED |\n' "$1"; missed=1; }
 
 printf '| set, mm | ours | asked | |\n|---|---|---|---|\n'
 
@@ -46,6 +47,8 @@ if [ -e "${ur10[0]}" ]; then
   row 'UR10, and a curve of each joint' "$(figure fitted.mean_mm <<<"$curved")" 0.115
   alternate=$(run "${ur10[@]}" --map "$maps/ur10_leica_map.toml" --scheme alternate --curves 60)
   told 'UR10, the same, alternate rows' "$(figure fitted.mean_mm <<<"$alternate")"
+else
+  absent UR10
 fi
 
 delta=("$dir"/delta_probe/*.csv)
@@ -57,6 +60,8 @@ if [ -e "${delta[0]}" ]; then
   row 'delta, six parameters, z rms' "$(figure fitted.rms_mm <<<"$fit")" 0.040
   one=$(run "${delta[@]}" --map "$maps/delta_probe_map.toml" --scheme one --free $six)
   row 'delta, one point left out in turn' "$(figure fitted.rms_mm <<<"$one")" 0.055
+else
+  absent delta
 fi
 
 positioner=("$dir"/positioner/*.yaml)
@@ -64,16 +69,20 @@ if [ -e "${positioner[0]}" ]; then
   halves=$(run "${positioner[@]}" --map "$maps/robot_cal_tools_map.toml" --scheme alternate)
   told 'positioner, registered' "$(figure nominal.mean_mm <<<"$halves")"
   row 'positioner, alternate rows' "$(figure fitted.mean_mm <<<"$halves")" 0.40
+else
+  absent positioner
 fi
 
 sockets=()
 while IFS= read -r file; do sockets+=("$file"); done < <(
-  find "$dir/sockets" -name 'hole_[0-9].csv' 2>/dev/null | sort)
+  find -L "$dir/sockets" -name 'hole_[0-9].csv' 2>/dev/null | sort)
 if [ ${#sockets[@]} -gt 0 ]; then
   places=$(run "${sockets[@]}" --map "$maps/sockets_map.toml" --scheme places)
   told 'sockets, nominal' "$(figure nominal.mean_mm <<<"$places")"
   row 'sockets, each place left out in turn' "$(figure fitted.mean_mm <<<"$places")" 0.38
   told "sockets, worst place ($(figure worst_place <<<"$places"))" "$(figure worst_place_mm <<<"$places")"
+else
+  absent sockets
 fi
 
 printf '\nWhat was said on the way:\n'
