@@ -7,9 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <utility>
 
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/data_error.h"
 #include "session/rig_file.h"
@@ -26,7 +26,7 @@ constexpr int kDigits = 9;
 /// Cells of one row, in the map's order; empty: there is nothing.
 struct Row {
   std::vector<std::string> cells;
-  std::vector<double> joints;  // those that the map gives
+  std::vector<double> joints;  // those that the map gives [rad, mm], in the map's order
 };
 
 /// What cells of one column could not be read as.
@@ -82,10 +82,10 @@ class Importer {
       int found = 0;
       for (const MapColumn& column : map.columns) {
         for (const std::string& name : {joint.name, number}) {
-          if (column.to == name + "_rad" || column.to == name + "_deg" ||
-              column.to == name + "_mm") {
+          const bool degrees = column.to == name + "_deg";
+          if (degrees || column.to == name + "_rad" || column.to == name + "_mm") {
             ++found;
-            is_joint_.insert(column.to);
+            joint_unit_[column.to] = degrees ? geometry::kRadPerDeg : 1.0;
             break;
           }
         }
@@ -201,9 +201,9 @@ class Importer {
         row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
       }
       const std::string& value = row.cells.back();
-      if (is_joint_.contains(column.to)) {
+      if (const auto unit = joint_unit_.find(column.to); unit != joint_unit_.end()) {
         joints = joints && !value.empty();
-        row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value);
+        row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value * unit->second);
       } else if (measures(column.to) && !value.empty()) {
         measured = true;
       }
@@ -344,7 +344,7 @@ class Importer {
 
   const ImportMap& map_;
   geometry::Rig rig_;
-  std::set<std::string> is_joint_;
+  std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
   int left_out_ = 0;

@@ -96,6 +96,30 @@ TEST_F(Importing, DecimalCommasAndDamagedTimesOfASpreadsheet) {
   EXPECT_THAT(read.record, HasSubstr("sha256"));
 }
 
+TEST_F(Importing, RowsAreOnePoseByTheSameAnglesWhateverTheirUnit) {
+  // Two and two rows differ by 0.03 degrees (0.0005 rad), the others by 0.1 (0.0017 rad).
+  const std::string table =
+      "a,b,x,y,z\n10,20,1,2,3\n10.03,20,1,2,3\n10.1,20,1,2,3\n10.13,20,1,2,3\n";
+  const std::string rest =
+      "[[column]]\nfrom = \"x\"\nto = \"x_mm\"\n[[column]]\nfrom = \"y\"\nto = \"y_mm\"\n"
+      "[[column]]\nfrom = \"z\"\nto = \"z_mm\"\n";
+  const auto points = [&](const std::string& first, const std::string& second) {
+    const ImportMap how =
+        map(kPosition, "[[column]]\nfrom = \"a\"\nunit = \"deg\"\nto = \"" + first +
+                           "\"\n[[column]]\nfrom = \"b\"\nunit = \"deg\"\nto = \"" + second +
+                           "\"\n" + rest);
+    std::vector<int> result;
+    for (const Sample& sample : session(import_files({write("a.csv", table)}, how)).samples) {
+      result.push_back(sample.point);
+    }
+    return result;
+  };
+  const std::vector<int> two_and_two{0, 0, 1, 1};
+  EXPECT_EQ(points("pan_rad", "q2_rad"), two_and_two);
+  EXPECT_EQ(points("pan_deg", "q2_deg"), two_and_two);
+  EXPECT_EQ(points("q1_deg", "q2_rad"), two_and_two);
+}
+
 TEST_F(Importing, YamlRecordsByTheirPaths) {
   constexpr const char* kYaml =
       "'1593701755':\n  camera_joints: []\n  pose:\n    qw: 1.0\n    qx: 0.0\n    qy: 0.0\n"
