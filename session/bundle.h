@@ -1,6 +1,6 @@
-// The session bundle, session.csv + rig.toml: how measured data enters and leaves (spec 2).
-// Required columns: set, one for each joint (theta1_rad, theta2_rad) and either dial_<id>_mm or
-// x_mm, y_mm. Unknown columns are kept. What was read is written back with the same bytes.
+// The session bundle, session.csv + rig.toml (doc/manual/files.md). Required columns: set, one
+// for each joint and those of the instrument (dial_<id>_mm; x_mm, y_mm; doc/robots.md). Unknown
+// ones are kept. What was read is written back unchanged; a rig that names a URDF without it.
 //
 // Example:
 //   write_bundle(session, folder);  // folder/session.csv and folder/rig.toml
@@ -39,7 +39,7 @@ struct ReadOptions {
     const std::string& rig_name, const ReadOptions& options = {});
 
 /// session.csv as text: rows as they were read, rows measured here in the columns of the header
-/// read, else in those of spec 2. A bad reading is written as no reading.
+/// read, else in the usual ones. A bad reading of such a row is written as no reading.
 [[nodiscard]] std::string session_csv(const Session& session);
 /// rig.toml as text: as read, else write_rig.
 [[nodiscard]] std::string rig_toml(const Session& session);

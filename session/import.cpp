@@ -7,15 +7,17 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <utility>
 
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/data_error.h"
 #include "session/rig_file.h"
+#include "session/rig_write.h"
 #include "session/sample_layout.h"
 #include "session/sha256.h"
 #include "session/toml_write.h"
+#include "session/traceability.h"
 
 namespace sixdial::session {
 namespace {
@@ -26,7 +28,7 @@ constexpr int kDigits = 9;
 /// Cells of one row, in the map's order; empty: there is nothing.
 struct Row {
   std::vector<std::string> cells;
-  std::vector<double> joints;  // those that the map gives
+  std::vector<double> joints;  // those that the map gives [rad, mm], in the map's order
 };
 
 /// What cells of one column could not be read as.
@@ -82,10 +84,10 @@ class Importer {
       int found = 0;
       for (const MapColumn& column : map.columns) {
         for (const std::string& name : {joint.name, number}) {
-          if (column.to == name + "_rad" || column.to == name + "_deg" ||
-              column.to == name + "_mm") {
+          const bool degrees = column.to == name + "_deg";
+          if (degrees || column.to == name + "_rad" || column.to == name + "_mm") {
             ++found;
-            is_joint_.insert(column.to);
+            joint_unit_[column.to] = degrees ? geometry::kRadPerDeg : 1.0;
             break;
           }
         }
@@ -101,8 +103,14 @@ class Importer {
   void take(const ImportTable& table) {
     std::vector<std::size_t> at;
     for (const MapColumn& column : map_.columns) {
-      if (column.from == kFile || column.value) {
+      if (column.value || (!column.number && column.from == kFile)) {
         at.push_back(table.names.size());
+        continue;
+      }
+      if (column.number) {
+        const auto place = static_cast<std::size_t>(*column.number);
+        if (place > table.names.size()) no_such_column(table, column);
+        at.push_back(place - 1);
         continue;
       }
       const auto found = std::ranges::find(table.names, column.from);
@@ -116,7 +124,7 @@ class Importer {
     }
   }
 
-  Imported finish(const std::vector<std::string>& files, const std::string& hashes) {
+  Imported finish(const std::string& file, const std::string& hashes) {
     for (std::size_t k = 0; k < odd_.size(); ++k) tell_odd(k);
     if (left_out_ > 0) {
       note_once(fmt::format(
@@ -124,13 +132,12 @@ class Importer {
           left_out_ == 1 ? "row is" : "rows are"));
     }
     if (rows_.empty()) {
-      throw DataError(
-          files.front(), Mistake{0, 0, "", "no row is left", "look at the map's columns"});
+      throw DataError(file, Mistake{0, 0, "", "no row is left", "look at the map's columns"});
     }
     Imported result;
     result.session_csv = csv();
-    add_sockets();
-    result.rig_toml = write_rig(rig_);
+    result.rig_toml =
+        add_sockets() ? write_rig(rig_, traceability_of(map_.rig_toml)) : map_.rig_toml;
     result.rows = rows_.size();
     result.left_out = static_cast<std::size_t>(left_out_);
     result.notes = notes_;
@@ -151,7 +158,9 @@ class Importer {
     throw DataError(
         table.file, Mistake{
                         1, 1, column.from, "the map's column is not there",
-                        "the file has " + names.substr(0, 400)});
+                        fmt::format(
+                            "the file has {}: {}{}", table.names.size(), names.substr(0, 400),
+                            names.size() > 400 ? " ..." : "")});
   }
 
   void note_once(const std::string& note) {
@@ -181,7 +190,10 @@ class Importer {
       is_odd(k, cell, line);
       return "";
     }
-    return decimal(*number * column.factor + column.offset, kDigits);
+    const double value = *number * column.factor + column.offset;
+    if (std::isfinite(value)) return decimal(value, kDigits);
+    is_odd(k, cell, line);
+    return "";
   }
 
   void take_row(
@@ -195,15 +207,15 @@ class Importer {
       const MapColumn& column = map_.columns[k];
       if (column.value) {
         row.cells.push_back(decimal(*column.value, 0));
-      } else if (column.from == kFile) {
+      } else if (at[k] == table.names.size()) {
         row.cells.push_back(of_file);
       } else {
         row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
       }
       const std::string& value = row.cells.back();
-      if (is_joint_.contains(column.to)) {
+      if (const auto unit = joint_unit_.find(column.to); unit != joint_unit_.end()) {
         joints = joints && !value.empty();
-        row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value);
+        row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value * unit->second);
       } else if (measures(column.to) && !value.empty()) {
         measured = true;
       }
@@ -256,15 +268,15 @@ class Importer {
   [[nodiscard]] std::vector<std::size_t> poses() const {
     std::vector<std::size_t> of_row;
     std::vector<std::size_t> first_row;
-    std::map<std::int64_t, std::vector<std::size_t>> near;  // poses by their first joint
+    std::map<double, std::vector<std::size_t>> near;  // poses by their first joint
     const double step = std::max(map_.same_rad, 1e-12);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const auto& q = rows_[i].joints;
-      const auto cell = static_cast<std::int64_t>(std::floor(q[0] / step));
+      const double cell = std::floor(q[0] / step);
       std::optional<std::size_t> same;
-      for (std::int64_t c = cell - 1; c <= cell + 1 && !same; ++c) {
-        const auto bucket = near.find(c);
-        if (bucket == near.end()) continue;
+      for (const double neighbour : {-1.0, 0.0, 1.0}) {
+        const auto bucket = near.find(cell + neighbour);
+        if (same || bucket == near.end()) continue;
         for (const std::size_t pose : bucket->second) {
           const auto& other = rows_[first_row[pose]].joints;
           const bool agrees = std::ranges::equal(
@@ -312,8 +324,8 @@ class Importer {
     return out + "\n";
   }
 
-  /// Sockets that the rows name and the rig file does not.
-  void add_sockets() {
+  /// Sockets that the rows name and the rig file does not; whether there are any.
+  bool add_sockets() {
     std::vector<std::string> added;
     for (std::size_t k = 0; k < map_.columns.size(); ++k) {
       if (map_.columns[k].to != "socket") continue;
@@ -328,7 +340,9 @@ class Importer {
         added.push_back(name);
       }
     }
-    if (!map_.pair_distance_mm) return;
+    if (added.empty()) return false;
+    note_once("sockets were added to the rig file, which has lost its comments by that");
+    if (!map_.pair_distance_mm) return true;
     // Two names that differ in their last number only are of one block.
     const auto block = [](const std::string& name) {
       return name.substr(0, name.find_last_not_of("0123456789") + 1);
@@ -340,11 +354,12 @@ class Importer {
             {added[i], added[j], *map_.pair_distance_mm, map_.pair_sd_mm});
       }
     }
+    return true;
   }
 
   const ImportMap& map_;
   geometry::Rig rig_;
-  std::set<std::string> is_joint_;
+  std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
   int left_out_ = 0;
@@ -380,15 +395,20 @@ ImportTable beside(std::vector<ImportTable> tables) {
 }  // namespace
 
 Imported import_files(const std::vector<std::string>& files, const ImportMap& map) {
+  std::vector<NamedText> texts;
+  for (const std::string& file : files) texts.push_back({file, read_file(file)});
+  return import_texts(texts, map);
+}
+
+Imported import_texts(const std::vector<NamedText>& files, const ImportMap& map) {
   Importer importer(map);
   std::string hashes;
   std::vector<ImportTable> tables;
-  for (const std::string& file : files) {
-    const std::string text = read_file(file);
+  for (const auto& [name, text] : files) {
     hashes += fmt::format(
         "\n[[file]]\nname = {}\nsha256 = \"{}\"\n",
-        toml_string(std::filesystem::path(file).filename().string()), sha256(text));
-    ImportTable table = read_table(text, file, map.format);
+        toml_string(std::filesystem::path(name).filename().string()), sha256(text));
+    ImportTable table = read_table(text, name, map.format);
     if (map.side_by_side) {
       tables.push_back(std::move(table));
     } else {
@@ -396,7 +416,7 @@ Imported import_files(const std::vector<std::string>& files, const ImportMap& ma
     }
   }
   if (map.side_by_side && !tables.empty()) importer.take(beside(std::move(tables)));
-  return importer.finish(files, hashes);
+  return importer.finish(files.empty() ? "the import" : files.front().name, hashes);
 }
 
 }  // namespace sixdial::session

@@ -8,6 +8,7 @@
 //   bundle.notes;        // what was found out, left out, and odd
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +18,9 @@
 namespace sixdial::session {
 
 struct MapColumn {
-  std::string from{};   // a name, a number from 1, "file" (its folders and name)
+  std::string from{};  // a name, or "file" (the last parts of its path)
+  /// The column's place from 1, instead of its name: `from = 1`.
+  std::optional<int> number{};
   std::string to{};     // a column of session.csv
   double factor = 1.0;  // value = cell * factor + offset, in the unit of `to`
   double offset = 0.0;
@@ -34,13 +37,13 @@ enum class SetRule {
 struct ImportMap {
   std::string file;  // that it was read from
   std::string text;
-  std::string rig_toml;  // of the rig file that it names, self-contained
+  std::string rig_toml;  // the rig file that it names; with a URDF, written anew without it
   TableFormat format{};
   bool side_by_side = false;  // several files are columns of the same rows
-  int file_parts = 1;         // how many parts of a file's path "file" means
+  int file_parts = 1;         // "file" is so many last parts of a file's path
   std::vector<MapColumn> columns{};
   SetRule sets = SetRule::kAlternate;
-  double same_rad = 1e-3;  // joints (and lengths [mm]) that agree to this are one pose
+  double same_rad = 1e-3;  // rows whose joints agree to this (lengths: in mm) are one pose
   // Sockets that the rig file does not name are added; of two of one folder the distance may be
   // known.
   std::optional<double> pair_distance_mm{};
@@ -51,19 +54,30 @@ struct Imported {
   std::string session_csv;
   std::string rig_toml;
   std::string record;  // imported.toml: names and hashes of the files, the map, the notes
-  std::vector<std::string> notes;
+  std::vector<std::string> notes{};
   std::size_t rows = 0;
   std::size_t left_out = 0;
 };
 
 /// Throws DataError with all that is wrong with the map, or with the rig file that it names.
 [[nodiscard]] ImportMap read_import_map(const std::string& path);
+/// The same of the map's text; `text_beside` gives that of a file beside it.
+[[nodiscard]] ImportMap parse_import_map(
+    const std::string& text, const std::string& file,
+    const std::function<std::string(const std::string& name)>& text_beside);
+
 /// Throws DataError: a file is no table, a column is not there, no row is left.
 [[nodiscard]] Imported import_files(
     const std::vector<std::string>& files, const ImportMap& map);
+struct NamedText {
+  std::string name;  // of the file
+  std::string text;
+};
+[[nodiscard]] Imported import_texts(const std::vector<NamedText>& files, const ImportMap& map);
 
 /// A first map for a file: which column is most likely what, and by which sign it was taken for
 /// that. `rig_file`: to name in it; may be empty.
 [[nodiscard]] std::string guessed_map(const std::string& file, const std::string& rig_file);
+[[nodiscard]] std::string guessed_map(const NamedText& file, const std::string& rig_file);
 
 }  // namespace sixdial::session

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <set>
 
 #include "session/csv.h"
 #include "session/import.h"
@@ -56,6 +57,15 @@ struct Guess {
   std::string to, unit, why;
 };
 
+/// A comment of TOML holds no control characters.
+std::string in_comment(std::string text) {
+  for (char& letter : text) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x20U || byte == 0x7F) letter = '?';
+  }
+  return text;
+}
+
 constexpr double kMostTurns_rad = 7.0;  // a joint beyond it is given in degrees
 constexpr double kMostMetres = 20.0;    // a place beyond it is given in millimetres
 
@@ -105,19 +115,24 @@ std::optional<Guess> guess_of(const std::string& raw, const Range& range, int& j
 }  // namespace
 
 std::string guessed_map(const std::string& file, const std::string& rig_file) {
-  const ImportTable table = read_table(read_file(file), file, {});
-  std::string out =
-      fmt::format("# Made by `sixdial import --guess` from {}: look at every line.\n", file);
-  for (const std::string& note : table.notes) out += "# " + note + "\n";
+  return guessed_map(NamedText{file, read_file(file)}, rig_file);
+}
+
+std::string guessed_map(const NamedText& file, const std::string& rig_file) {
+  const ImportTable table = read_table(file.text, file.name, {});
+  std::string out = "# Made by `sixdial import --guess` from " + in_comment(file.name) +
+                    ": look at every line.\n";
+  for (const std::string& note : table.notes) out += "# " + in_comment(note) + "\n";
   out += fmt::format("rig = {}\n", toml_string(rig_file.empty() ? "rig.toml" : rig_file));
   int joints = 0;
+  std::set<std::string> given;
   std::string unused;
   for (std::size_t k = 0; k < table.names.size(); ++k) {
     const Range range = range_of(table, k);
     const auto guess = guess_of(table.names[k], range, joints);
-    if (!guess) {
+    if (!guess || !given.insert(guess->to).second) {
       unused += fmt::format(
-          "#   {} ({} numbers{}{})\n", table.names[k], range.numbers,
+          "#   {} ({} numbers{}{})\n", in_comment(table.names[k]), range.numbers,
           range.numbers > 0 ? fmt::format(" from {:.5g} to {:.5g}", range.low, range.high) : "",
           range.others > 0 ? fmt::format(", {} other texts", range.others) : "");
       continue;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -11,7 +12,10 @@
 #include "session/csv.h"
 #include "session/import.h"
 #include "session/rig_file.h"
+#include "session/rig_write.h"
 #include "session/toml_checks.h"
+#include "session/toml_text.h"
+#include "session/traceability.h"
 
 namespace sixdial::session {
 namespace {
@@ -44,7 +48,9 @@ bool holds_text(const std::string& to) {
 
 class MapReader : TomlChecks {
  public:
-  explicit MapReader(std::string file) : TomlChecks(std::move(file)) {}
+  using Beside = std::function<std::string(const std::string&)>;
+  MapReader(std::string file, Beside text_beside)
+      : TomlChecks(std::move(file), "map"), text_beside_(std::move(text_beside)) {}
 
   ImportMap read(const std::string& text) {
     ImportMap map;
@@ -57,7 +63,11 @@ class MapReader : TomlChecks {
     } else {
       const std::string rig = this->text(top, "", "rig", "");
       const auto folder = std::filesystem::path(file()).parent_path();
-      map.rig_toml = write_rig(read_rig_file((folder / rig).string()));
+      map.rig_toml = text_beside_(rig);
+      const geometry::Rig read = parse_rig(map.rig_toml, (folder / rig).string());
+      if (read.robot.model->from_other_file) {  // a bundle has no URDF beside it
+        map.rig_toml = write_rig(read, traceability_of(map.rig_toml));
+      }
     }
     if (top.get("file") != nullptr) read_format(top, map);
     if (top.get("sets") != nullptr) read_sets(top, map);
@@ -183,10 +193,18 @@ class MapReader : TomlChecks {
       missing(from, where, "from");
     }
     if (const toml::node* node = from.get("from")) {
-      const auto number = node->value_exact<std::int64_t>();
-      column.from = number ? std::to_string(*number) : text(from, where, "from", "");
+      if (node->is_integer()) {
+        column.number = whole(from, "from");
+        column.from = fmt::format("column {}", column.number.value_or(0));
+        if (column.number == 0) {
+          fault(node->source(), "from", "is no column", "the first column has the number 1");
+        }
+      } else {
+        column.from = text(from, where, "from", "");
+      }
     }
     column.to = text(from, where, "to", "");
+    check_target(from, column.to, map);
     column.is_text = holds_text(column.to);
     if (from.get("factor") != nullptr) {
       column.factor = number(from, where, "factor").value_or(1.0);
@@ -210,6 +228,21 @@ class MapReader : TomlChecks {
     map.columns.push_back(std::move(column));
   }
 
+  /// A column of session.csv is given once, and not one that the import makes.
+  void check_target(const toml::table& from, const std::string& to, const ImportMap& map) {
+    const toml::node* node = from.get("to");
+    if (node == nullptr) return;
+    if (to == "point" || to == "repeat") {
+      fault(
+          node->source(), "to", shown(to) + " cannot be given: the import numbers the poses",
+          "leave this [[column]] out; [sets] same_rad says which rows are one pose");
+    } else if (std::ranges::find(map.columns, to, &MapColumn::to) != map.columns.end()) {
+      fault(
+          node->source(), "to", fmt::format("two [[column]] give {}", shown(to)),
+          "leave one of them out");
+    }
+  }
+
   void read_unit(const toml::table& from, MapColumn& column) {
     const toml::node* node = from.get("unit");
     if (node == nullptr) return;
@@ -225,18 +258,29 @@ class MapReader : TomlChecks {
     }
     column.factor *= unit->in_stored / wanted->in_stored;
   }
+
+  Beside text_beside_;
 };
 
 }  // namespace
 
 ImportMap read_import_map(const std::string& path) {
-  const std::string text = read_file(path);
+  const auto folder = std::filesystem::path(path).parent_path();
+  return parse_import_map(read_file(path), path, [folder](const std::string& name) {
+    return read_file((folder / name).string());
+  });
+}
+
+ImportMap parse_import_map(
+    const std::string& text, const std::string& file,
+    const std::function<std::string(const std::string& name)>& text_beside) {
+  if (auto mistake = stray_character(text)) throw DataError(file, std::move(*mistake));
   try {
-    return MapReader(path).read(text);
+    return MapReader(file, text_beside).read(text);
   } catch (const toml::parse_error& error) {
     const auto& where = error.source().begin;
     throw DataError(
-        path, Mistake{
+        file, Mistake{
                   static_cast<int>(where.line), static_cast<int>(where.column), "",
                   std::string(error.description()), "mend the TOML syntax there"});
   }

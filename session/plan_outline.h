@@ -5,8 +5,8 @@
 
 namespace sixdial::session {
 
-/// Of each branch the points farthest out in eight directions, in the plan's order; a point
-/// once. All of a small plan.
+/// Of points that follow each other in one branch those farthest out in eight directions of x
+/// and y, in the plan's order; a point once. Points inside are left out, of a small plan too.
 [[nodiscard]] Plan outermost(const geometry::Rig& rig, const Plan& plan);
 
 }  // namespace sixdial::session

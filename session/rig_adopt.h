@@ -1,6 +1,6 @@
 // Figures that were found go back into a rig file's text: only their lines change, comments
 // stay.
-//
+
 #pragma once
 
 #include <string>

@@ -1,18 +1,18 @@
-// rig.toml: the measurement rig as a file people write (spec 2). Lengths in mm, angles in
-// degrees.
+// rig.toml: the measurement rig as a file people write (doc/manual/files.md). Lengths in mm,
+// angles in degrees.
 //
-//   name = "..."
+//   name, tolerance_mm
 //   [robot]   model, working_mode, assembly, l11_mm ... d_mm, x0_mm, y0_mm, alpha_deg,
-//             theta1_offset_deg, theta2_offset_deg, connection
+//             theta1_offset_deg, theta2_offset_deg, connection; [[joint]] rows of an arm
 //   [cuboid]  side_mm, mount ("distal1", "distal2", "free"), reference_pose_mm
 //   [dials]   travel_mm, resolution_mm, accuracy_mm, repeatability_mm, tip_radius_mm, force_n,
 //             spring_n_per_mm, connection: common to all dials
 //   [[dial]]  id, position_mm, axis, and any key of [dials] to override it
-//   How well all that is known: rig_deviations.h.
+//   [instrument] and its places: what measures instead of dials (doc/robots.md)
+//   How well all that is known: rig_deviations.h. operator, certificates: traceability.h.
 //
-// Optional: name, model, connection, accuracy_mm, force_n, spring_n_per_mm, mount (distal2 is
-// meant), reference_pose_mm of a free mount,
-// and all dials for a rig that only takes positions from an instrument.
+// Optional: name, tolerance_mm, model, connection, accuracy_mm, force_n, spring_n_per_mm, mount
+// (distal2), reference_pose_mm of a free mount, all dials of a rig that only takes positions.
 //
 // Example:
 //   const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");

@@ -34,6 +34,37 @@ std::string place_text(const ReferencePoint& place) {
   return out;
 }
 
+/// [[tool_point]], [[anchor]], [[socket]] and [[surface]].
+std::string places_text(const geometry::Instrument& is) {
+  std::string out;
+  for (const ReferencePoint& each : is.tool_points)
+    out += "\n[[tool_point]]\n" + place_text(each);
+  for (const ReferencePoint& each : is.anchors) out += "\n[[anchor]]\n" + place_text(each);
+  for (const ReferencePoint& each : is.sockets) {
+    out += "\n[[socket]]\n" + place_text(each);
+    std::string distances;
+    double sd_mm = 0.0;
+    for (const geometry::SocketDistance& known : is.socket_distances) {
+      if (known.second != each.name) continue;
+      distances += fmt::format(
+          "{}{} = {}", distances.empty() ? "" : ", ", toml_string(known.first),
+          toml_number(known.mm));
+      sd_mm = known.sd_mm;
+    }
+    if (distances.empty()) continue;
+    out += fmt::format(
+        "distance_mm = {{ {} }}\ndistance_sd_mm = {}\n", distances, toml_number(sd_mm));
+  }
+  for (const geometry::Surface& each : is.surfaces) {
+    out += "\n[[surface]]\n" + place_text(each.place);
+    if (each.radius_mm) out += fmt::format("radius_mm = {}\n", toml_number(*each.radius_mm));
+    if (!each.radius_mm || each.normal != geometry::Surface{}.normal) {
+      out += fmt::format("normal = {}\n", triple_text(each.normal));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 const toml::array* InstrumentChecks::rows(const toml::table& top, const char* key) {
@@ -216,40 +247,18 @@ void InstrumentChecks::check_instrument(const toml::table& top, const geometry::
 std::string instrument_text(const geometry::Rig& rig) {
   const geometry::Instrument& is = rig.instrument;
   const geometry::Instrument usual;
-  if (is.kind == usual.kind) return "";
-  std::string out = fmt::format("\n[instrument]\nkind = {}\n", toml_string(is.kind));
-  if (is.sd_mm > 0.0) out += fmt::format("sd_mm = {}\n", toml_number(is.sd_mm));
-  if (is.sd_rad > 0.0) out += fmt::format("sd_deg = {}\n", toml_number(degrees_of(is.sd_rad)));
+  std::string keys;
+  if (is.sd_mm > 0.0) keys += fmt::format("sd_mm = {}\n", toml_number(is.sd_mm));
+  if (is.sd_rad > 0.0) keys += fmt::format("sd_deg = {}\n", toml_number(degrees_of(is.sd_rad)));
   if (is.dimensions != rig.robot.model->axes) {
-    out += fmt::format("dimensions = {}\n", is.dimensions);
+    keys += fmt::format("dimensions = {}\n", is.dimensions);
   }
   if (is.orientation != usual.orientation) {
-    out += fmt::format("orientation = {}\n", toml_string(is.orientation));
+    keys += fmt::format("orientation = {}\n", toml_string(is.orientation));
   }
-  for (const ReferencePoint& each : is.tool_points)
-    out += "\n[[tool_point]]\n" + place_text(each);
-  for (const ReferencePoint& each : is.anchors) out += "\n[[anchor]]\n" + place_text(each);
-  for (const ReferencePoint& each : is.sockets) {
-    out += "\n[[socket]]\n" + place_text(each);
-    std::string distances;
-    double sd_mm = 0.0;
-    for (const geometry::SocketDistance& known : is.socket_distances) {
-      if (known.second != each.name) continue;
-      distances += fmt::format(
-          "{}{} = {}", distances.empty() ? "" : ", ", toml_string(known.first),
-          toml_number(known.mm));
-      sd_mm = known.sd_mm;
-    }
-    if (distances.empty()) continue;
-    out += fmt::format(
-        "distance_mm = {{ {} }}\ndistance_sd_mm = {}\n", distances, toml_number(sd_mm));
-  }
-  for (const geometry::Surface& each : is.surfaces) {
-    out += "\n[[surface]]\n" + place_text(each.place);
-    out += each.radius_mm ? fmt::format("radius_mm = {}\n", toml_number(*each.radius_mm))
-                          : fmt::format("normal = {}\n", triple_text(each.normal));
-  }
-  return out;
+  const std::string places = places_text(is);
+  if (is.kind == usual.kind && keys.empty() && places.empty()) return "";
+  return fmt::format("\n[instrument]\nkind = {}\n{}{}", toml_string(is.kind), keys, places);
 }
 
 }  // namespace sixdial::session

@@ -14,8 +14,8 @@ class InstrumentChecks : protected DeviationChecks {
   using DeviationChecks::DeviationChecks;
   /// [instrument] and its places, of a file that has such a table.
   void read_instrument_tables(const toml::table& top, geometry::Instrument& instrument);
-  /// Whether the rig as read can have its instrument; other than dials on a cuboid, whose
-  /// faults have messages of their own.
+  /// Adds a fault if the rig as read cannot have its instrument. Not of dials on a cuboid,
+  /// whose faults have messages of their own.
   void check_instrument(const toml::table& top, const geometry::Rig& rig);
 
  private:
@@ -30,7 +30,7 @@ class InstrumentChecks : protected DeviationChecks {
   void read_surfaces(const toml::table& top, std::vector<geometry::Surface>& surfaces);
 };
 
-/// As a rig file has them; empty of dials on a cuboid.
+/// As a rig file has them; empty of dials on a cuboid alone.
 [[nodiscard]] std::string instrument_text(const geometry::Rig& rig);
 
 }  // namespace sixdial::session

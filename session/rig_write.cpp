@@ -1,3 +1,5 @@
+#include "session/rig_write.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,27 +36,95 @@ std::string line_of(const std::string& key, const geometry::FileValue& value) {
   return fmt::format("{} = {}\n", key, value_text(value, key.ends_with("_deg")));
 }
 
-/// [cuboid] or [instrument]: what measures.
-std::string measuring_text(const geometry::Rig& rig) {
-  if (rig.instrument.kind != geometry::Instrument{}.kind) return instrument_text(rig);
+/// Whether a rig file says anything of the cuboid that is not so without [cuboid].
+bool is_usual(const geometry::Cuboid& cuboid) {
+  const geometry::Cuboid usual;
+  return cuboid.side_mm == usual.side_mm && cuboid.mount == usual.mount &&
+         cuboid.reference_pose_mm == usual.reference_pose_mm &&
+         cuboid.deviations == usual.deviations;
+}
+
+/// [instrument] and [cuboid]: what measures.
+std::string measuring_text(const geometry::Rig& rig, const std::string& traced) {
+  const std::string instrument = instrument_text(rig);
+  const bool on_cuboid = rig.instrument.kind == geometry::Instrument{}.kind;
+  if (!on_cuboid && traced.empty() && is_usual(rig.cuboid)) return instrument;
   const char* mount = rig.cuboid.mount == geometry::Mount::kDistal1   ? "distal1"
                       : rig.cuboid.mount == geometry::Mount::kDistal2 ? "distal2"
                                                                       : "free";
-  const std::string out = fmt::format(
-      "\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n",
-      toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm));
-  return out + deviations_text(rig.cuboid.deviations);
+  return fmt::format(
+      "{}\n[cuboid]\nside_mm = {}\nmount = \"{}\"\nreference_pose_mm = {}\n{}{}", instrument,
+      toml_number(rig.cuboid.side_mm), mount, toml_pair(rig.cuboid.reference_pose_mm),
+      deviations_text(rig.cuboid.deviations), traced);
+}
+
+/// The keys of a part, a line each; empty: nothing is known of it.
+std::string lines_of(const Traceability& traced, std::string_view what) {
+  const TracedPart* part = traced.find(what);
+  if (part == nullptr) return "";
+  std::string lines;
+  const auto date = [&](const char* key, const std::string& value) {
+    if (!value.empty()) lines += fmt::format("{} = {}\n", key, value);
+  };
+  const auto text = [&](const char* key, const std::string& value) {
+    if (!value.empty()) lines += fmt::format("{} = {}\n", key, toml_string(value));
+  };
+  text("serial", part->serial);
+  text("certificate", part->certificate);
+  date("certified", part->certified);
+  date("due", part->due);
+  return lines;
+}
+
+/// [dials] and each [[dial]].
+std::string dials_text(const geometry::Rig& rig, const Traceability& traced) {
+  if (rig.dials.empty()) return "";
+  std::string out = "\n[dials]\n";
+  // A figure that all dials share stands in [dials], any other in its [[dial]].
+  std::array<bool, kDialFigures.size()> shared{};
+  for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
+    std::set<double> values;
+    for (Dial dial : rig.dials) values.insert(kDialFigures[f].of(dial));
+    shared[f] = values.size() == 1;
+    if (shared[f])
+      out += fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(*values.begin()));
+  }
+  const bool alike = std::ranges::all_of(rig.dials, [&](const Dial& dial) {
+    return dial.deviations == rig.dials.front().deviations;
+  });
+  if (alike) out += deviations_text(rig.dials.front().deviations);
+  for (Dial dial : rig.dials) {
+    out += fmt::format(
+        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_string(dial.id),
+        toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
+    for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
+      if (shared[f]) continue;
+      out +=
+          fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(kDialFigures[f].of(dial)));
+    }
+    if (!alike) out += deviations_text(dial.deviations);
+    if (!dial.connection.empty()) {
+      out += fmt::format("connection = {}\n", toml_string(dial.connection));
+    }
+    out += lines_of(traced, "dial " + dial.id);
+  }
+  return out;
 }
 
 }  // namespace
 
-std::string write_rig(const geometry::Rig& rig) {
+std::string write_rig(const geometry::Rig& rig) { return write_rig(rig, {}); }
+
+std::string write_rig(const geometry::Rig& rig, const Traceability& traced) {
   std::string out = "# Measurement rig and nominal robot. Lengths in mm, angles in degrees.\n";
-  out += fmt::format(
-      "name = {}\n{}\n[robot]\nmodel = \"{}\"\n", toml_string(rig.name),
-      rig.tolerance_mm ? fmt::format("tolerance_mm = {}\n", toml_number(*rig.tolerance_mm))
-                       : "",
-      rig.robot.model->kind->name);
+  out += fmt::format("name = {}\n", toml_string(rig.name));
+  if (rig.tolerance_mm) {
+    out += fmt::format("tolerance_mm = {}\n", toml_number(*rig.tolerance_mm));
+  }
+  if (!traced.operator_name.empty()) {
+    out += fmt::format("operator = {}\n", toml_string(traced.operator_name));
+  }
+  out += fmt::format("\n[robot]\nmodel = \"{}\"\n", rig.robot.model->kind->name);
   const geometry::RobotModel& robot = *rig.robot.model;
   geometry::RobotFileText own;
   if (robot.kind->to_file != nullptr) own = robot.kind->to_file(robot, rig.robot.nominal);
@@ -77,39 +147,15 @@ std::string write_rig(const geometry::Rig& rig) {
   if (!rig.robot.connection.empty()) {
     out += fmt::format("connection = {}\n", toml_string(rig.robot.connection));
   }
+  out += lines_of(traced, "robot");
   for (const geometry::FileValue::Table& joint : own.joints) {
     out += "\n[[joint]]\n";
     for (const auto& [key, value] : joint) out += line_of(key, value);
   }
-  out += measuring_text(rig);
-  // A figure that all dials share stands in [dials], any other in its [[dial]].
-  std::array<bool, kDialFigures.size()> shared{};
-  if (!rig.dials.empty()) out += "\n[dials]\n";
-  for (std::size_t f = 0; f < kDialFigures.size() && !rig.dials.empty(); ++f) {
-    std::set<double> values;
-    for (Dial dial : rig.dials) values.insert(kDialFigures[f].of(dial));
-    shared[f] = values.size() == 1;
-    if (shared[f])
-      out += fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(*values.begin()));
-  }
-  const bool alike = std::ranges::all_of(rig.dials, [&](const Dial& dial) {
-    return dial.deviations == rig.dials.front().deviations;
-  });
-  if (alike && !rig.dials.empty()) out += deviations_text(rig.dials.front().deviations);
-  for (Dial dial : rig.dials) {
-    out += fmt::format(
-        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_string(dial.id),
-        toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
-    for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
-      if (shared[f]) continue;
-      out +=
-          fmt::format("{} = {}\n", kDialFigures[f].key, toml_number(kDialFigures[f].of(dial)));
-    }
-    if (!alike) out += deviations_text(dial.deviations);
-    if (!dial.connection.empty()) {
-      out += fmt::format("connection = {}\n", toml_string(dial.connection));
-    }
-  }
+  out += measuring_text(rig, lines_of(traced, "cuboid"));
+  out += dials_text(rig, traced);
+  const std::string thermometer = lines_of(traced, "thermometer");
+  if (!thermometer.empty()) out += "\n[thermometer]\n" + thermometer;
   return out;
 }
 

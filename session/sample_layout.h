@@ -23,7 +23,7 @@ struct Joint {
   std::string unit;  // "rad" or "mm"
   /// A file may give this angle in degrees too ("q1_deg").
   bool degrees_too = false;
-  /// A file does not call it "q1" as well.
+  /// True: the alias q1 (q2, ...) is not accepted.
   bool known_by_name_only = true;
   [[nodiscard]] std::string column() const { return name + '_' + unit; }
 };

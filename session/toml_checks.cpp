@@ -46,13 +46,17 @@ std::string TomlChecks::shown_key(const std::string& name) {
 
 void TomlChecks::missing(
     const toml::table& from, const std::string& where, const std::string& key) {
-  fault(from.source(), key, "missing in " + where, "add it: every rig file needs it");
+  fault(
+      from.source(), key, "missing in " + where,
+      fmt::format("add it: every {} needs it", kind_));
 }
 
 const toml::table* TomlChecks::table(const toml::table& top, const std::string& key) {
   const toml::node* node = top.get(key);
   if (node == nullptr) {
-    fault({}, key, fmt::format("there is no [{}] table", key), "every rig file needs it");
+    fault(
+        {}, key, fmt::format("there is no [{}] table", key),
+        fmt::format("every {} needs it", kind_));
     return nullptr;
   }
   if (!node->is_table()) {

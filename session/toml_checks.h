@@ -19,7 +19,9 @@ namespace sixdial::session {
 
 class TomlChecks {
  protected:
-  explicit TomlChecks(std::string file_name) : file_(std::move(file_name)) {}
+  /// `kind`: what such a file is called in a message.
+  explicit TomlChecks(std::string file_name, std::string kind = "rig file")
+      : file_(std::move(file_name)), kind_(std::move(kind)) {}
   [[nodiscard]] const std::string& file() const { return file_; }
 
   void fault(
@@ -47,7 +49,7 @@ class TomlChecks {
       const toml::table& from, const std::string& where, const std::string& key);
 
  private:
-  std::string file_;
+  std::string file_, kind_;
   std::vector<Mistake> mistakes_;
   std::vector<Mistake> unknown_;  // told first: a key that is missing may be one misspelt
 };

@@ -2,10 +2,10 @@
 // thermometer, and who measures. Keys of rig.toml that no calculation uses:
 //
 //   operator = "A. Person"
-//   [robot]        serial = "R-7"
-//   [cuboid]       serial = "Q-12"  certificate = "K 4711"  certified = 2026-01-15  due =
-//   2027-01-15 [thermometer]  serial = "T-3"   ...
-//   [[dial]]       serial = "12345" ...
+//   [cuboid]   and [robot], [thermometer] and each [[dial]], one key a line:
+//     serial = "Q-12"          certificate = "K 4711"
+//     certified = 2026-01-15   due = 2027-01-15
+//
 #pragma once
 
 #include <array>

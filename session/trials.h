@@ -1,5 +1,5 @@
-// A session's samples as the methods see them: which assembly the robot was in, where the dials
-// put the tool, how well that is known.
+// A session's samples as the methods see them: which assembly the robot was in, where an
+// instrument or, without one, the dials put the tool, how well that is known.
 #pragma once
 
 #include <string_view>
@@ -10,11 +10,11 @@
 
 namespace sixdial::session {
 
-/// The samples of one set as trials, in order, but those that are left out: a sample whose
+/// The samples of one set as trials, in order, except samples marked left_out. A sample whose
 /// contacts allow no position becomes a trial without one. Repeats stay trials of their own. A
 /// reading counts when it is not bad and the plunger is off both ends of its travel (a free
-/// plunger rests at its end stop and shows a valid value near 0). sigma of a reading: the rig
-/// file's repeatability. `set_name` empty: all sets. Trial::sample indexes session.samples;
+/// plunger rests at its end stop and shows a valid value near 0). sigma of a reading:
+/// reading_sigma_mm(). `set_name` empty: all sets. Trial::sample indexes session.samples;
 /// time_s counts from the session's first sample.
 [[nodiscard]] std::vector<simulation::Trial> trials_of(
     const Session& session, std::string_view set_name);

@@ -25,7 +25,7 @@ struct ParameterRow {
   double nominal = 0.0, identified = 0.0;
   double sd = 0.0, low_95 = 0.0, high_95 = 0.0;
   bool fixed = false;        // kept its nominal value because it was asked to
-  bool partly_held = false;  // part of a direction that was held at nominal: sd says nothing
+  bool partly_held = false;  // part of a direction held at nominal: sd has the prior in it
 };
 [[nodiscard]] std::vector<ParameterRow> parameter_rows(
     const std::vector<calibration::ParameterEstimate>& estimates,
@@ -138,7 +138,7 @@ struct GrossErrors {
   std::optional<std::string> not_possible{};  // why the check could not judge
 };
 
-/// A session with the readings that stand out marked bad ("gross error"), and what was found.
+/// The session with what stands out in G1 marked bad (positions: removed), and all that did.
 struct CheckedSession {
   session::Session session;
   GrossErrors found;

@@ -22,7 +22,7 @@ struct CalibrationData {
 };
 
 /// A row of Table 6 as a model: its parameters, and what its residual model adds to the
-/// position. `targets`: the row is measured minus target instead of measured minus model.
+/// position. `targets`: errors are measured minus target instead of measured minus model.
 struct ModelledRow {
   Eigen::VectorXd v{};
   std::function<Eigen::VectorXd(const Eigen::VectorXd& joints)> correction{};  // empty: none

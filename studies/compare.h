@@ -55,7 +55,7 @@ struct ComparisonChoices {
 
 struct ComparedParameter {
   double value = 0.0;  // mm or rad
-  double sd = 0.0;     // what these poses leave open is in it, as it was known before
+  double sd = 0.0;     // includes the prior uncertainty of undetermined directions
   /// Leans on the nominal value. Empty in results of early versions, whose sd leaves that out.
   std::optional<bool> partly_held{};
 };
@@ -96,8 +96,8 @@ struct ComparisonResult {
   ComparisonChoices choices{};
   bool before_uses_targets = false;    // "before" is measured minus target, else minus nominal
   std::vector<ComparedRow> methods{};  // in the order asked for
-  /// Id of the method with the lowest mean on G2, on G1 where there is no G2. Empty: none has
-  /// figures for all poses.
+  /// Id of the method with the lowest mean on G2 among those that reach all its poses; on G1
+  /// where there is none such. Empty: no method reaches all poses of a set.
   std::optional<std::string> best{};
   double least_squares_rmse_mm = 0.0;
   Assessment assessment{};

@@ -28,7 +28,7 @@ namespace sixdial::studies {
 [[nodiscard]] std::optional<double> position_uncertainty_mm(
     const geometry::Rig& rig, const session::Sample& sample);
 
-/// Errors of a method; empty: of the delivered one. Empty where no point of either set has one.
+/// `method` empty: the delivered one. Empty for an unknown method, or without points of it.
 [[nodiscard]] std::optional<Conformity> conformity_of(
     const CalibrationResult& result, const session::Session& session, double tolerance_mm,
     std::string_view method = {});

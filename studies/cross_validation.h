@@ -47,7 +47,7 @@ struct ErrorDifference {
     const CrossValidation& checked, CompensateBy one, CompensateBy other);
 
 /// The identifier of `method` alone, and with its residual model where it has one, on G1's
-/// measured positions. Of many samples a part takes part. Empty where a fold leaves too few
+/// measured positions. At most 2000 poses are used. Empty where a fold leaves too few
 /// samples to fit, or after a stop.
 [[nodiscard]] std::optional<CrossValidation> cross_validated(
     std::span<const simulation::Trial> g1, const session::Session& session,

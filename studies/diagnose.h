@@ -1,5 +1,5 @@
-// What the simulation gets wrong on one session, and why (spec 4). The same code for the
-// service's job and for `sixdial diagnose BUNDLE`.
+// What the simulation gets wrong on one session, and why (doc/diagnosis.md). The same code for
+// the service's job and for `sixdial diagnose BUNDLE`.
 //
 // Example:
 //   const DiagnosisRequest request{.seed = 7, .bootstrap = 0, .with_gain = false};  // quick

@@ -24,11 +24,11 @@ namespace sixdial::studies {
     const diagnosis::Diagnosis& found, const diagnosis::Readings& readings,
     const session::Session& session);
 
-/// Outliers and stale readings as causes of their own, where there are such. Of so many
-/// readings in all: more than a few gross ones are not certain to be just that.
 /// The rig's geometry as one cause, where the file claims what the readings contradict.
 void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
 
+/// Outliers and stale readings as causes of their own, where there are such. Of so many
+/// readings in all: more than a few gross ones are not certain to be just that.
 void add_data_faults(
     std::vector<FoundCause>& causes, const std::vector<GrossReading>& gross,
     std::size_t readings);

@@ -291,10 +291,10 @@ struct DiagnosisResult {
 };
 
 enum class VerdictKind {
-  kNamed,
+  kNamed,    // no cause has rivals, and nothing is left unexplained
   kTied,     // at least one cause has rivals
-  kUnknown,  // what is left depends on something, and no cause explains it
-  kScatter,  // what is left is larger than the noise, without structure
+  kUnknown,  // what is left depends on something: wins over causes that are named
+  kScatter,  // what is left is larger than the noise, without structure: the same
   kNothing,
 };
 [[nodiscard]] VerdictKind verdict_kind(const DiagnosisResult& result);

@@ -46,8 +46,8 @@ class ExtendedCommand {
       const geometry::Position& target_mm, geometry::WorkingMode mode,
       const CommandMoment& moment,
       const std::optional<Eigen::VectorXd>& near = std::nullopt) const;
-  /// The same for a move from other joint values: the sides from which the joints arrive are
-  /// those of the solution itself.
+  /// The same for a move from other joint values: joints whose side `moment` does not say
+  /// arrive from the side of the solution itself.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
       const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,

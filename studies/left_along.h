@@ -10,8 +10,8 @@
 
 namespace sixdial::studies {
 
-/// Each call adds one LeftAlong to the list, or nothing if the axis does not vary. `data` must
-/// outlive it.
+/// Each call adds one LeftAlong to the list; by_number() nothing if its number does not vary,
+/// the others even a single class. `data` must outlive it.
 class LeftSorter {
  public:
   explicit LeftSorter(const DiagnosedReadings& data) : data_(data) {}

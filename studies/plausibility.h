@@ -56,9 +56,9 @@ struct Warning {
   WarningParts parts{};
 };
 
-/// No warning forbids to call the robot calibrated.
+/// True if no warning forbids to call the robot calibrated.
 [[nodiscard]] bool is_clean(const std::vector<Warning>& warnings);
-/// Any warning forbids to command the robot by it.
+/// True if a warning forbids commands to the robot.
 [[nodiscard]] bool forbids_commands(const std::vector<Warning>& warnings);
 
 /// The rig file's working mode, or the one that the samples stand in where they all say
@@ -79,8 +79,8 @@ struct PlausibleSession {
   /// right. Empty: they are not.
   std::vector<int> dial_of_column{};
 };
-/// `judged.session` where the rig file's frame is the only one: positions and targets are in
-/// it. Plans are made there. `filed`: the rig as the file has it.
+/// `judged.session` with targets and positions transformed back into the rig file's frame, in
+/// which plans are made. `filed`: the rig as the file has it.
 [[nodiscard]] session::Session in_rig_frame(
     const PlausibleSession& judged, const geometry::Rig& filed);
 /// Two dials and no more are exchanged; a diagnosis names that by itself.
@@ -89,7 +89,7 @@ struct PlausibleSession {
 /// The code of too few different poses for the parameters that are fitted
 /// (plausibility_of_fit.h).
 inline constexpr std::string_view kTooFewPoses = "too_few_poses";
-
+/// Judges a session: what every study asks before it believes any number of it.
 [[nodiscard]] PlausibleSession plausible(const session::Session& session);
 
 }  // namespace sixdial::studies

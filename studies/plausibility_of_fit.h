@@ -16,7 +16,7 @@ namespace sixdial::studies {
 /// Too few different poses for so many free parameters, `axes` coordinates each.
 [[nodiscard]] std::optional<Warning> too_few_poses(
     std::span<const simulation::Trial> fitted, int axes, int free_parameters);
-/// The same of a request, added to what was found before.
+/// The same of a request, added to `warnings`. add() below appends `more` to `warnings`.
 void add_too_few_poses(
     std::vector<Warning>& warnings, std::span<const simulation::Trial> fitted,
     const geometry::Rig& rig, const std::vector<std::string>& fix,

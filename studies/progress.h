@@ -14,7 +14,7 @@ struct Progress {
   std::int64_t done = 0;
   std::int64_t total = 0;
   std::optional<double> best_mm{};  // best cost so far
-  std::optional<double> eta_s{};    // of this stage
+  std::optional<double> eta_s{};    // of the whole, else of this stage
 };
 using ProgressCallback = std::function<void(Progress)>;
 

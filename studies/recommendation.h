@@ -28,7 +28,7 @@ struct RecommendedWay {
   std::optional<double> held_out_mm{};  // mean error on poses of G1 that were left out in turn
   std::optional<double> g2_mm{};        // mean error on G2, modelled
   std::optional<double> reached_mm{};   // mean error when it was commanded again
-  /// It missed by more than plain kinematics (kinematics: than the nominal parameters).
+  /// Missed by more than plain kinematics (these: than nominal, and the untried go with them).
   bool ruled_out = false;
 };
 
@@ -48,7 +48,7 @@ struct Recommendation {
   bool by_diagnosis = false;                    // whose cross-validation compared them
   int folds = 0, samples = 0;                   // of the cross-validation; 0: none
   std::vector<RecommendedWay> candidates{};     // "before" first, then from simple to complex
-  std::vector<ParameterRow> parameters{};       // of the robot, in stored units
+  std::vector<ParameterRow> parameters{};       // of the robot, identified even for kBefore
   std::vector<HypothesisId> causes{};           // that belong to the parameters
   std::optional<std::string> residual_model{};  // that belongs to the parameters, "anfis"
 

@@ -11,8 +11,8 @@
 
 namespace sixdial::studies {
 
-/// The code of a result that was made of data as they stood, although something speaks against
-/// them.
+/// Code of a warning: the result predates the plausibility check, and its session does not pass
+/// that.
 inline constexpr std::string_view kMadeUnjudged = "made_unjudged";
 
 /// Fills `warnings` where there are none and the session is the one that the result was made

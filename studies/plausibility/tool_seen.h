@@ -36,8 +36,8 @@ struct ToolSeen {
   std::vector<geometry::JointPose> pose;
   Eigen::MatrixXd nominal_mm, measured_mm;  // axes x rows
 };
-/// The rows of `measured` that the nominal robot can reach. A sample's assembly is the one that
-/// its target names, if it fits one, else `assembly`.
+/// The rows of `measured` that the nominal robot can reach. A sample's assembly is that which
+/// its target names, if it fits one and `joints` is empty, else `assembly`.
 [[nodiscard]] ToolSeen tool_seen(
     const session::Session& session, const MeasuredTool& measured, geometry::Assembly assembly,
     const JointMap& joints = {});

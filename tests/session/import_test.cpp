@@ -15,12 +15,14 @@
 #include "session/csv.h"
 #include "session/data_error.h"
 #include "session/sample_layout.h"
+#include "session/traceability.h"
 
 namespace sixdial::session {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Importing : public ::testing::Test {
  protected:
@@ -94,6 +96,73 @@ TEST_F(Importing, DecimalCommasAndDamagedTimesOfASpreadsheet) {
   EXPECT_THAT(read.notes, Contains(HasSubstr("byte order mark")));
   EXPECT_THAT(read.notes, Contains(HasSubstr("not 7 columns")));
   EXPECT_THAT(read.record, HasSubstr("sha256"));
+}
+
+TEST_F(Importing, RowsAreOnePoseByTheSameAnglesWhateverTheirUnit) {
+  // Two and two rows differ by 0.03 degrees (0.0005 rad), the others by 0.1 (0.0017 rad).
+  const std::string table =
+      "a,b,x,y,z\n10,20,1,2,3\n10.03,20,1,2,3\n10.1,20,1,2,3\n10.13,20,1,2,3\n";
+  const std::string rest =
+      "[[column]]\nfrom = \"x\"\nto = \"x_mm\"\n[[column]]\nfrom = \"y\"\nto = \"y_mm\"\n"
+      "[[column]]\nfrom = \"z\"\nto = \"z_mm\"\n";
+  const auto points = [&](const std::string& first, const std::string& second) {
+    const ImportMap how =
+        map(kPosition, "[[column]]\nfrom = \"a\"\nunit = \"deg\"\nto = \"" + first +
+                           "\"\n[[column]]\nfrom = \"b\"\nunit = \"deg\"\nto = \"" + second +
+                           "\"\n" + rest);
+    std::vector<int> result;
+    for (const Sample& sample : session(import_files({write("a.csv", table)}, how)).samples) {
+      result.push_back(sample.point);
+    }
+    return result;
+  };
+  const std::vector<int> two_and_two{0, 0, 1, 1};
+  EXPECT_EQ(points("pan_rad", "q2_rad"), two_and_two);
+  EXPECT_EQ(points("pan_deg", "q2_deg"), two_and_two);
+  EXPECT_EQ(points("q1_deg", "q2_rad"), two_and_two);
+}
+
+TEST_F(Importing, TheRigFileGoesIntoTheBundleAsItIs) {
+  const std::string instrument =
+      "# measured by night\n[instrument]\nkind = \"position\"\n[thermometer]\nserial = "
+      "\"T-3\"\n";
+  const ImportMap how = map(instrument, kColumns);
+  const std::string table = "Zeit;J1;J2;x;y;z;sx\n1600000000;90;45;1;2;3;0,1\n";
+  const auto read = import_files({write("a.csv", table)}, how);
+  EXPECT_EQ(read.rig_toml, read_file((folder_ / "rig.toml").string()));
+  EXPECT_THAT(read.rig_toml, HasSubstr("# measured by night"));
+}
+
+TEST_F(Importing, ARigFileThatGetsSocketsKeepsWhoAndWithWhat) {
+  const ImportMap how = map(
+      "[instrument]\nkind = \"socket\"\nsd_mm = 0.1\n[thermometer]\nserial = \"T-3\"\ndue = "
+      "2027-01-15\n",
+      "[[column]]\nfrom = \"file\"\nto = \"socket\"\n"
+      "[[column]]\nfrom = 1\nto = \"q1_rad\"\n[[column]]\nfrom = 2\nto = \"q2_rad\"\n");
+  const auto read = import_files({write("S1.csv", "0.5,0.75\n0.6,0.7\n")}, how);
+  const Traceability traced = traceability_of(read.rig_toml);
+  ASSERT_NE(traced.find("thermometer"), nullptr);
+  EXPECT_EQ(traced.find("thermometer")->words(), "serial T-3, due 2027-01-15");
+  EXPECT_THAT(read.notes, Contains(HasSubstr("lost its comments")));
+}
+
+TEST_F(Importing, ANumberIsAPlaceWithAHeaderToo) {
+  const ImportMap how =
+      map(kPosition,
+          "[[column]]\nfrom = 2\nto = \"q1_rad\"\n[[column]]\nfrom = 1\nto = \"q2_rad\"\n"
+          "[[column]]\nfrom = \"x\"\nto = \"x_mm\"\n[[column]]\nfrom = 4\nto = \"y_mm\"\n"
+          "[[column]]\nfrom = 5\nto = \"z_mm\"\n");
+  const auto read =
+      this->session(import_files({write("a.csv", "b,a,x,y,z\n0.2,0.1,1,2,3\n")}, how));
+  ASSERT_EQ(read.samples.size(), 1U);
+  EXPECT_EQ(read.samples[0].q[0], 0.1);
+  EXPECT_EQ(position_of(read.samples[0], 0).value()[2], 3.0);
+  try {
+    static_cast<void>(import_files({write("a.csv", "b,a,x,y\n0.2,0.1,1,2\n")}, how));
+    FAIL() << "there is no fifth column";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the file has 4: b, a, x, y"));
+  }
 }
 
 TEST_F(Importing, YamlRecordsByTheirPaths) {
@@ -177,6 +246,20 @@ TEST_F(Importing, SaysWhatIsWrongWithAMap) {
       HasSubstr("does not turn into the unit"));
   EXPECT_THAT(error("[file]\ndecimal = \"dot\"\n"), HasSubstr("\"point\" or \"comma\""));
   EXPECT_THAT(error("[sets]\nrule = \"some\"\n"), HasSubstr("none of its values"));
+  EXPECT_THAT(error("[[column]]\nfrom = 0\nto = \"x_mm\"\n"), HasSubstr("has the number 1"));
+  EXPECT_THAT(
+      error("[[column]]\nfrom = \"a\"\nto = \"point\"\n"),
+      HasSubstr("map.toml:4:6: to: 'point' cannot be given"));
+  EXPECT_THAT(
+      error("[[column]]\nfrom = 1\nto = \"x_mm\"\n[[column]]\nfrom = 2\nto = \"x_mm\"\n"),
+      HasSubstr("two [[column]] give 'x_mm'"));
+  EXPECT_THAT(error("[[column]]\nfrom = \"a\"\n"), Not(HasSubstr("rig file")));
+  try {
+    static_cast<void>(read_import_map(write("no_rig.toml", "[file]\nheader = true\n")));
+    FAIL() << "a map needs a rig";
+  } catch (const DataError& refused) {
+    EXPECT_THAT(refused.what(), HasSubstr("every map needs it"));
+  }
   const ImportMap lacks = map(kPosition, "[[column]]\nfrom = \"J1\"\nto = \"pan_rad\"\n");
   EXPECT_THROW(import_files({write("a.csv", "J1,x\n1,2\n")}, lacks), DataError);
 }

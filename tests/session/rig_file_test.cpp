@@ -11,6 +11,7 @@
 #include "session/csv.h"
 #include "session/sha256.h"
 #include "tests/session/bundle_text.h"
+#include "tests/session/same_rig.h"
 #include "tests/support/paths.h"
 
 namespace sixdial::session {
@@ -22,33 +23,8 @@ std::string shared_rig() {
   return read_file(test_paths::test_data() + "/sessions/00/rig.toml");
 }
 
-void expect_equal(const geometry::Rig& a, const geometry::Rig& b) {
-  EXPECT_EQ(a.name, b.name);
-  EXPECT_EQ(a.robot.nominal, b.robot.nominal);
-  EXPECT_EQ(a.robot.working_mode, b.robot.working_mode);
-  EXPECT_EQ(a.robot.assembly, b.robot.assembly);
-  EXPECT_EQ(a.robot.connection, b.robot.connection);
-  EXPECT_EQ(a.cuboid.side_mm, b.cuboid.side_mm);
-  EXPECT_EQ(a.cuboid.mount, b.cuboid.mount);
-  EXPECT_EQ(a.cuboid.reference_pose_mm, b.cuboid.reference_pose_mm);
-  ASSERT_EQ(a.dials.size(), b.dials.size());
-  for (std::size_t i = 0; i < a.dials.size(); ++i) {
-    EXPECT_EQ(a.dials[i].id, b.dials[i].id);
-    EXPECT_EQ(a.dials[i].geometry.position_mm, b.dials[i].geometry.position_mm);
-    EXPECT_EQ(a.dials[i].geometry.axis, b.dials[i].geometry.axis);
-    EXPECT_EQ(a.dials[i].geometry.travel_mm, b.dials[i].geometry.travel_mm);
-    EXPECT_EQ(a.dials[i].geometry.tip_radius_mm, b.dials[i].geometry.tip_radius_mm);
-    EXPECT_EQ(a.dials[i].resolution_mm, b.dials[i].resolution_mm);
-    EXPECT_EQ(a.dials[i].accuracy_mm, b.dials[i].accuracy_mm);
-    EXPECT_EQ(a.dials[i].repeatability_mm, b.dials[i].repeatability_mm);
-    EXPECT_EQ(a.dials[i].force_n, b.dials[i].force_n);
-    EXPECT_EQ(a.dials[i].spring_n_per_mm, b.dials[i].spring_n_per_mm);
-    EXPECT_EQ(a.dials[i].connection, b.dials[i].connection);
-  }
-}
-
 TEST(RigFile, OfTheSharedDataIsTheDefaultRig) {
-  expect_equal(parse_rig(shared_rig(), "rig.toml"), geometry::default_rig());
+  expect_same(parse_rig(shared_rig(), "rig.toml"), geometry::default_rig());
 }
 
 TEST(RigFile, ReadsBackWhatItWrote) {
@@ -75,7 +51,7 @@ TEST(RigFile, ReadsBackWhatItWrote) {
       dial.connection = "serial:/dev/serial/by-id/dial-" + dial.id + "?dialect=sylvac";
     }
     const std::string text = write_rig(rig);
-    expect_equal(parse_rig(text, "written"), rig);
+    expect_same(parse_rig(text, "written"), rig);
     EXPECT_EQ(write_rig(parse_rig(text, "written")), text);
     ++tried;
   }
@@ -148,7 +124,7 @@ TEST(RigFile, ReadsCarriageReturnsAndAByteOrderMark) {
   for (std::size_t i = 0; (i = text.find('\n', i)) != std::string::npos; i += 2) {
     text.replace(i, 1, "\r\n");
   }
-  expect_equal(parse_rig("\xEF\xBB\xBF" + text, "rig.toml"), geometry::default_rig());
+  expect_same(parse_rig("\xEF\xBB\xBF" + text, "rig.toml"), geometry::default_rig());
 }
 
 struct WrongRig {
@@ -260,7 +236,7 @@ TEST(RigFile, WithoutCuboidAndDialsIsOneOfPositions) {
   EXPECT_TRUE(rig.dials.empty());
   EXPECT_EQ(rig.robot.nominal, parse_rig(small_rig(), "rig.toml").robot.nominal);
   const geometry::Rig again = parse_rig(write_rig(rig), "rig.toml");
-  expect_equal(again, rig);
+  expect_same(again, rig);
   EXPECT_EQ(again.instrument.kind, "position");
 }
 

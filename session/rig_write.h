@@ -1,0 +1,15 @@
+// A rig file written anew: the rig, and what its figures can be traced to.
+#pragma once
+
+#include <string>
+
+#include "geometry/rig.h"
+#include "session/traceability.h"
+
+namespace sixdial::session {
+
+/// write_rig() of rig_file.h, with every key that `traced` holds: parse_rig() and
+/// traceability_of() read both back equal. Comments of a file that was read are lost.
+[[nodiscard]] std::string write_rig(const geometry::Rig& rig, const Traceability& traced);
+
+}  // namespace sixdial::session
