@@ -65,6 +65,11 @@ class RowReader {
   /// The sample, or what is wrong with the row, at the first field that is.
   tl::expected<Sample, Mistake> read(const CsvRow& row) {
     if (row.fault) return tl::unexpected(*row.fault);
+    if (is_header_again(row)) {
+      return tl::unexpected(Mistake{
+          row.line, 1, "", "the names of the columns stand here again",
+          "leave this line out; two files below each other need points of their own"});
+    }
     if (!has_all_fields(row)) return tl::unexpected(wrong_count(row));
     Sample sample;
     sample.line = row.line;
@@ -125,6 +130,18 @@ class RowReader {
     return true;
   }
 
+  [[nodiscard]] bool is_header_again(const CsvRow& row) const {
+    return std::ranges::equal(row.fields, columns_, {}, &CsvField::value, &HeaderColumn::name);
+  }
+
+  /// A line of units below the header has no number at all.
+  static std::string hint_of_empty_set(const CsvRow& row) {
+    const bool any_number = std::ranges::any_of(
+        row.fields, [](const CsvField& each) { return !parse_number(each.value).trouble; });
+    return any_number ? "write G1, G2 or a name"
+                      : "no field of this row is a number: leave lines of units or remarks out";
+  }
+
   Mistake wrong_count(const CsvRow& row) const {
     const std::size_t have = row.fields.size();
     const std::size_t want = columns_.size();
@@ -152,7 +169,7 @@ class RowReader {
         return std::nullopt;
       case SampleColumn::kSet:
         sample.set = without_blanks(field.value);
-        if (sample.set.empty()) return refuse("the set is empty", "write G1, G2 or a name");
+        if (sample.set.empty()) return refuse("the set is empty", hint_of_empty_set(row));
         return std::nullopt;
       case SampleColumn::kPoint:
       case SampleColumn::kRepeat: {

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "geometry/units.h"
+#include "session/nearest.h"
 
 namespace sixdial::session {
 namespace {
@@ -108,6 +110,51 @@ std::string likely_meant(const std::vector<HeaderColumn>& columns, const std::st
   const std::string nearest = nearest_word(wanted, unknown);
   if (nearest.empty()) return "";
   return fmt::format("; was {} meant?", shown(nearest));
+}
+
+/// Letters and digits alone, in small letters.
+std::string spelling(std::string_view name) {
+  std::string plain;
+  for (const char c : name) {
+    const auto code = static_cast<unsigned char>(c);
+    if (std::isalnum(code) != 0 || code >= 0x80U) {
+      plain += static_cast<char>(std::tolower(code));
+    }
+  }
+  return plain;
+}
+
+/// Columns that a header may leave out, and that nobody would miss if their name is misspelt:
+/// an unknown column that is almost one of them is a mistake.
+void find_misspelt(
+    const CsvRow& header, const std::vector<HeaderColumn>& known,
+    const std::vector<HeaderColumn>& columns, std::vector<Mistake>& mistakes) {
+  constexpr std::size_t kLongEnough = 6;  // for a letter more or less to say nothing else
+  const auto has = [&](const HeaderColumn& wanted) {
+    return std::ranges::any_of(columns, [&](const HeaderColumn& each) {
+      return each.column == wanted.column && each.index == wanted.index;
+    });
+  };
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].column != SampleColumn::kUnknown || dial_id_in(columns[i].name)) continue;
+    const std::string here = spelling(columns[i].name);
+    if (here.empty()) continue;
+    const auto meant = std::ranges::find_if(known, [&](const HeaderColumn& each) {
+      if (each.column == SampleColumn::kSet || each.column == SampleColumn::kJoint)
+        return false;
+      const std::string there = spelling(each.name);
+      const bool alike =
+          here == there || (there.size() >= kLongEnough && edit_distance(here, there) <= 1);
+      // Without its unit: "temperature", "dial_A".
+      const std::string front =
+          spelling(std::string_view(each.name).substr(0, each.name.rfind('_')));
+      return (alike || (front.size() >= kLongEnough - 1 && here == front)) && !has(each);
+    });
+    if (meant == known.end()) continue;
+    mistakes.push_back(
+        {header.line, header.fields[i].column, columns[i].name, "is no column that is known",
+         fmt::format("was '{}' meant? Else give it a name that is not so near", meant->name)});
+  }
 }
 
 std::string ordinal(std::size_t index) {
@@ -305,6 +352,7 @@ std::vector<HeaderColumn> read_header(
          "put a line with the names of the columns above it: " + names}};
     return columns;
   }
+  find_misspelt(header, known, columns, mistakes);
   Missing(header, layout, columns, mistakes).find();
   return columns;
 }

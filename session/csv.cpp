@@ -14,6 +14,8 @@
 #include <filesystem>
 #include <iterator>
 
+#include "session/plain_text.h"
+
 namespace sixdial::session {
 namespace {
 
@@ -89,11 +91,20 @@ std::string through_links(const std::string& path) {
   return real.string();
 }
 
+/// Line ends of old Macs: everything is one line.
+void check_line_ends(std::string_view text, const std::string& file_name) {
+  if (text.find('\n') != std::string_view::npos) return;
+  const std::size_t end = text.find('\r');
+  if (end == std::string_view::npos) return;
+  if (text.find_first_not_of("\r \t", end) == std::string_view::npos) return;
+  throw DataError(
+      file_name, Mistake{
+                     1, 1, "", "all is one line: its line ends are carriage returns (old Mac)",
+                     "save it with line feeds (Unix or Windows)"});
+}
+
 void check_text(std::string_view text, const std::string& file_name) {
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
-    throw DataError(
-        file_name, Mistake{1, 1, "", "the file is UTF-16", "save it as UTF-8 (CSV UTF-8)"});
-  }
+  check_is_plain(text, file_name);
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = utf8_length(text.substr(i));
     if (length == 0 || text[i] == '\0') {
@@ -108,6 +119,7 @@ void check_text(std::string_view text, const std::string& file_name) {
     }
     i += length;
   }
+  check_line_ends(text, file_name);
 }
 
 std::size_t characters(std::string_view text) {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "geometry/long_work.h"
 #include "geometry/units.h"
 #include "session/csv.h"
 #include "session/plan.h"
@@ -303,6 +304,7 @@ tl::expected<Plan, PlanRefusal> plan_grid(
     const std::size_t first = points.size();
     for (int iy = 0; iy < ny; ++iy) {
       for (int step = 0; step < nx; ++step) {
+        geometry::check_end();
         const int ix = iy % 2 == 0 ? step : nx - 1 - step;  // back and forth
         const Vector2d target =
             rounded(low + Vector2d(size.x() * part(ix, nx), size.y() * part(iy, ny)), 6);
@@ -341,6 +343,7 @@ tl::expected<Plan, PlanRefusal> plan_random(
     const std::size_t first = points.size();
     const std::size_t all = first + static_cast<std::size_t>(count);
     for (std::int64_t draw = 0; points.size() < all; ++draw) {
+      geometry::check_end();
       const double x = random.next();
       const double y = random.next();
       const Vector2d target = rounded(low + Vector2d(size.x() * x, size.y() * y), 6);

@@ -13,6 +13,7 @@
 #include "geometry/instrument_kind.h"
 #include "geometry/units.h"
 #include "session/csv.h"
+#include "session/plain_text.h"
 #include "session/rig_deviations.h"
 #include "session/rig_figures.h"
 #include "session/rig_instrument.h"
@@ -413,6 +414,7 @@ class RigReader : InstrumentChecks {
 }  // namespace
 
 geometry::Rig parse_rig(std::string_view text, const std::string& file_name) {
+  check_is_plain(text, file_name);
   if (auto mistake = stray_character(text)) throw DataError(file_name, std::move(*mistake));
   try {
     const toml::table top = toml::parse(text);
