@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/identifiability.h"
+#include "geometry/long_work.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -22,8 +23,10 @@ constexpr int kPasses = 10;
 constexpr int kHalvings = 6;  // of a step that makes it worse
 // A pass that moves nothing by more than this part of its standard deviation is the last.
 constexpr double kSettled = 1e-6;
-// Linearised anew at every sample up to here, then at every tenth.
+// Linearised anew at every sample up to here, then whenever there are a twentieth more: all
+// samples together cost no more than in proportion to their number.
 constexpr int kEverySample = 200;
+constexpr double kMore = 1.05;
 
 // Of a parameter whose kind does not say: manufacture and mounting as they are.
 constexpr double kUsual_mm = 1.0;
@@ -74,6 +77,8 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
   const bool again = taken_.contains(key);
   taken.set_aside = samples() >= settings_.trust_after && sample.times_usual > settings_.gate;
   sample.set_aside = taken.set_aside;
+  if (again && !taken_.at(key).set_aside) --used_;
+  if (!taken.set_aside) ++used_;
   taken_.insert_or_assign(key, taken);
   if (!taken.set_aside && !again) {  // (17)-(22) with a state that stays
     Ekf filter(v_ - nominal_, P_);
@@ -82,7 +87,8 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
     P_ = filter.P();
   }
   const int n = samples();
-  if (again || n <= kEverySample || n % 10 == 0) {
+  if (again || n <= kEverySample || n > kMore * linearised_at_) {
+    linearised_at_ = n;
     linearise_anew();
     if (factor_ > settings_.suspicious_factor) {
       set_aside_what_spoils();
@@ -139,6 +145,7 @@ void OnlineEstimator::linearise_anew() {
   }
   if (!std::isfinite(here.cost)) return;  // keep the filter's own estimate
   for (int pass = 0; pass < kPasses; ++pass) {
+    geometry::check_end();
     const VectorXd whole = here.information.ldlt().solve(here.pull);
     const VectorXd sd = here.information.ldlt().solve(one).diagonal().cwiseSqrt();
     double part = 1.0;
@@ -185,6 +192,7 @@ void OnlineEstimator::set_aside_what_spoils() {
     const double factor = factor_;
     Taken* spoiler = nullptr;
     double least = kFalls * factor;
+    --used_;  // one at a time, below
     for (const auto& [off, taken] : suspects) {
       taken->set_aside = true;
       v_ = nominal_;  // away from where the error has pulled it
@@ -198,16 +206,14 @@ void OnlineEstimator::set_aside_what_spoils() {
       P_ = P;
       factor_ = factor;
     }
-    if (spoiler == nullptr) return;
+    if (spoiler == nullptr) {
+      ++used_;
+      return;
+    }
     spoiler->set_aside = true;
     v_ = nominal_;
     linearise_anew();
   }
-}
-
-int OnlineEstimator::samples() const {
-  return static_cast<int>(
-      std::ranges::count_if(taken_, [](const auto& each) { return !each.second.set_aside; }));
 }
 
 int OnlineEstimator::set_aside() const { return static_cast<int>(taken_.size()) - samples(); }

@@ -54,8 +54,8 @@ class OnlineEstimator {
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }
   /// Covariance of v, with the noise that the residuals show.
   [[nodiscard]] const Eigen::MatrixXd& P() const { return P_; }
-  [[nodiscard]] int samples() const;    // taken in
-  [[nodiscard]] int set_aside() const;  // gross errors
+  [[nodiscard]] int samples() const { return used_; }  // taken in
+  [[nodiscard]] int set_aside() const;                 // gross errors
   /// Residual variance over the dials' own, at least 1.
   [[nodiscard]] double variance_factor() const { return factor_; }
   [[nodiscard]] WorkspaceUncertainty predicted(std::span<const WorkspacePose> where) const {
@@ -94,6 +94,8 @@ class OnlineEstimator {
   Eigen::MatrixXd P_;
   OnlineSettings settings_;
   std::map<Key, Taken> taken_;
+  int used_ = 0;           // of these, not set aside
+  int linearised_at_ = 0;  // so many of them
   double factor_ = 1.0;
 };
 

@@ -18,6 +18,19 @@ bool is_control_of_two(std::string_view text, std::size_t at) {
   return second >= 0x80 && second < 0xa0;
 }
 
+/// Turns the order of what follows round (U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069):
+/// a name could look like another. The code of the one at `at`; 0: none.
+unsigned order_mark(std::string_view text, std::size_t at) {
+  if (at + 2 >= text.size() || static_cast<unsigned char>(text[at]) != 0xe2) return 0;
+  const auto second = static_cast<unsigned char>(text[at + 1]);
+  const auto third = static_cast<unsigned char>(text[at + 2]);
+  if (second != 0x80 && second != 0x81) return 0;
+  const unsigned code = 0x2000U + (second - 0x80U) * 0x40U + (third - 0x80U);
+  const bool mark = code == 0x200e || code == 0x200f || (code >= 0x202a && code <= 0x202e) ||
+                    (code >= 0x2066 && code <= 0x2069);
+  return mark ? code : 0;
+}
+
 }  // namespace
 
 std::string for_terminal(std::string_view text) {
@@ -28,6 +41,9 @@ std::string for_terminal(std::string_view text) {
     const auto code = static_cast<unsigned char>(valid[i]);
     if (is_control_of_two(valid, i)) {
       safe += fmt::format("\\x{:02x}", static_cast<unsigned char>(valid[++i]));
+    } else if (const unsigned mark = order_mark(valid, i); mark != 0) {
+      safe += fmt::format("\\u{:04x}", mark);
+      i += 2;
     } else if (code == '\r') {
       safe += "\\r";
     } else if ((code < 0x20 && code != '\n' && code != '\t') || code == kDelete) {
@@ -47,6 +63,9 @@ std::string json_for_terminal(std::string_view line) {
       safe += fmt::format("\\u00{:02x}", static_cast<unsigned char>(line[++i]));
     } else if (static_cast<unsigned char>(line[i]) == kDelete) {
       safe += "\\u007f";
+    } else if (const unsigned mark = order_mark(line, i); mark != 0) {
+      safe += fmt::format("\\u{:04x}", mark);
+      i += 2;
     } else {
       safe += line[i];
     }

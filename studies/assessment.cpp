@@ -12,6 +12,7 @@
 #include "session/nearest.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
+#include "studies/changed_midway.h"
 
 namespace sixdial::studies {
 namespace {
@@ -247,6 +248,7 @@ CheckedSession check_gross_errors(
   calibration::IdentifySettings wide = settings;
   wide.fixed.clear();  // a robot that is told less about itself accuses nobody wrongly
   const auto in_g1 = calibration::find_gross_errors(checked.g1, session.rig, wide);
+  checked.warnings = changed_midway(checked.all, session, in_g1);
   GrossErrors& found = checked.found;
   found.readings = in_g1.readings;
   found.sigma_mm = in_g1.sigma_mm;

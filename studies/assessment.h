@@ -16,6 +16,7 @@
 #include "session/session.h"
 #include "studies/error.h"
 #include "studies/mode_assessment.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 
@@ -143,6 +144,7 @@ struct CheckedSession {
   session::Session session;
   GrossErrors found;
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
+  std::vector<Warning> warnings{};                   // what changed while it was measured
 };
 /// `set_aside` false: the list alone, the session is unchanged. `not_possible`: why nothing can
 /// be judged; then nothing is accused.

@@ -148,6 +148,7 @@ CalibrationResult calibrate_here(
         believed, judged, !request.keep_gross_errors,
         why_no_reading_is_judged(believable.warnings));
   }();
+  add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return space_of("positions", trials, checked.session, settings.noise_mm);
   };

@@ -208,6 +208,7 @@ ComparisonResult compare_here(
   add_too_few_poses(believable.warnings, first_g1, believed.rig, request.fix, request.free);
   const CheckedSession checked = check_gross_errors(
       believed, settings.identify, set_aside, why_no_reading_is_judged(believable.warnings));
+  add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return calibration::position_space(trials, believed.rig, settings.identify.noise_mm);
   };

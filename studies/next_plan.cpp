@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "geometry/long_work.h"
 #include "studies/error.h"
 #include "studies/live_estimate.h"
 #include "studies/plausibility.h"
@@ -96,6 +97,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
   LiveEstimate estimate(used.rig, places);
   int first = 0;
   for (const session::Sample& sample : used.samples) {
+    geometry::check_end();
     if (!sample.left_out) estimate.add(sample);
     if (sample.set == "G1") first = std::max(first, sample.point + 1);
   }

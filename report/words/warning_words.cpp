@@ -48,6 +48,12 @@ constexpr Words kWords[] = {
      "All rows carry the same time: it does not say when each was measured, and is taken as "
      "not "
      "recorded."},
+    {"long_pause",
+     "{days:day|days} lie between this row and the one above: two sessions in one file, or a "
+     "clock that was set. What changes with time is judged over the whole of it."},
+    {"no_temperature",
+     "All rows have a temperature of {value:g} degC, as thermometers say that are not there: "
+     "taken as not recorded."},
     {"temperature_unit",
      "Temperatures are near {value:.2f}: that is {unit}, not degC. They are read as such "
      "({read_as:.2f} degC)."},
@@ -65,6 +71,29 @@ constexpr Words kWords[] = {
     {"outside_travel",
      "Dial {dial} reads outside its travel of {travel:g} mm in {rows:row|rows} of {readings} "
      "({value:g}): look at its unit, its zero and travel_mm. They are not used."},
+    {"end_of_travel",
+     "Dial {dial} is pushed to the end of its travel of {travel:g} mm in {rows:row|rows}: it "
+     "says nothing more of the tool there, and may be bent. They are not used. Keep the robot "
+     "away from there."},
+    {"dial_changed",
+     "{dials} {reads} otherwise from {from} to {to}, {readings:reading|readings}[, {shift}]: a "
+     "zero, a unit, a plug or a place changed while this was measured. Measure again, or make "
+     "two sessions of it."},
+    {"frame_moved",
+     "From this row on the positions are shifted by {shift}: the instrument, its target or the "
+     "robot's base was moved while this was measured. Measure again, or make two sessions of "
+     "it."},
+    {"far_position",
+     "{rows:row has|rows have} a position {apart:.3g} from the middle of all, where "
+     "{usual:.3g} "
+     "is usual: a slip, or an instrument's way to write that there is none. Not used."},
+    {"few_validating",
+     "G2 has {samples:sample|samples}: too few to say how large errors are at other poses. "
+     "Measure ten or more."},
+    {"g2_at_poses_of_g1",
+     "{rows:row|rows} of {validating} of G2 {rows|stands|stand} at {rows|a pose|poses} that "
+     "{rows|was|were} fitted in G1: {rows|it shows|they show} how well the robot repeats, not "
+     "how large errors are elsewhere."},
     {"copied_rows",
      "{rows:row repeats|rows repeat} another to the last digit, joint values and all readings: "
      "copied, or handed over twice. Each is counted once."},
@@ -93,6 +122,14 @@ constexpr Words kWords[] = {
     {"joints_in_degrees",
      "The joint angles look like degrees: as such they put the nominal robot within {miss:.2g} "
      "mm of where it was measured. Give them in radians."},
+    {"joint_unit",
+     "The values of {joints} look like {unit}: as such they put the nominal robot within "
+     "{miss:.2g} mm of "
+     "where it was measured[, as they are within {now:.2g} mm]. Give them in radians."},
+    {"joints_of_other_row",
+     "The joint values look like those of {whose}: a row further on they put the nominal robot "
+     "within {miss:.2g} mm of where it was measured[, as they stand within {now:.2g} mm]. They "
+     "are taken so below. Look at what writes the file."},
     {"joints_exchanged",
      "{joints} look exchanged: the other way round they put the nominal robot within "
      "{miss:.2g} "

@@ -67,7 +67,9 @@ void look_at_turns(Look& look);
 void look_at_joints(Look& look);
 void look_at_dials(Look& look);
 void look_at_sides(Look& look);
+void look_for_far_positions(Look& look);
 void look_at_frame(Look& look);
+void look_for_moved_frame(Look& look);
 void look_at_targets(Look& look);
 void look_at_certificates(Look& look);
 

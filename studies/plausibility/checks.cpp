@@ -29,23 +29,34 @@ const std::vector<PlausibilityCheck>& checks() {
   static const std::vector<PlausibilityCheck> kChecks{
       // What the file says.
       {"sets", {"set_not_used", "set_with_blanks"}, look_at_sets},
-      {"copies", {"copied_rows", "copied_repeats", "g2_repeats_g1"}, look_for_copies},
+      {"copies",
+       {"copied_rows", "copied_repeats", "g2_repeats_g1", "g2_at_poses_of_g1",
+        "few_validating"},
+       look_for_copies},
       {"columns", {"stuck_column", "copied_columns"}, look_at_columns},
       {"clock",
-       {"wrong_date", "clock_set_back", "not_in_order_of_time", "same_time"},
+       {"wrong_date", "clock_set_back", "not_in_order_of_time", "same_time", "long_pause"},
        look_at_clock},
-      {"temperatures", {"temperature_unit", "wrong_temperature"}, look_at_temperatures},
+      {"temperatures",
+       {"temperature_unit", "wrong_temperature", "no_temperature"},
+       look_at_temperatures},
       {"angles", {"row_in_degrees"}, look_at_angles},
       // What the columns hold: the nominal robot knows it better than their names do.
+      {"far_positions", {"far_position"}, look_for_far_positions},
+      {"joints",
+       {"joints_in_degrees", "joint_unit", "joints_exchanged", "joint_reversed",
+        "joints_of_other_row"},
+       look_at_joints},
       {"turns", {"joint_wrapped"}, look_at_turns},
-      {"joints", {"joints_in_degrees", "joints_exchanged", "joint_reversed"}, look_at_joints},
       {"dials", {"dials_exchanged", "dial_unit", "dial_reversed"}, look_at_dials},
       // A single row by its joint values, before its target is doubted.
       {"rows_elsewhere", {"row_elsewhere"}, look_at_rows_elsewhere},
       {"targets", {"targets_elsewhere"}, look_at_targets},
       {"sides", {"sides_reversed", "sides_from_rows"}, look_at_sides},
       // What no dial and no such rig can show.
-      {"travel", {"reading_for_none", "sign_of_dial", "outside_travel"}, look_at_travel},
+      {"travel",
+       {"reading_for_none", "sign_of_dial", "outside_travel", "end_of_travel"},
+       look_at_travel},
       {"modes", {kWrongMode, "wrong_assembly"}, look_at_modes},
       {"cuboid_angle", {"reference_pose", "mount"}, look_at_cuboid_angle},
       {"two_instruments", {"positions_and_dials_differ"}, look_at_two_instruments},
@@ -54,6 +65,7 @@ const std::vector<PlausibilityCheck>& checks() {
        {"position_unit", "position_scale", "columns_exchanged", "axis_reversed",
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
+      {"frame_moved", {"frame_moved"}, look_for_moved_frame},
       // What the figures can be traced to.
       {"certificates", {"certificate_expired"}, look_at_certificates},
   };

@@ -3,6 +3,7 @@
 // order in which they stand, which is the order of measuring: sorting by such times would mix
 // two runs.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -129,6 +130,23 @@ std::string step_text(double seconds) {
                       : shown(s / 3600.0, "h");
 }
 
+/// Weeks without a row: two sessions in one file, or a clock that was set.
+void tell_longest_pause(Look& look, const std::vector<Timed>& rows) {
+  constexpr double kLong_s = 7.0 * 86400.0;
+  std::size_t after = 0;
+  double longest_s = kLong_s;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double step_s = rows[i].time_s - rows[i - 1].time_s;
+    if (step_s <= longest_s) continue;
+    longest_s = step_s;
+    after = i;
+  }
+  if (after == 0) return;
+  look.tell(
+      "long_pause", Severity::kNote, look.rows(std::array{rows[after].row}, "time_utc"),
+      {{"days", std::round(longest_s / 86400.0)}});
+}
+
 }  // namespace
 
 void look_at_clock(Look& look) {
@@ -162,6 +180,7 @@ void look_at_clock(Look& look) {
          {"others", session::to_iso8601(*look.measured.samples[rows.front().row].time_utc)}});
     for (const std::size_t row : named) fill_time(look.used, rows, row);
   }
+  tell_longest_pause(look, rows);
   std::vector<std::size_t> back;  // places in `rows` that are dated before the one above
   for (std::size_t i = 1; i < rows.size(); ++i) {
     if (rows[i].time_s < rows[i - 1].time_s) back.push_back(i);

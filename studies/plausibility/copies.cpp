@@ -2,6 +2,7 @@
 // table, or handed over twice; repeats at rest of which a coarse dial shows nothing look the
 // same. They tell nothing new: each is counted once, or the noise would seem to vanish. A row
 // of G2 that repeats one of G1 validates nothing.
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -23,6 +24,47 @@ std::vector<double> fingerprint(const session::Sample& sample) {
   }
   if (readings < kLeastReadings) values.clear();
   return values;
+}
+
+/// Joint values within this are the same pose: a controller comes back so well.
+constexpr double kSamePose = 1e-4;  // rad; of a prismatic joint mm
+constexpr double kMostAtOld = 0.5;  // of the rows of G2
+constexpr int kFewValidating = 5;   // fewer say little of how large errors are elsewhere
+
+/// How much G2 can say: how many rows, and how many of them at places that were not fitted.
+void look_at_validation(Look& look) {
+  std::vector<const Eigen::VectorXd*> fitted;
+  std::vector<std::size_t> validating;
+  for (std::size_t i = 0; i < look.used.samples.size(); ++i) {
+    const session::Sample& sample = look.used.samples[i];
+    if (sample.left_out || sample.q.size() == 0 || !sample.q.allFinite()) continue;
+    if (sample.set == "G1") fitted.push_back(&sample.q);
+    if (sample.set == "G2") validating.push_back(i);
+  }
+  if (validating.empty()) return;
+  if (std::ssize(validating) < kFewValidating) {
+    look.tell(
+        "few_validating", Severity::kNote, {.file = "session.csv", .field = "set"},
+        {{"samples", static_cast<double>(validating.size())}});
+  }
+  const auto first = [](const Eigen::VectorXd* q) { return (*q)[0]; };
+  std::ranges::sort(fitted, {}, first);
+  std::vector<std::size_t> old;
+  for (const std::size_t row : validating) {
+    const Eigen::VectorXd& q = look.used.samples[row].q;
+    auto near = std::ranges::lower_bound(fitted, q[0] - kSamePose, {}, first);
+    for (; near != fitted.end() && (**near)[0] <= q[0] + kSamePose; ++near) {
+      if ((**near - q).cwiseAbs().maxCoeff() > kSamePose) continue;
+      old.push_back(row);
+      break;
+    }
+  }
+  if (static_cast<double>(old.size()) <= kMostAtOld * static_cast<double>(validating.size())) {
+    return;
+  }
+  look.tell(
+      "g2_at_poses_of_g1", Severity::kNote, look.rows(old),
+      {{"validating", static_cast<double>(validating.size())}});
 }
 
 }  // namespace
@@ -61,6 +103,7 @@ void look_for_copies(Look& look) {
         {{"validating", static_cast<double>(g2)},
          {"left", static_cast<double>(g2) - static_cast<double>(validating.size())}});
   }
+  look_at_validation(look);
 }
 
 }  // namespace sixdial::studies::plausibility

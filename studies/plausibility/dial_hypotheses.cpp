@@ -81,14 +81,31 @@ std::optional<Expected> expected_at(
   return expected;
 }
 
+/// Below this a column's readings are those of a plunger that does not touch, by column: in
+/// metres all of them are small.
+VectorXd no_contact(const session::Session& session, Index dials) {
+  constexpr double kOfLargest = 1e-3;
+  VectorXd largest = VectorXd::Zero(dials);
+  for (const session::Sample& sample : session.samples) {
+    for (Index k = 0; k < dials && k < std::ssize(sample.channels); ++k) {
+      const auto& value = sample.channels[static_cast<std::size_t>(k)].value;
+      if (value && std::isfinite(*value)) {
+        largest[k] = std::max(largest[k], std::abs(*value));
+      }
+    }
+  }
+  return (kOfLargest * largest).cwiseMin(kNoContact_mm);
+}
+
 /// The readings that a plunger in contact may have shown; NaN: none.
-VectorXd shown_by(const session::Sample& sample, Index dials) {
+VectorXd shown_by(const session::Sample& sample, const VectorXd& no_contact) {
+  const Index dials = no_contact.size();
   VectorXd values = VectorXd::Constant(dials, kNone);
   for (Index k = 0; k < dials && k < std::ssize(sample.channels); ++k) {
     const session::ChannelValue& each = sample.channels[static_cast<std::size_t>(k)];
     const bool good = each.value && std::isfinite(*each.value) &&
                       each.quality != session::Quality::kBad &&
-                      std::abs(*each.value) > kNoContact_mm;
+                      std::abs(*each.value) > no_contact[k];
     if (good) values[k] = *each.value;
   }
   return values;
@@ -106,10 +123,11 @@ Table table_of(const session::Session& session, geometry::Assembly assembly) {
     table.scale[i] = kPlausibleChanges * parameter.change;
   }
   const auto dials = static_cast<Index>(rig.dials.size());
+  const VectorXd least = no_contact(session, dials);
   std::vector<VectorXd> shown;
   for (const std::size_t row : looked_rows(session, kMostSamples)) {
     const session::Sample& sample = session.samples[row];
-    VectorXd values = shown_by(sample, dials);
+    VectorXd values = shown_by(sample, least);
     if ((values.array() == values.array()).count() < 2) continue;
     const geometry::JointPose pose{
         sample.q, assembly_by_target(rig, sample).value_or(assembly)};
@@ -376,6 +394,9 @@ bool clear(const DialJudgement& judged, std::size_t columns) {
         judged.best.shows[k] != static_cast<int>(k) || judged.best.mm_per_unit[k] != 1.0;
     if (!other) continue;
     if (after > kOff_mm) return false;
+    // A unit that makes figures smaller makes what they miss by smaller too.
+    const double mm = judged.best.mm_per_unit[k];
+    if (mm > 0.0 && mm < 1.0 && before < kClearly * after / mm) return false;
     changed = changed || before > kOff_mm;
     needed += std::log(kClearly);
   }

@@ -1,6 +1,7 @@
 // Joint values in another joint's column, in degrees, or turning the other way: the nominal
 // robot is then nowhere near the measured tool, and with the values put right it is.
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "geometry/units.h"
@@ -61,7 +62,28 @@ std::vector<Guess> guesses(const session::SampleLayout& layout) {
     to_rad[static_cast<Eigen::Index>(i)] = geometry::kRadPerDeg;
     angles += (angles.empty() ? "" : ", ") + joints[i].column();
   }
+  const std::size_t turning = static_cast<std::size_t>((to_rad.array() != 1.0).count());
+  for (std::size_t i = 0; i < joints.size() && turning > 1; ++i) {
+    if (joints[i].unit != "rad") continue;
+    const auto a = static_cast<Eigen::Index>(i);
+    all.push_back(
+        {"joint_unit",
+         {{"joints", joints[i].name}, {"unit", std::string("degrees")}},
+         joints[i].column(),
+         [a](Eigen::VectorXd q) {
+           q[a] *= geometry::kRadPerDeg;
+           return q;
+         }});
+  }
   if (!angles.empty()) {
+    const Eigen::VectorXd turns =
+        (to_rad.array() != 1.0)
+            .select(2.0 * std::numbers::pi, Eigen::VectorXd::Ones(to_rad.size()));
+    all.push_back(
+        {"joint_unit",
+         {{"joints", std::string("all joints")}, {"unit", std::string("turns")}},
+         angles,
+         [turns](const Eigen::VectorXd& q) { return q.cwiseProduct(turns).eval(); }});
     all.push_back({"joints_in_degrees", {}, angles, [to_rad](const Eigen::VectorXd& q) {
                      return q.cwiseProduct(to_rad).eval();
                    }});
@@ -97,12 +119,57 @@ std::vector<Guess> guesses(const session::SampleLayout& layout) {
   return all;
 }
 
+/// Joint values that stand a row too high or too low: `step` rows on they fit.
+session::Session with_joints_of(
+    const session::Session& session, const std::vector<std::size_t>& rows, int step) {
+  session::Session other = session;
+  other.samples.clear();
+  for (const std::size_t row : rows) {
+    const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(row) + step;
+    if (from < 0 || from >= std::ssize(session.samples)) continue;
+    other.samples.push_back(session.samples[row]);
+    other.samples.back().q = session.samples[static_cast<std::size_t>(from)].q;
+    other.samples.back().target_mm.reset();
+  }
+  return other;
+}
+
+/// Told and put right, if there is one.
+void tell_other_row(
+    Look& look, const std::vector<std::size_t>& rows, double now, double least) {
+  int best = 0;
+  for (const int step : {1, -1}) {
+    const double miss = miss_of(with_joints_of(look.used, rows, step), true);
+    if (!(miss < least)) continue;
+    least = miss;
+    best = step;
+  }
+  if (best == 0) return;
+  WarningParts parts{
+      {"miss", least}, {"whose", std::string(best > 0 ? "the row above" : "the row below")}};
+  if (std::isfinite(now)) parts["now"] = now;
+  look.tell(
+      "joints_of_other_row", Severity::kWrong, {.file = "session.csv", .field = ""},
+      std::move(parts));
+  std::vector<Eigen::VectorXd> q;
+  for (const session::Sample& each : look.used.samples) q.push_back(each.q);
+  for (std::ptrdiff_t i = 0; i < std::ssize(q); ++i) {
+    session::Sample& sample = look.used.samples[static_cast<std::size_t>(i)];
+    if (i + best < 0 || i + best >= std::ssize(q)) {
+      sample.left_out = true;
+    } else {
+      sample.q = q[static_cast<std::size_t>(i + best)];
+    }
+  }
+}
+
 }  // namespace
 
 void look_at_joints(Look& look) {
   session::Session few = look.used;
   few.samples.clear();
-  for (const std::size_t row : looked_rows(look.used, kMostRows)) {
+  const std::vector<std::size_t> rows = looked_rows(look.used, kMostRows);
+  for (const std::size_t row : rows) {
     few.samples.push_back(look.used.samples[row]);
     few.samples.back().target_mm.reset();
   }
@@ -118,7 +185,10 @@ void look_at_joints(Look& look) {
     least = miss;
     best = &each;
   }
-  if (best == nullptr) return;
+  if (best == nullptr) {
+    tell_other_row(look, rows, now, least);
+    return;
+  }
   WarningParts parts = best->parts;
   parts["miss"] = least;
   if (std::isfinite(now)) parts["now"] = now;

@@ -1,20 +1,26 @@
 // Temperatures that cannot be a workshop's: all in kelvin or in degrees Fahrenheit, or single
 // rows (a lost decimal point, a sensor that was not there).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "studies/plausibility/check.h"
 
 namespace sixdial::studies::plausibility {
 namespace {
 
-constexpr double kLeastKelvin = 200.0;     // no robot is measured at 200 degC
-constexpr double kLeastFahrenheit = 45.0;  // 7 degC as degF; 45 degC is no room for a robot
-constexpr double kZero_K = 273.15;
+constexpr double kWarmest_degC = 45.0;  // no room for a robot; 7 degC as degF
+constexpr double kColdest_degC = -10.0;
+constexpr double kFewestOfUnit = 0.2;  // of all rows
+constexpr double kMostOfUnit = 0.9;    // of the rows that are too warm
+constexpr std::size_t kFewestAlike = 6;
 constexpr double kLeastJump_K = 5.0;  // from both neighbours, for a slip
 constexpr double kUsualTimes = 10.0;
 constexpr double kMostWrong = 0.05;
+constexpr double kMostOfOneValue = 0.2;  // what a thermometer says when it has nothing to say
 
 double median(std::vector<double> values) {
   std::ranges::nth_element(values, values.begin() + std::ssize(values) / 2);
@@ -34,29 +40,69 @@ std::vector<Warm> warm_rows(const session::Session& session) {
   return rows;
 }
 
-/// Converts all of another unit and tells it.
+/// What a thermometer may have meant by a figure that is no room's temperature.
+struct TemperatureUnit {
+  std::string_view name;
+  double factor, offset;  // degC = factor * (value - offset)
+};
+constexpr std::array kUnits{
+    TemperatureUnit{"kelvin", 1.0, 273.15},
+    TemperatureUnit{"degrees Fahrenheit", 1.0 / 1.8, 32.0},
+    TemperatureUnit{"tenths of a degree", 0.1, 0.0}};
+
+double in_degC(const TemperatureUnit& unit, double value) {
+  return unit.factor * (value - unit.offset);
+}
+
+bool is_room(double degC) { return degC > kColdest_degC && degC < kWarmest_degC; }
+
+/// Converts the rows of another unit and tells it: all rows, or those from where on somebody
+/// changed it.
 void look_at_unit(Look& look, const std::vector<Warm>& rows) {
+  std::vector<Warm> hot;
+  for (const Warm& each : rows) {
+    if (each.degC > kWarmest_degC) hot.push_back(each);
+  }
+  if (static_cast<double>(hot.size()) <
+      std::max(3.0, kFewestOfUnit * static_cast<double>(rows.size())))
+    return;
+  const auto suits = [&](const TemperatureUnit& unit) {
+    return std::ranges::count_if(
+        hot, [&](const Warm& each) { return is_room(in_degC(unit, each.degC)); });
+  };
+  const TemperatureUnit& unit = *std::ranges::max_element(kUnits, {}, suits);
+  if (static_cast<double>(suits(unit)) < kMostOfUnit * static_cast<double>(hot.size())) return;
   std::vector<double> values;
   std::vector<std::size_t> named;
-  for (const Warm& each : rows) {
+  for (const Warm& each : hot) {
     values.push_back(each.degC);
     named.push_back(each.row);
+    look.used.samples[each.row].temperature_c = in_degC(unit, each.degC);
   }
   const double middle = median(values);
-  const bool kelvin = middle > kLeastKelvin;
-  if (!kelvin && middle < kLeastFahrenheit) return;
-  const auto converted = [&](double value) {
-    return kelvin ? value - kZero_K : (value - 32.0) / 1.8;
-  };
   look.tell(
       "temperature_unit", Severity::kNote, look.rows(named, "temperature_c"),
       {{"value", middle},
-       {"unit", std::string(kelvin ? "kelvin" : "degrees Fahrenheit")},
-       {"read_as", converted(middle)}});
-  for (const Warm& each : rows) {
-    auto& degC = look.used.samples[each.row].temperature_c;
-    degC = converted(*degC);
+       {"unit", std::string(unit.name)},
+       {"read_as", in_degC(unit, middle)}});
+}
+
+/// One figure in all rows that no workshop has: no thermometer was there. True: told.
+bool is_none(Look& look, const std::vector<Warm>& rows) {
+  const double value = rows.front().degC;
+  const bool alike =
+      std::ranges::all_of(rows, [&](const Warm& each) { return each.degC == value; });
+  const bool meant = is_room(value) && value != 0.0;
+  const bool converted = std::ranges::any_of(
+      kUnits, [&](const TemperatureUnit& unit) { return is_room(in_degC(unit, value)); });
+  if (!alike || meant || (value > kWarmest_degC && converted) || rows.size() < kFewestAlike) {
+    return false;
   }
+  look.tell(
+      "no_temperature", Severity::kNote, {.file = "session.csv", .field = "temperature_c"},
+      {{"value", value}});
+  for (const Warm& each : rows) look.used.samples[each.row].temperature_c.reset();
+  return true;
 }
 
 /// Rows that jump away from both neighbours, which agree.
@@ -87,10 +133,14 @@ std::vector<std::size_t> single_slips(const std::vector<Warm>& rows) {
 
 void look_at_temperatures(Look& look) {
   if (warm_rows(look.used).size() < 3) return;
+  if (is_none(look, warm_rows(look.used))) return;
   look_at_unit(look, warm_rows(look.used));
   std::vector<Warm> rows = warm_rows(look.used);
   const std::vector<std::size_t> slips = single_slips(rows);
-  const double most = std::max(1.0, kMostWrong * static_cast<double>(rows.size()));
+  const bool one_value = std::ranges::all_of(
+      slips, [&](std::size_t i) { return rows[i].degC == rows[slips.front()].degC; });
+  const double most = std::max(
+      1.0, (one_value ? kMostOfOneValue : kMostWrong) * static_cast<double>(rows.size()));
   if (slips.empty() || static_cast<double>(slips.size()) > most) return;
   std::vector<std::size_t> named;
   for (const std::size_t i : slips) named.push_back(rows[i].row);

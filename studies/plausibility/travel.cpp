@@ -76,6 +76,24 @@ void tell_sign(Look& look, const OtherSign& other) {
        {"readings", other.readings}});
 }
 
+/// A plunger that is pushed to its end says nothing more of the tool, and may be bent.
+void tell_end_of_travel(Look& look, std::size_t dial) {
+  const geometry::Dial& type = look.used.rig.dials[dial];
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < look.used.samples.size(); ++i) {
+    const session::Sample& sample = look.used.samples[i];
+    if (sample.left_out || dial >= sample.channels.size()) continue;
+    const session::ChannelValue& reading = sample.channels[dial];
+    if (!reading.value || reading.quality == session::Quality::kBad) continue;
+    const bool upper = *reading.value > 0.5 * type.geometry.travel_mm;
+    if (upper && !session::in_contact(type, *reading.value)) rows.push_back(i);
+  }
+  if (rows.empty()) return;
+  look.tell(
+      "end_of_travel", Severity::kNote, look.rows(rows, "dial_" + type.id + "_mm"),
+      {{"dial", type.id}, {"travel", type.geometry.travel_mm}});
+}
+
 }  // namespace
 
 void look_at_travel(Look& look) {
@@ -111,6 +129,9 @@ void look_at_travel(Look& look) {
       reading.quality = session::Quality::kBad;
       reading.reason = "outside the travel";
     }
+  }
+  for (std::size_t dial = 0; dial < look.used.rig.dials.size(); ++dial) {
+    tell_end_of_travel(look, dial);
   }
   tell_sign(look, other);
 }

@@ -189,6 +189,9 @@ TEST(ControlBytes, AreSpeltOutAndLettersStay) {
   EXPECT_EQ(for_terminal(std::string("\xff\x00", 2)), "??");
   EXPECT_EQ(json_for_terminal("{\"a\":\"\xc2\x9b\x7f µ\"}"), "{\"a\":\"\\u009b\\u007f µ\"}");
   EXPECT_FALSE(has_control_bytes(for_terminal(kEvil)));
+  // What turns the order of letters round lets a name look like another.
+  EXPECT_EQ(for_terminal("a\u202eb\u2066c\u200fd – €"), "a\\u202eb\\u2066c\\u200fd – €");
+  EXPECT_EQ(json_for_terminal("\"a\u202eb\""), "\"a\\u202eb\"");
 }
 
 TEST(Seeds, AreWholeNumbersFromZeroOn) {

@@ -98,7 +98,7 @@ inline double figure_of(const Warning& warning, const std::string& part) {
   return std::get<double>(warning.parts.at(part));
 }
 
-inline std::string codes_of(const std::vector<Warning>& warnings) {
+inline std::string codes_text(const std::vector<Warning>& warnings) {
   std::string codes;
   for (const Warning& each : warnings) codes += each.code + " ";
   return codes;

@@ -35,7 +35,7 @@ TEST(Dials, EveryPairThatIsExchangedIsNamed) {
         std::swap(from[a], from[b]);
         const auto judged = plausible(with_columns(right, from));
         const Warning* warning = told(judged.warnings, "dials_exchanged");
-        ASSERT_NE(warning, nullptr) << a << b << ": " << codes_of(judged.warnings);
+        ASSERT_NE(warning, nullptr) << a << b << ": " << codes_text(judged.warnings);
         const auto& dials = right.rig.dials;
         EXPECT_EQ(text_of(*warning, "dials"), dials[a].id + " and " + dials[b].id);
         EXPECT_EQ(warning->severity, Severity::kWrong);
@@ -64,7 +64,7 @@ TEST(Dials, ExchangedInAnyOrderAreNamed) {
     const session::Session right = by_dials(40 + static_cast<std::uint64_t>(k));
     const auto judged = plausible(with_columns(right, from));
     const Warning* warning = told(judged.warnings, "dials_exchanged");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
     for (std::size_t column = 0; column < 6; ++column) {
       if (from[column] == column) continue;
       const auto& dials = right.rig.dials;
@@ -80,7 +80,8 @@ TEST(Dials, InAnotherUnitAreNamedOneOrAll) {
     const char* unit;
     double mm;
   };
-  for (const Case& each : {Case{"inches", 25.4}, Case{"centimetres", 10.0}}) {
+  for (const Case& each :
+       {Case{"inches", 25.4}, Case{"centimetres", 10.0}, Case{"metres", 1000.0}}) {
     for (std::size_t dial = 0; dial <= 6; ++dial) {  // the last: all of them
       const session::Session right = by_dials(50 + dial);
       session::Session session = right;
@@ -92,7 +93,7 @@ TEST(Dials, InAnotherUnitAreNamedOneOrAll) {
       }
       const auto judged = plausible(session);
       const Warning* warning = told(judged.warnings, "dial_unit");
-      ASSERT_NE(warning, nullptr) << each.unit << dial << ": " << codes_of(judged.warnings);
+      ASSERT_NE(warning, nullptr) << each.unit << dial << ": " << codes_text(judged.warnings);
       EXPECT_EQ(text_of(*warning, "unit"), each.unit);
       EXPECT_EQ(
           text_of(*warning, "dials"),
@@ -124,7 +125,7 @@ TEST(Dials, ThatCountTheOtherWayAreNamedAndNotTakenForExchanged) {
     }
     const auto judged = plausible(session);
     const Warning* warning = told(judged.warnings, "dial_reversed");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
     EXPECT_EQ(told(judged.warnings, "dials_exchanged"), nullptr);
     for (const std::size_t k : reversed) {
       const auto& value = judged.session.samples[7].channels[k].value;
@@ -173,7 +174,7 @@ TEST(UnitsAndFrames, NothingIsSaidOfRigsWithHonestFaults) {
     }
     ++sessions;
     const auto judged = plausible(session);
-    EXPECT_EQ(codes_of(judged.warnings), "") << "seed " << seed << ' ' << effect.cause;
+    EXPECT_EQ(codes_text(judged.warnings), "") << "seed " << seed << ' ' << effect.cause;
   }
   EXPECT_GT(sessions, 40);
 }
@@ -188,7 +189,7 @@ TEST(Targets, ThatDoNotFitTheJointAnglesAreNotWhatBeforeIsTakenFrom) {
   const CalibrationResult result = calibrate(session, request);
   ASSERT_TRUE(result.warnings);
   const Warning* warning = told(*result.warnings, "targets_elsewhere");
-  ASSERT_NE(warning, nullptr) << codes_of(*result.warnings);
+  ASSERT_NE(warning, nullptr) << codes_text(*result.warnings);
   EXPECT_EQ(warning->severity, Severity::kNote);
   EXPECT_EQ(warning->where.rows, 90);
   EXPECT_FALSE(result.before_uses_targets);
@@ -216,7 +217,7 @@ TEST(JointAngles, ThatJumpByAWholeTurnAreContinuousAgain) {
     }
     const auto judged = plausible(wrapped);
     const Warning* warning = told(judged.warnings, "joint_wrapped");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
     EXPECT_EQ(warning->severity, Severity::kNote);
     EXPECT_EQ(warning->where.rows, jumped);
     for (std::size_t i = 0; i < right.samples.size(); ++i) {
@@ -230,7 +231,7 @@ TEST(JointAngles, ThatTurnTheOtherWayAreNamed) {
   for (session::Sample& sample : session.samples) sample.q = -sample.q;
   const auto judged = plausible(session);
   const Warning* warning = told(judged.warnings, "joint_reversed");
-  ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+  ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
   EXPECT_EQ(warning->severity, Severity::kWrong);
 }
 

@@ -30,7 +30,7 @@ TEST(UnitOfPositions, IsNamedAndNothingIsCalibrated) {
       const auto judged =
           plausible(changed(right, [&](const Vector2d& p) -> Vector2d { return p / unit.mm; }));
       const Warning* warning = told(judged.warnings, "position_unit");
-      ASSERT_NE(warning, nullptr) << unit.name << ": " << codes_of(judged.warnings);
+      ASSERT_NE(warning, nullptr) << unit.name << ": " << codes_text(judged.warnings);
       EXPECT_EQ(text_of(*warning, "unit"), unit.name);
       EXPECT_DOUBLE_EQ(figure_of(*warning, "factor"), unit.mm);
       EXPECT_FALSE(is_clean(judged.warnings));
@@ -48,7 +48,7 @@ TEST(UnitOfPositions, OfOneCoordinateAloneIsNamed) {
       return {p.x(), p.y() / 25.4};
     }));
     const Warning* warning = told(judged.warnings, "position_unit");
-    ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+    ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
     EXPECT_EQ(text_of(*warning, "columns"), "y");
     EXPECT_EQ(text_of(*warning, "unit"), "inches");
     EXPECT_LT(apart_mm(judged.session, right), 1e-9);
@@ -63,11 +63,11 @@ TEST(UnitOfPositions, AndTheFrameAndTheHandednessAtOnce) {
       const Vector2d there = frame(p);
       return Vector2d(there.y() / 25.4, there.x() / 25.4);
     }));
-    EXPECT_NE(told(judged.warnings, "position_unit"), nullptr) << codes_of(judged.warnings);
+    EXPECT_NE(told(judged.warnings, "position_unit"), nullptr) << codes_text(judged.warnings);
     const bool mirrored = told(judged.warnings, "frame_mirrored") != nullptr ||
                           told(judged.warnings, "axis_reversed") != nullptr ||
                           told(judged.warnings, "columns_exchanged") != nullptr;
-    EXPECT_TRUE(mirrored) << codes_of(judged.warnings);
+    EXPECT_TRUE(mirrored) << codes_text(judged.warnings);
   }
 }
 
@@ -85,7 +85,7 @@ TEST(Frame, IsRegisteredBeforeAnySearchAndTheLinksAreTheSame) {
     const CalibrationResult after = calibrate(turned, request);
     ASSERT_TRUE(after.warnings);
     const Warning* warning = told(*after.warnings, "frame_registered");
-    ASSERT_NE(warning, nullptr) << codes_of(*after.warnings);
+    ASSERT_NE(warning, nullptr) << codes_text(*after.warnings);
     EXPECT_EQ(warning->severity, Severity::kNote);
     EXPECT_NEAR(std::remainder(figure_of(*warning, "turn") - turn_deg, 360.0), 0.0, 2.0);
     EXPECT_NEAR(after.rmse_mm, before.rmse_mm, 1e-6);
@@ -181,14 +181,15 @@ TEST(Frame, OfAnyKindOfRobotInThePlaneAndInSpace) {
     geometry::Similarity X = geometry::Similarity::identity(each.axes);
     const CalibrationRequest request{.method = "lm", .seed = 3, .threads = 1};
     const CalibrationResult here = calibrate(of_arm(each.kind, each.axes, X), request);
-    EXPECT_TRUE(here.warnings->empty()) << codes_of(*here.warnings);
+    EXPECT_TRUE(here.warnings->empty()) << codes_text(*here.warnings);
     X.R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(2.5).toRotationMatrix();
     if (each.axes == 3) {
       X.R = Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
     }
     X.t.setConstant(1500.0);
     const CalibrationResult there = calibrate(of_arm(each.kind, each.axes, X), request);
-    EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr) << codes_of(*there.warnings);
+    EXPECT_NE(told(*there.warnings, "frame_registered"), nullptr)
+        << codes_text(*there.warnings);
     // Directions that the poses leave open are held elsewhere: second order, a part of the
     // noise.
     EXPECT_NEAR(there.rmse_mm, here.rmse_mm, 0.05 * here.rmse_mm);
@@ -231,7 +232,7 @@ TEST(Frame, OfARobotBesideItsPlaceMovesTheBaseAndLeavesTheTargets) {
   session.rig.robot.nominal[*session.rig.robot.model->find_parameter("x0")] += 7.0;
   const auto judged = plausible(session);
   const Warning* warning = told(judged.warnings, "base_registered");
-  ASSERT_NE(warning, nullptr) << codes_of(judged.warnings);
+  ASSERT_NE(warning, nullptr) << codes_text(judged.warnings);
   EXPECT_EQ(warning->severity, Severity::kNote);
   EXPECT_FALSE(judged.frame);
   for (std::size_t i = 0; i < session.samples.size(); ++i) {
@@ -267,7 +268,7 @@ TEST(Frame, ThatIsMirroredIsNamed) {
     for (const Case& each : cases) {
       const auto judged = plausible(changed(right, each.change));
       const Warning* warning = told(judged.warnings, each.code);
-      ASSERT_NE(warning, nullptr) << each.code << ": " << codes_of(judged.warnings);
+      ASSERT_NE(warning, nullptr) << each.code << ": " << codes_text(judged.warnings);
       EXPECT_TRUE(forbids_commands(judged.warnings));
       EXPECT_LT(figure_of(*warning, "miss"), figure_of(*warning, "now") / 3.0);
     }

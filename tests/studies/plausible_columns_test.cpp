@@ -1,0 +1,118 @@
+// Times, temperatures and sets of whole columns, and dials at their ends.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "report/words/warning_words.h"
+#include "tests/studies/plausible_session.h"
+
+namespace sixdial::studies {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(PlausibleColumns, AYearBetweenTwoRowsIsTold) {
+  const PlausibleSession judged = plausible(session_with([](session::Session& each) {
+    for (std::size_t i = each.samples.size() / 2; i < each.samples.size(); ++i) {
+      *each.samples[i].time_utc += std::chrono::hours(365 * 24);
+    }
+  }));
+  EXPECT_EQ(only_warning(judged).code, "long_pause");
+  EXPECT_THAT(report::warning_text(judged.warnings[0]), HasSubstr("365 days lie between"));
+}
+
+TEST(PlausibleColumns, AUnitThatWasChangedMidwayConvertsItsRowsAlone) {
+  const session::Session right = right_session();
+  struct Unit {
+    const char* name;
+    double factor, offset;
+  };
+  for (const Unit& unit :
+       {Unit{"kelvin", 1.0, 273.15}, Unit{"degrees Fahrenheit", 1.8, 32.0},
+        Unit{"tenths of a degree", 10.0, 0.0}}) {
+    for (const std::size_t begin : {std::size_t{0}, right.samples.size() / 2}) {
+      const PlausibleSession judged = plausible(session_with([&](session::Session& each) {
+        for (std::size_t i = begin; i < each.samples.size(); ++i) {
+          auto& degC = each.samples[i].temperature_c;
+          degC = unit.factor * *degC + unit.offset;
+        }
+      }));
+      const Warning told = only_warning(judged);
+      EXPECT_EQ(told.code, "temperature_unit");
+      EXPECT_THAT(report::warning_text(told), HasSubstr(unit.name));
+      EXPECT_EQ(told.where.rows, static_cast<int>(right.samples.size() - begin));
+      for (std::size_t i = 0; i < right.samples.size(); ++i) {
+        EXPECT_NEAR(
+            *judged.session.samples[i].temperature_c, *right.samples[i].temperature_c, 1e-9);
+      }
+    }
+  }
+}
+
+TEST(PlausibleColumns, AThermometerThatIsNotThereGivesNoTemperature) {
+  for (const double value : {0.0, -127.0, 850.0}) {
+    const PlausibleSession judged = plausible(session_with([&](session::Session& each) {
+      for (session::Sample& sample : each.samples) sample.temperature_c = value;
+    }));
+    EXPECT_EQ(only_warning(judged).code, "no_temperature");
+    EXPECT_FALSE(judged.session.samples[3].temperature_c.has_value());
+  }
+  // Often, but not always, it says that it has nothing to say.
+  const PlausibleSession often = plausible(session_with([](session::Session& each) {
+    for (std::size_t i = 3; i < each.samples.size(); i += 8) {
+      each.samples[i].temperature_c = -85.0;
+    }
+  }));
+  EXPECT_EQ(only_warning(often).code, "wrong_temperature");
+}
+
+TEST(PlausibleColumns, ADialAtTheEndOfItsTravelIsCounted) {
+  constexpr std::size_t kD = 3;
+  int pushed = 0;
+  const PlausibleSession judged = plausible(session_with([&](session::Session& each) {
+    for (std::size_t i = 0; i < each.samples.size(); i += 7) {
+      auto& value = each.samples[i].channels[kD].value;
+      if (!value) continue;
+      value = each.rig.dials[kD].geometry.travel_mm;
+      ++pushed;
+    }
+  }));
+  const Warning told = only_warning(judged);
+  EXPECT_EQ(told.code, "end_of_travel");
+  EXPECT_EQ(told.where.rows, pushed);
+  EXPECT_THAT(report::warning_text(told), HasSubstr("Dial D is pushed to the end"));
+}
+
+TEST(PlausibleColumns, HowLittleG2CanSayIsTold) {
+  const PlausibleSession few = plausible(session_with([](session::Session& each) {
+    int kept = 0;
+    std::erase_if(each.samples, [&](const session::Sample& sample) {
+      return sample.set == "G2" && ++kept > 2;
+    });
+  }));
+  EXPECT_THAT(codes_of(few.warnings), ElementsAre("few_validating"));
+  // At the poses of G1, measured again: it shows noise, no other place.
+  const PlausibleSession again = plausible(session_with([](session::Session& each) {
+    std::vector<session::Sample> g2;
+    std::erase_if(
+        each.samples, [](const session::Sample& sample) { return sample.set == "G2"; });
+    for (std::size_t i = 0; i < 20; ++i) {
+      session::Sample sample = each.samples[i];
+      sample.set = "G2";
+      for (session::ChannelValue& reading : sample.channels) {
+        if (reading.value) *reading.value += 0.001 * (1 + static_cast<int>(i % 2));
+      }
+      *sample.time_utc += std::chrono::hours(2);
+      g2.push_back(sample);
+    }
+    each.samples.insert(each.samples.end(), g2.begin(), g2.end());
+  }));
+  EXPECT_THAT(codes_of(again.warnings), ElementsAre("g2_at_poses_of_g1"));
+  EXPECT_THAT(report::warning_text(again.warnings[0]), HasSubstr("20 rows of 20 of G2 stand"));
+}
+
+}  // namespace
+}  // namespace sixdial::studies
