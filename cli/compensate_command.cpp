@@ -69,12 +69,12 @@ Json with_outside(
     Json answer, const session::Session& session, const geometry::Position& target_mm,
     geometry::WorkingMode mode) {
   answer["outside_measured"] = report::outside_json(
-      studies::outside_measured(studies::MeasuredArea(session), target_mm, mode), 1);
+      studies::outside_measured(studies::measured_area(session), target_mm, mode), 1);
   return answer;
 }
 Json outside_of_plan(const session::Session& session, const session::Plan& asked) {
   return report::outside_json(
-      studies::outside_measured(studies::MeasuredArea(session), asked, session.rig),
+      studies::outside_measured(studies::measured_area(session), asked, session.rig),
       asked.points.size());
 }
 

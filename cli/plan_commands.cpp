@@ -18,7 +18,7 @@ struct PlanCommand {
   std::string rig_file, output, approach;
   std::vector<std::string> modes;
   int nx = 10, ny = 10, count = 50;
-  std::vector<double> rectangle_mm;
+  std::vector<double> rectangle_mm, box_mm;
   bool serpentine = false;
   session::PlanOptions options;
 };
@@ -48,8 +48,16 @@ void add_common(CLI::App& command, PlanCommand& plan) {
   command.add_option("--first-point", plan.options.first_point, "number of the first point")
       ->check(CLI::NonNegativeNumber);
   command
-      .add_option("--rectangle", plan.rectangle_mm, "x0 y0 x1 y1 in mm; default 16 30 40 66")
+      .add_option(
+          "--rectangle", plan.rectangle_mm,
+          "x0 y0 x1 y1 in mm, of a robot in the plane; default 16 30 40 66")
       ->expected(4);
+  command
+      .add_option(
+          "--box", plan.box_mm,
+          "x0 y0 z0 x1 y1 z1 in mm, of a robot in space; without it plan random draws joint "
+          "values within the ranges of rig.toml")
+      ->expected(6);
   command
       .add_option(
           "--approach", plan.approach,
@@ -76,6 +84,15 @@ session::PlanOptions finished(const PlanCommand& plan, const geometry::Rig& rig)
   if (plan.rectangle_mm.size() == 4) {
     options.rectangle.min_mm = {plan.rectangle_mm[0], plan.rectangle_mm[1]};
     options.rectangle.max_mm = {plan.rectangle_mm[2], plan.rectangle_mm[3]};
+  }
+  if (!plan.rectangle_mm.empty() && rig.robot.model->axes == 3) {
+    throw service::Error(
+        service::ErrorCode::kInvalidParams, "this robot works in space, a rectangle is flat",
+        {{"param", "rectangle"}}, "give --box x0 y0 z0 x1 y1 z1");
+  }
+  if (plan.box_mm.size() == 6) {
+    const std::vector<double>& of = plan.box_mm;
+    options.box = session::TargetBox{{of[0], of[1], of[2]}, {of[3], of[4], of[5]}};
   }
   if (!plan.approach.empty()) options.approach = *session::approach_rule_from(plan.approach);
   options.working_modes = modes_of(plan.modes);
@@ -269,6 +286,9 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   grid->add_option("--ny", plan->ny, "points along y")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  grid->add_option("--nz", plan->options.nz, "layers of a box, from z0 to z1; 1: halfway")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   grid->add_flag("--serpentine", plan->serpentine, "in the grid's order instead of shuffled");

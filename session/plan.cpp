@@ -11,6 +11,7 @@
 
 #include "geometry/tool.h"
 #include "session/csv.h"
+#include "session/plan_in_space.h"
 
 namespace sixdial::session {
 namespace {
@@ -306,23 +307,28 @@ std::vector<Stretch> stretches_of(const geometry::Rig& rig, const Plan& plan) {
 }
 
 std::vector<std::string> operator_notes(const geometry::Rig& rig, const Plan& plan) {
-  const std::vector<Stretch> stretches = stretches_of(rig, plan);
-  if (stretches.size() < 2) return {};
   std::vector<std::string> notes;
+  if (lacks_ranges(rig)) {
+    notes.emplace_back(
+        "rig.toml does not say how far every joint may go (low_deg and high_deg of [[joint]]): "
+        "look whether the robot can take all of these poses");
+  }
+  const std::vector<Stretch> stretches = stretches_of(rig, plan);
+  if (stretches.size() < 2) return notes;
   const Branch* before = nullptr;
   for (const Stretch& stretch : stretches) {
     const PlanPoint& first = plan.points[stretch.first];
     const Branch& now = stretch.branch;
     if (before == nullptr) {
       notes.push_back(fmt::format(
-          "{} rows in working mode {} (assembly {})", stretch.points, to_string(now.mode),
-          static_cast<int>(now.assembly)));
+          "{} rows in working mode {} (assembly {})", stretch.points,
+          rig.robot.model->mode_name(now.mode), static_cast<int>(now.assembly)));
     } else {
       notes.push_back(fmt::format(
           "then {} in {} (assembly {}): before {} point {} an operator must clear the dials "
           "and bring the legs over from {}, across singular poses; collecting pauses there",
-          stretch.points, to_string(now.mode), static_cast<int>(now.assembly), first.set,
-          first.point, to_string(before->mode)));
+          stretch.points, rig.robot.model->mode_name(now.mode), static_cast<int>(now.assembly),
+          first.set, first.point, rig.robot.model->mode_name(before->mode)));
     }
     before = &now;
   }

@@ -38,9 +38,16 @@ struct Plan {
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
+/// Of targets of a robot that works in the plane [mm, W].
 struct Rectangle {
   Eigen::Vector2d min_mm{16, 30};
   Eigen::Vector2d max_mm{40, 66};
+};
+
+/// Of targets of a robot that works in space [mm, W].
+struct TargetBox {
+  Eigen::Vector3d min_mm{0, 0, 0};
+  Eigen::Vector3d max_mm{0, 0, 0};
 };
 
 enum class ApproachRule {
@@ -56,7 +63,11 @@ enum class ApproachRule {
 struct PlanOptions {
   std::string set = "G1";
   int first_point = 0;    // points are numbered from here in the order of measurement
-  Rectangle rectangle{};  // of targets, W
+  Rectangle rectangle{};  // of a robot in the plane
+  /// Of a robot in space. Empty: plan_random draws joint values in the ranges of rig.toml's
+  /// [[joint]] rows; plan_grid needs a box, and so do robots without such rows.
+  std::optional<TargetBox> box{};
+  int nz = 1;  // layers of a grid in a box, from its lowest to its highest; 1: halfway
   /// Margin kept free inside the rectangle's edge. Near the left edge of the default rectangle,
   /// no three dials give a position for a robot that is 4 mm off.
   double margin_mm = 1.0;
@@ -75,30 +86,33 @@ struct PlanOptions {
 /// A point that cannot be planned.
 struct PlanRefusal {
   int point = -1;  // -1: the request as a whole
-  Eigen::Vector2d target_mm{0, 0};
+  Position target_mm = Eigen::Vector2d(0, 0);
   std::string reason;
   std::string advice;
 };
 /// "point 7 at (40.000, 66.000) mm: ...; ...".
 [[nodiscard]] std::string describe(const PlanRefusal& refusal);
 
-/// nx x ny points over the rectangle in each working mode, edges included. Refused as a whole
-/// if one cannot be measured.
+/// nx x ny points in each working mode over the rectangle less its margin, the edges of that
+/// included; of a robot in space over the box, with the tool turned as in its middle. Refused
+/// as a whole if one cannot be measured.
 [[nodiscard]] tl::expected<Plan, PlanRefusal> plan_grid(
     const geometry::Rig& rig, int nx, int ny, const PlanOptions& options = {});
 
-/// `count` uniformly random points in each working mode. One that cannot be measured is drawn
-/// again, up to kMostDrawsPerPoint draws a point on average. The same seed and set give the
-/// same plan.
+/// `count` random points in each working mode: targets, uniform over the rectangle less its
+/// margin or over the box; of a robot in space without a box joint values, uniform over their
+/// ranges. One that cannot be measured is drawn again, up to kMostDrawsPerPoint draws a point
+/// on average. The same seed and set give the same plan.
 [[nodiscard]] tl::expected<Plan, PlanRefusal> plan_random(
     const geometry::Rig& rig, int count, const PlanOptions& options = {});
 inline constexpr int kMostDrawsPerPoint = 100;
 
-/// Joint angles for a target that the robot can reach and the dials can measure, near `near`;
-/// else why not. An instrument's rig, without dials, needs no contacts.
-[[nodiscard]] tl::expected<Eigen::Vector2d, PlanRefusal> measurable(
-    const geometry::Rig& rig, const Eigen::Vector2d& target_mm, geometry::WorkingMode mode,
-    double robot_error_mm, const Eigen::Vector2d& near);
+/// Joint values for a target that the robot can reach, away from singular poses, and the dials
+/// can measure, near `near`; else why not. An instrument's rig, without dials, needs no
+/// contacts.
+[[nodiscard]] tl::expected<Eigen::VectorXd, PlanRefusal> measurable(
+    const geometry::Rig& rig, const Position& target_mm, geometry::WorkingMode mode,
+    double robot_error_mm, const Eigen::VectorXd& near);
 
 /// How the legs stand at a planned point, by the nominal robot. Between points whose branches
 /// differ lies a singular pose, which no controller drives through by itself.
@@ -118,15 +132,16 @@ struct Stretch {
 };
 [[nodiscard]] std::vector<Stretch> stretches_of(const geometry::Rig& rig, const Plan& plan);
 
-/// What an operator has to know of a plan in several branches, a sentence a line; empty for
-/// one.
+/// What an operator has to know of a plan, a sentence a line: where the legs change over,
+/// joints of which rig.toml gives no range.
 [[nodiscard]] std::vector<std::string> operator_notes(
     const geometry::Rig& rig, const Plan& plan);
 
-/// Reads a plan file. Columns may stand in any order; repeat, the angles, the approaches and
-/// the mode may be absent or empty: repeat 0, angles by nominal inverse kinematics in the
-/// point's mode, else the rig's, approach 0. Throws DataError with file, line and column, also
-/// for angles out of reach or of another mode than the row says.
+/// Reads a plan file; set, point and repeat together stand in one row only. Columns may stand
+/// in any order; repeat, the angles, the approaches and the mode may be absent or empty: repeat
+/// 0, angles by nominal inverse kinematics in the point's mode, else the rig's, approach 0.
+/// Throws DataError with file, line and column, also for angles out of reach or of another mode
+/// than the row says.
 [[nodiscard]] Plan parse_plan(
     std::string_view text, const std::string& file_name, const geometry::Rig& rig);
 [[nodiscard]] Plan read_plan(const std::string& path, const geometry::Rig& rig);

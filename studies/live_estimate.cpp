@@ -69,7 +69,17 @@ LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::Pl
       workspace_(calibration::workspace_grid(
           filter_.tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid,
           area_.used)),
-      uncertainty_(filter_.predicted(workspace_)) {}
+      uncertainty_(filter_.predicted(workspace_)) {
+  if (!workspace_.empty()) return;
+  // The nominal robot reaches no place of a grid with its tool turned as it comes: the points
+  // themselves then.
+  const std::size_t step = std::max<std::size_t>(1, points.size() / (kGrid * kGrid));
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const session::Branch branch = session::branch_of(rig, points[i]);
+    workspace_.push_back({points[i].target_mm, points[i].q, branch.assembly, branch.mode});
+  }
+  uncertainty_ = filter_.predicted(workspace_);
+}
 
 bool LiveEstimate::add(const session::Sample& sample) {
   if (sample.set != "G1") return false;

@@ -6,6 +6,7 @@
 
 #include "geometry/tool.h"
 #include "studies/compensate.h"
+#include "studies/plausibility.h"
 
 namespace sixdial::studies {
 namespace {
@@ -70,11 +71,12 @@ double median_spacing_mm(const std::vector<Position>& points) {
 
 MeasuredArea::MeasuredArea(const session::Session& session) {
   const geometry::Tool tool(session.rig);
-  const bool has_g1 = std::ranges::any_of(
-      session.samples, [](const session::Sample& sample) { return sample.set == "G1"; });
+  const bool has_g1 = std::ranges::any_of(session.samples, [](const session::Sample& sample) {
+    return !sample.left_out && sample.set == "G1";
+  });
   std::vector<Position> points;
   for (const session::Sample& sample : session.samples) {
-    if (has_g1 && sample.set != "G1") continue;
+    if (sample.left_out || (has_g1 && sample.set != "G1")) continue;
     std::optional<Position> place = sample.target_mm;
     if (!place) {
       const auto nominal =
@@ -125,6 +127,10 @@ double MeasuredArea::beyond_hull_mm(const Position& p_WE) const {
 
 double MeasuredArea::beyond_box_mm(const Position& p_WE) const {
   return (p_WE - p_WE.cwiseMax(outline_[0]).cwiseMin(outline_[1])).norm();
+}
+
+MeasuredArea measured_area(const session::Session& session) {
+  return MeasuredArea(in_rig_frame(plausible(session), session.rig));
 }
 
 OutsideMeasured outside_measured(

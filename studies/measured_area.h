@@ -1,8 +1,9 @@
-// Where a session was measured: its convex hull in the plane (a box in space) and its working
-// modes. Parameters found there say less elsewhere, and learned residuals nothing.
+// Where a session was measured: the convex hull (in space: the box) of its targets, or of the
+// nominal robot's places where there are none, and its working modes. Parameters found there
+// say less elsewhere, and learned residuals nothing.
 //
 // Example:
-//   const MeasuredArea area(session);
+//   const MeasuredArea area = measured_area(session);
 //   area.outside_mm(*session.samples.front().target_mm);  // -> 0.0
 //   area.outside_mm(Eigen::Vector2d(500.0, 500.0)) > 100.0;  // -> true
 #pragma once
@@ -18,10 +19,12 @@ namespace sixdial::studies {
 
 class MeasuredArea {
  public:
-  /// Of the samples of G1, which are fitted; of all where there is no G1.
+  /// Of the samples of G1, which are fitted; of all where there is no G1. Those that are left
+  /// out do not count.
   explicit MeasuredArea(const session::Session& session);
-  /// How far outside a place is; 0 up to one usual spacing of the points (median way to the
-  /// nearest neighbour) beyond the outermost ones. 0 as well where nothing was measured.
+  /// How far outside a place is. Up to one usual spacing of the points (median way to the
+  /// nearest neighbour) beyond the outermost ones it counts as inside: 0. Farther out the whole
+  /// way to them. 0 as well where nothing was measured.
   [[nodiscard]] double outside_mm(const geometry::Position& p_WE) const;
   [[nodiscard]] bool has_mode(geometry::WorkingMode mode) const;
 
@@ -34,6 +37,10 @@ class MeasuredArea {
   std::vector<geometry::WorkingMode> modes_;
   double spacing_mm_ = 0.0;
 };
+
+/// Of a session as it was read: without the rows that plausible() leaves out, in the rig file's
+/// frame.
+[[nodiscard]] MeasuredArea measured_area(const session::Session& session);
 
 /// What lies outside of what was measured.
 struct OutsideMeasured {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "geometry/long_work.h"
+#include "session/plan_in_space.h"
 #include "studies/error.h"
 #include "studies/live_estimate.h"
 #include "studies/plausibility.h"
@@ -36,11 +37,17 @@ double robot_error_mm(
   return std::max(usual_mm, (*there - pose.target_mm).norm() + kSigmas * sd_mm);
 }
 
-std::vector<calibration::DesignCandidate> candidates_in(
+/// What plan next chooses from, in one working mode, and why not from more.
+struct Candidates {
+  std::vector<calibration::WorkspacePose> poses;
+  std::string why = "the robot cannot go there";
+  std::string advice = "Leave this mode out, or give another rectangle.";
+};
+
+Candidates in_plane(
     const geometry::Rig& rig, const session::Rectangle& area, geometry::WorkingMode mode,
     const calibration::OnlineEstimator& filter) {
-  std::vector<calibration::DesignCandidate> candidates;
-  std::string why = "the robot cannot go there";
+  Candidates found;
   const std::vector<geometry::WorkingMode> modes{mode};
   // Joint angles turn on from there without a jump at +-pi.
   const auto home =
@@ -52,25 +59,81 @@ std::vector<calibration::DesignCandidate> candidates_in(
     const auto q = session::measurable(
         rig, pose.target_mm, mode, robot_error_mm(filter, pose), home ? *home : pose.q);
     if (!q) {
-      why = q.error().reason;
+      found.why = q.error().reason;
       continue;
     }
     pose.q = rounded(*q, kRounding_rad);
+    found.poses.push_back(pose);
+  }
+  return found;
+}
+
+/// In the box, or anywhere in the joints' ranges; by chance, the same each time.
+Candidates in_space(
+    const geometry::Rig& rig, const std::optional<session::TargetBox>& box,
+    geometry::WorkingMode mode) {
+  Candidates found;
+  session::Uniform random(1, "plan next");
+  const auto drawn = session::drawn_in_space(rig, mode, box, kCandidates * kCandidates, random);
+  if (!drawn) {
+    found.why = drawn.error().reason;
+    found.advice = drawn.error().advice;
+    return found;
+  }
+  if (!drawn->why.empty()) found.why = drawn->why;
+  for (const session::PlanPose& pose : drawn->poses) {
+    found.poses.push_back({pose.target_mm, pose.q, rig.robot.assembly, mode});
+  }
+  return found;
+}
+
+/// The box around the session's targets; empty where there are none.
+std::optional<session::TargetBox> box_of(
+    const session::Session& session, const WorkingArea& area) {
+  if (session.samples.empty() || area.low_mm.size() != 3) return std::nullopt;
+  return session::TargetBox{area.low_mm, area.high_mm};
+}
+
+std::vector<calibration::DesignCandidate> candidates_in(
+    const geometry::Rig& rig, const Candidates& found, const std::string& where,
+    geometry::WorkingMode mode, const calibration::OnlineEstimator& filter) {
+  std::vector<calibration::DesignCandidate> candidates;
+  for (const calibration::WorkspacePose& pose : found.poses) {
     candidates.push_back(
         {pose, filter.axis_variance_mm2() *
                    Eigen::MatrixXd::Identity(filter.tool().axes(), filter.tool().axes())});
   }
   if (candidates.empty()) {
+    const std::string name(rig.robot.model->mode_name(mode));
     throw StudyError(
         StudyErrorCode::kBadData,
         fmt::format(
-            "no pose of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm can be measured in working mode "
-            "{}: {}",
-            area.min_mm.x(), area.max_mm.x(), area.min_mm.y(), area.max_mm.y(), to_string(mode),
-            why),
-        {{"mode", to_string(mode)}}, "Leave this mode out, or give another rectangle.");
+            "no pose{} can be measured in working mode {}: {}", where,
+            name.empty() ? to_string(mode) : name, found.why),
+        {{"mode", name.empty() ? to_string(mode) : name}}, found.advice);
   }
   return candidates;
+}
+
+/// Where a session without samples would be measured, for its modes and places.
+std::vector<session::PlanPoint> usual_points(const geometry::Rig& rig) {
+  std::vector<session::PlanPoint> points;
+  if (session::works_in_space(rig)) {
+    for (const auto& pose : in_space(rig, {}, rig.robot.working_mode).poses) {
+      points.push_back({"G1", 0, 0, pose.target_mm, pose.q, {}});
+    }
+    return points;
+  }
+  const session::PlanOptions usual;  // as for plan grid
+  const Eigen::Vector2d margin(usual.margin_mm, usual.margin_mm);
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(usual.rectangle.min_mm + margin),
+        Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
+    const auto q =
+        geometry::Tool(rig).inverse(rig.robot.nominal, corner, rig.robot.working_mode);
+    if (q) points.push_back({"G1", 0, 0, corner, *q, {}});
+  }
+  return points;
 }
 
 PositionSd sd_of(const calibration::WorkspaceUncertainty& uncertainty) {
@@ -83,17 +146,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
   const geometry::Rig& rig = session.rig;
   const session::Session used = in_rig_frame(plausible(session), rig);
   std::vector<session::PlanPoint> places = points_of(used);
-  if (places.empty()) {  // as for plan grid
-    const session::PlanOptions usual;
-    const Eigen::Vector2d margin(usual.margin_mm, usual.margin_mm);
-    for (const Eigen::Vector2d& corner :
-         {Eigen::Vector2d(usual.rectangle.min_mm + margin),
-          Eigen::Vector2d(usual.rectangle.max_mm - margin)}) {
-      const auto q =
-          geometry::Tool(rig).inverse(rig.robot.nominal, corner, rig.robot.working_mode);
-      if (q) places.push_back({"G1", 0, 0, corner, *q, {}});  // for its mode and place
-    }
-  }
+  if (places.empty()) places = usual_points(rig);
   LiveEstimate estimate(used.rig, places);
   int first = 0;
   for (const session::Sample& sample : used.samples) {
@@ -102,12 +155,24 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
     if (sample.set == "G1") first = std::max(first, sample.point + 1);
   }
   const WorkingArea& known = estimate.area();
-  const session::Rectangle area =
-      request.rectangle.value_or(session::Rectangle{known.low_mm, known.high_mm});
-  const auto modes = request.modes.empty() ? known.measured : request.modes;
+  std::vector<geometry::WorkingMode> modes = request.modes;
+  if (modes.empty()) modes = known.measured;
+  if (modes.empty()) modes = {rig.robot.working_mode};
   std::vector<calibration::DesignCandidate> candidates;
   for (const geometry::WorkingMode mode : modes) {
-    const auto more = candidates_in(rig, area, mode, estimate.filter());
+    Candidates found;
+    std::string where;
+    if (session::works_in_space(rig)) {
+      found = in_space(rig, box_of(used, known), mode);
+    } else {
+      const session::Rectangle area = request.rectangle.value_or(
+          session::Rectangle{known.low_mm.head<2>(), known.high_mm.head<2>()});
+      found = in_plane(rig, area, mode, estimate.filter());
+      where = fmt::format(
+          " of x {:.1f}..{:.1f}, y {:.1f}..{:.1f} mm", area.min_mm.x(), area.max_mm.x(),
+          area.min_mm.y(), area.max_mm.y());
+    }
+    const auto more = candidates_in(rig, found, where, mode, estimate.filter());
     candidates.insert(candidates.end(), more.begin(), more.end());
   }
   const auto steps = calibration::greedy_design(

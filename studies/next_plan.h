@@ -21,8 +21,9 @@ struct NextPlanRequest {
   calibration::Criterion criterion = calibration::Criterion::kI;
   /// Working modes to measure in; empty: those of the session, else the rig's.
   std::vector<geometry::WorkingMode> modes{};
-  /// Where poses are taken from; empty: the rectangle of the session's targets, else that of
-  /// plan grid.
+  /// Where poses of a robot in the plane are taken from; empty: the rectangle of the session's
+  /// targets, else that of plan grid. Of a robot in space: the box of the session's targets,
+  /// else the ranges of its joints.
   std::optional<session::Rectangle> rectangle{};
 };
 
@@ -34,7 +35,7 @@ struct PositionSd {
 
 /// A pose of the plan, and what would be known once it and those before it are measured.
 struct NextStep {
-  Eigen::Vector2d target_mm{0, 0};
+  geometry::Position target_mm;
   geometry::WorkingMode mode{};
   PositionSd after{};
 };

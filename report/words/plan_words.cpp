@@ -56,7 +56,8 @@ std::string rig_check_text(const studies::RigCheckFigures& figures) {
       "What the rig itself leaves open, once so many points of this plan are measured:\n";
   for (const studies::RigCheckStage& stage : figures.stages) {
     text += fmt::format(
-        "{:5d} points: {:3.0f} % of the rig's standard deviations; the tool's position to "
+        "{:5d} points: {:3.0f} % of the rig's uncertainty remains; the tool's position is "
+        "known to "
         "{:.4f} mm\n",
         stage.points, 100 * stage.left, stage.position_mm);
   }

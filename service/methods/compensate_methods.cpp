@@ -59,7 +59,8 @@ Json target(const Call& call) {
   }
   answer["result"] = record.id.value;
   answer["warnings"] = report::warnings_json(warnings);
-  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  const studies::MeasuredArea area =
+      studies::measured_area(call.service.reader().load_session(record.session));
   answer["outside_measured"] =
       report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
   return answer;
@@ -91,7 +92,8 @@ Json plan(const Call& call) {
                 asked,
                 studies::compensation_model(report::calibration_from_json(document), rig, by),
                 rig);
-  const studies::MeasuredArea area(call.service.reader().load_session(record.session));
+  const studies::MeasuredArea area =
+      studies::measured_area(call.service.reader().load_session(record.session));
   Json answer{
       {"result", record.id.value},
       {"by", studies::to_string(by)},

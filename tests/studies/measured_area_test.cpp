@@ -6,6 +6,8 @@
 
 #include "geometry/tool.h"
 #include "report/words/area_words.h"
+#include "studies/plausibility.h"
+#include "tests/support/simulated.h"
 
 namespace sixdial::studies {
 namespace {
@@ -51,6 +53,35 @@ TEST(MeasuredArea, CountsTheFittedSetOnlyAndKnowsNothingOfNothing) {
   EXPECT_GT(MeasuredArea(session).outside_mm(Eigen::Vector2d(99.0, 99.0)), 50.0);
   session.samples.clear();
   EXPECT_EQ(MeasuredArea(session).outside_mm(Eigen::Vector2d(0.0, 0.0)), 0.0);
+}
+
+TEST(MeasuredArea, LeavesOutTheRowsThatNoFitUses) {
+  session::Session session = grid_session();
+  session::Sample far = session.samples.front();
+  far.point = 25;
+  far.target_mm = Eigen::Vector2d(100.0, 100.0);
+  far.left_out = true;
+  session.samples.push_back(far);
+  EXPECT_GT(MeasuredArea(session).outside_mm(Eigen::Vector2d(99.0, 99.0)), 50.0);
+  session.samples.back().left_out = false;
+  EXPECT_EQ(MeasuredArea(session).outside_mm(Eigen::Vector2d(99.0, 99.0)), 0.0);
+}
+
+TEST(MeasuredArea, OfASessionAsReadHasNoCopiedRows) {
+  // A row typed twice, the second time with a target elsewhere: which one is right nobody
+  // knows.
+  session::Session session = testing::measured(
+      testing::simple_world(3), session::plan_grid(geometry::default_rig(), 5, 5).value());
+  session::Sample copy = session.samples.front();
+  copy.point = 99;
+  copy.target_mm = Eigen::Vector2d(100.0, 100.0);
+  session.samples.push_back(copy);
+  int left_out = 0;
+  for (const session::Sample& each : plausible(session).session.samples) {
+    left_out += each.left_out ? 1 : 0;
+  }
+  EXPECT_GT(left_out, 0);
+  EXPECT_GT(measured_area(session).outside_mm(Eigen::Vector2d(99.0, 99.0)), 50.0);
 }
 
 TEST(MeasuredArea, SaysInWordsHowFarOutsideAndInWhichModeNothingWasMeasured) {

@@ -1,0 +1,173 @@
+// Plans of robots that work in space: every kind, by the ranges of its joints or in a box.
+#include "session/plan_in_space.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "geometry/tool.h"
+#include "session/csv.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
+#include "tests/support/paths.h"
+
+namespace sixdial::session {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+geometry::Rig rig_of(const geometry::RobotKind& kind) {
+  geometry::Rig rig;
+  rig.robot.model = kind.example();
+  rig.robot.nominal = rig.robot.model->nominal;
+  rig.robot.working_mode = geometry::WorkingMode(rig.robot.model->modes.front().number);
+  rig.robot.assembly =
+      static_cast<geometry::Assembly>(rig.robot.model->assemblies.front().number);
+  rig.instrument.kind = "position";
+  rig.instrument.dimensions = rig.robot.model->axes;
+  return rig;
+}
+
+std::vector<const geometry::RobotKind*> kinds_in_space() {
+  std::vector<const geometry::RobotKind*> kinds;
+  for (const geometry::RobotKind* each : geometry::robot_kinds()) {
+    if (each->example()->axes == 3) kinds.push_back(each);
+  }
+  return kinds;
+}
+
+/// Around where the tool is with every joint in the middle of its range.
+TargetBox box_of(const geometry::Rig& rig) {
+  Eigen::VectorXd q(rig.robot.model->joint_count());
+  for (Eigen::Index k = 0; k < q.size(); ++k) {
+    const geometry::JointInfo& joint = rig.robot.model->joints[static_cast<std::size_t>(k)];
+    q[k] = (joint.low + joint.high) / 2 + 0.3 * (joint.high - joint.low) / 2;
+  }
+  if (!lists_its_joints(rig)) q.setConstant(q.mean());
+  const auto at =
+      geometry::Tool(rig).position(rig.robot.nominal, q, rig.robot.assembly).value();
+  const Eigen::Vector3d half(8.0, 6.0, 4.0);
+  return {at - half, at + half};
+}
+
+class EveryRobotInSpace : public testing::TestWithParam<const geometry::RobotKind*> {
+ protected:
+  geometry::Rig rig_ = rig_of(*GetParam());
+
+  /// Targets are where the nominal robot has its tool, in its own branch, inside of the box and
+  /// of the ranges; a plan file gives the same plan back.
+  void expect_lawful(const Plan& plan, const std::optional<TargetBox>& box) const {
+    constexpr double kRounding_mm = 1e-5;  // nine digits of a radian at 1.5 m, six of a mm
+    const geometry::Tool tool(rig_);
+    for (const PlanPoint& point : plan.points) {
+      const auto at = tool.position(rig_.robot.nominal, point.q, rig_.robot.assembly).value();
+      ASSERT_EQ(point.target_mm.size(), 3);
+      EXPECT_LT((at - point.target_mm).norm(), kRounding_mm);
+      for (Eigen::Index k = 0; k < point.q.size() && lists_its_joints(rig_); ++k) {
+        const geometry::JointInfo& joint =
+            rig_.robot.model->joints[static_cast<std::size_t>(k)];
+        EXPECT_GE(point.q[k], joint.low);
+        EXPECT_LE(point.q[k], joint.high);
+      }
+      if (!box) continue;
+      EXPECT_TRUE(((at - box->min_mm).array() > -kRounding_mm).all());
+      EXPECT_TRUE(((box->max_mm - at).array() > -kRounding_mm).all());
+    }
+    EXPECT_EQ(parse_plan(plan_csv(plan, rig_), "plan.csv", rig_), plan);
+  }
+};
+
+TEST_P(EveryRobotInSpace, GetsRandomPointsInABox) {
+  const TargetBox box = box_of(rig_);
+  const auto plan = plan_random(rig_, 40, {.box = box, .repeats = 2, .seed = 3});
+  ASSERT_TRUE(plan) << describe(plan.error());
+  EXPECT_EQ(plan->points.size(), 80U);
+  expect_lawful(*plan, box);
+  EXPECT_EQ(plan_random(rig_, 40, {.box = box, .repeats = 2, .seed = 3}).value(), *plan);
+  EXPECT_NE(plan_random(rig_, 40, {.box = box, .repeats = 2, .seed = 4}).value(), *plan);
+}
+
+TEST_P(EveryRobotInSpace, GetsAGridInABox) {
+  const TargetBox box = box_of(rig_);
+  const auto plan = plan_grid(rig_, 4, 3, {.box = box, .nz = 2, .shuffle = false});
+  ASSERT_TRUE(plan) << describe(plan.error());
+  ASSERT_EQ(plan->points.size(), 24U);
+  expect_lawful(*plan, box);
+  EXPECT_NEAR(plan->points.front().target_mm[2], box.min_mm[2], 1e-5);
+  EXPECT_NEAR(plan->points.back().target_mm[2], box.max_mm[2], 1e-5);
+  double longest_mm = 0.0;  // back and forth: never across the box
+  for (std::size_t i = 1; i < 12; ++i) {
+    longest_mm = std::max(
+        longest_mm, (plan->points[i].target_mm - plan->points[i - 1].target_mm).norm());
+  }
+  EXPECT_LT(longest_mm, 6.1);
+}
+
+TEST_P(EveryRobotInSpace, WithoutABoxDrawsItsJointsOrSaysWhatItNeeds) {
+  const auto plan = plan_random(rig_, 30, {.seed = 5});
+  if (lists_its_joints(rig_)) {
+    ASSERT_TRUE(plan) << describe(plan.error());
+    EXPECT_EQ(plan->points.size(), 30U);
+    expect_lawful(*plan, std::nullopt);
+  } else {
+    ASSERT_FALSE(plan);
+    EXPECT_THAT(describe(plan.error()), HasSubstr("--box x0 y0 z0 x1 y1 z1"));
+  }
+  const auto grid = plan_grid(rig_, 2, 2);
+  ASSERT_FALSE(grid);
+  EXPECT_THAT(describe(grid.error()), HasSubstr("needs a box"));
+  for (const auto& refused : {plan, grid}) {
+    if (refused) continue;
+    EXPECT_THAT(describe(refused.error()), Not(HasSubstr("rectangle")));
+  }
+}
+
+TEST_P(EveryRobotInSpace, IsRefusedWhereItCannotGo) {
+  const TargetBox far{{1e5, 1e5, 1e5}, {2e5, 2e5, 2e5}};
+  const auto random = plan_random(rig_, 1, {.box = far});
+  ASSERT_FALSE(random);
+  EXPECT_THAT(describe(random.error()), HasSubstr("only 0 of 100 random points"));
+  const auto grid = plan_grid(rig_, 1, 1, {.box = far});
+  ASSERT_FALSE(grid);
+  EXPECT_THAT(describe(grid.error()), HasSubstr("in the middle of the box"));
+  const auto mode = plan_random(
+      rig_, 1, {.box = box_of(rig_), .working_modes = {geometry::WorkingMode(-1, -1)}});
+  ASSERT_FALSE(mode);
+  EXPECT_THAT(describe(mode.error()), HasSubstr("no working mode"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , EveryRobotInSpace, testing::ValuesIn(kinds_in_space()),
+    [](const auto& each) { return std::string(each.param->name); });
+
+TEST(PlanInSpace, ABoxIsForRobotsInSpaceOnly) {
+  const auto plan = plan_random(geometry::default_rig(), 3, {.box = TargetBox{}});
+  ASSERT_FALSE(plan);
+  EXPECT_THAT(describe(plan.error()), HasSubstr("a box is for robots that work in space"));
+}
+
+TEST(PlanInSpace, KeepsToTheRangesOfTheRigFileAndSaysWhereThereAreNone) {
+  const std::string text = read_file(test_paths::source_dir() + "/examples/import/ur10.toml");
+  const geometry::Rig rig = parse_rig(text, "ur10.toml");
+  const Plan plan = plan_random(rig, 20, {.seed = 2}).value();
+  const std::string note =
+      operator_notes(rig, plan).empty() ? "" : operator_notes(rig, plan)[0];
+  EXPECT_EQ(lacks_ranges(rig), note.find("low_deg and high_deg") != std::string::npos);
+  const geometry::Rig narrow = parse_rig(
+      "[robot]\nmodel = \"serial\"\n[[joint]]\nd_mm = 300\nalpha_deg = 90\nlow_deg = 10\n"
+      "high_deg = 20\n[[joint]]\na_mm = 250\nlow_deg = -5\nhigh_deg = 5\n",
+      "rig.toml");
+  const Plan drawn = plan_random(narrow, 50, {.seed = 2}).value();
+  EXPECT_TRUE(operator_notes(narrow, drawn).empty());
+  for (const PlanPoint& point : drawn.points) {
+    EXPECT_NEAR(point.q[0], 0.2618, 0.0873);
+    EXPECT_NEAR(point.q[1], 0.0, 0.0873);
+  }
+}
+
+}  // namespace
+}  // namespace sixdial::session
