@@ -117,7 +117,7 @@ part_fuzz() {
     failed=1
     return
   fi
-  for fuzzer in fuzz_dials fuzz_modbus_reply fuzz_connection fuzz_request session_csv_fuzz session_rig_fuzz; do
+  for fuzzer in $(<tests/fuzz/fuzzers.txt); do
     corpus=tests/fuzz/${fuzzer#fuzz_}_corpus
     corpus=${corpus/_fuzz_corpus/_corpus}
     found=$out/corpus/$fuzzer

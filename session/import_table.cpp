@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "session/csv.h"
@@ -180,32 +181,61 @@ ImportTable text_table(
   return table;
 }
 
-/// "pose.x" -> "0.5", "target_joints.0" -> "1.2": every value of a record by its path.
-void flatten(
-    const YAML::Node& node, const std::string& path, std::map<std::string, std::string>& cells,
-    std::vector<std::string>& order) {
-  const auto below = [&](const std::string& key) {
-    return path.empty() ? key : path + '.' + key;
-  };
-  if (node.IsMap()) {
-    for (const auto& each : node) {
-      flatten(each.second, below(each.first.as<std::string>()), cells, order);
-    }
-  } else if (node.IsSequence()) {
-    for (std::size_t i = 0; i < node.size(); ++i) {
-      flatten(node[i], below(std::to_string(i)), cells, order);
-    }
-  } else if (node.IsScalar()) {
-    if (cells.emplace(path, node.Scalar()).second) order.push_back(path);
+/// "pose.x" -> "0.5", "target_joints.0" -> "1.2": every value of a record by its path. An alias
+/// of YAML may stand for what holds it, or for so much that no memory is enough: there is a
+/// limit to both.
+class Record {
+ public:
+  explicit Record(const std::string& file) : file_(file) {}
+
+  void add(const std::string& path, const std::string& value) {
+    if (cells_.emplace(path, value).second) order_.push_back(path);
   }
-}
+
+  void flatten(const YAML::Node& node, const std::string& path, int depth = 0) {
+    constexpr int kMostDepth = 64;
+    constexpr int kMostNodes = 10'000;
+    if (depth > kMostDepth || ++nodes_ > kMostNodes) {
+      throw DataError(
+          file_, Mistake{
+                     node.Mark().line + 1, node.Mark().column + 1, "",
+                     fmt::format(
+                         "a record is nested deeper than {} or holds more than {} values",
+                         kMostDepth, kMostNodes),
+                     "give a list of records, each of a few values"});
+    }
+    const auto below = [&](const std::string& key) {
+      return path.empty() ? key : path + '.' + key;
+    };
+    if (node.IsMap()) {
+      for (const auto& each : node) {
+        flatten(each.second, below(each.first.as<std::string>()), depth + 1);
+      }
+    } else if (node.IsSequence()) {
+      for (std::size_t i = 0; i < node.size(); ++i) {
+        flatten(node[i], below(std::to_string(i)), depth + 1);
+      }
+    } else if (node.IsScalar()) {
+      add(path, node.Scalar());
+    }
+  }
+
+  [[nodiscard]] const std::vector<std::string>& order() const { return order_; }
+  [[nodiscard]] std::map<std::string, std::string> take() { return std::move(cells_); }
+
+ private:
+  const std::string& file_;
+  std::map<std::string, std::string> cells_;
+  std::vector<std::string> order_;
+  int nodes_ = 0;
+};
 
 /// A list of records, or a map whose keys name them (kept as the column "key").
 ImportTable yaml_table(const std::string& text, const std::string& file) {
   ImportTable table{.file = file};
   std::vector<std::map<std::string, std::string>> records;
-  std::vector<std::string> order;
   std::vector<std::string> seen;
+  std::set<std::string> known;
   try {
     const YAML::Node top = YAML::Load(text);
     if (!top.IsSequence() && !top.IsMap()) {
@@ -214,17 +244,17 @@ ImportTable yaml_table(const std::string& text, const std::string& file) {
     }
     for (const auto& each : top) {
       const bool named = top.IsMap();
-      const YAML::Node& record = named ? each.second : each;
-      auto& cells = records.emplace_back();
-      order.clear();
+      Record record(file);
       if (named) {
-        cells["key"] = each.first.as<std::string>();
-        order.emplace_back("key");
+        record.add("key", each.first.as<std::string>());
+        record.flatten(each.second, "");
+      } else {
+        record.flatten(each, "");
       }
-      flatten(record, "", cells, order);
-      for (const std::string& name : order) {
-        if (std::ranges::find(seen, name) == seen.end()) seen.push_back(name);
+      for (const std::string& name : record.order()) {
+        if (known.insert(name).second) seen.push_back(name);
       }
+      records.push_back(record.take());
       if (records.size() * seen.size() > kMostCells) {
         throw DataError(file, Mistake{1, 1, "", "the YAML is too large", "split it"});
       }

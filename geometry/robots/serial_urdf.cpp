@@ -85,7 +85,8 @@ tl::expected<std::vector<urdf::JointSharedPtr>, std::string> path(
   std::vector<urdf::JointSharedPtr> joints;
   urdf::LinkConstSharedPtr link = model.getLink(tip);
   while (link->name != base) {
-    if (!link->parent_joint) {
+    // Links that hang on each other in a circle end nowhere.
+    if (!link->parent_joint || joints.size() > model.links_.size()) {
       return tl::unexpected("link '" + tip + "' does not hang on link '" + base + "'");
     }
     joints.push_back(link->parent_joint);
@@ -93,6 +94,29 @@ tl::expected<std::vector<urdf::JointSharedPtr>, std::string> path(
   }
   std::ranges::reverse(joints);
   return joints;
+}
+
+/// Links own their children: those that hang on each other in a circle would stay for ever.
+class Untied {
+ public:
+  explicit Untied(urdf::ModelInterface& model) : model_(model) {}
+  ~Untied() {
+    for (auto& [name, link] : model_.links_) {
+      link->child_links.clear();
+      link->child_joints.clear();
+    }
+  }
+  Untied(const Untied&) = delete;
+  Untied& operator=(const Untied&) = delete;
+
+ private:
+  urdf::ModelInterface& model_;
+};
+
+constexpr const char* kNoNumber = "' has a number that is not finite or beyond 1e9 mm";
+bool is_sensible(const auto& numbers) {
+  constexpr double kMost = 1e9;
+  return numbers.allFinite() && numbers.cwiseAbs().maxCoeff() <= kMost;
 }
 
 bool slides(const urdf::Joint& joint) { return joint.type == urdf::Joint::PRISMATIC; }
@@ -117,6 +141,10 @@ tl::expected<SerialRow, std::string> row_of(
     row.low = unit * joint.limits->lower;
     row.high = unit * joint.limits->upper;
   }
+  const Eigen::Vector2d range(row.low.value_or(0.0), row.high.value_or(0.0));
+  if (!is_sensible(row.origin_mm) || !is_sensible(row.turn_rad) || !is_sensible(range)) {
+    return tl::unexpected("joint '" + joint.name + kNoNumber);
+  }
   if (!joint.mimic) return row;
   const auto leader = model.getJoint(joint.mimic->joint_name);
   if (!leader) {
@@ -130,6 +158,9 @@ tl::expected<SerialRow, std::string> row_of(
   row.follows = leader->name;
   row.ratio = joint.mimic->multiplier * unit / (slides(*leader) ? kMmPerM : 1.0);
   row.offset = unit * joint.mimic->offset;
+  if (!is_sensible(Eigen::Vector2d(row.ratio, row.offset))) {
+    return tl::unexpected("joint '" + joint.name + kNoNumber);
+  }
   return row;
 }
 
@@ -151,6 +182,7 @@ tl::expected<SerialRobot, std::string> read_urdf(
   if (!model) {
     return tl::unexpected(std::string("is no URDF").append(error.empty() ? "" : ": ") + error);
   }
+  const Untied at_the_end(*model);
   const auto last = tip.empty() ? one_leaf(*model) : tip;
   if (!last) return tl::unexpected(last.error());
   const auto joints = path(*model, base.empty() ? model->getRoot()->name : base, *last);
@@ -180,6 +212,9 @@ tl::expected<SerialRobot, std::string> read_urdf(
     return tl::unexpected(std::string("no joint moves between its base and its tip"));
   arm.tool_mm = fixed.p;
   arm.tool_turn_rad = rotation_vector(fixed.R);
+  if (!is_sensible(arm.tool_mm) || !is_sensible(arm.tool_turn_rad)) {
+    return tl::unexpected("the way to link '" + *last + kNoNumber);
+  }
   return arm;
 }
 

@@ -15,8 +15,10 @@
 #include "acquisition/connection.h"
 #include "acquisition/dial_protocol.h"
 #include "acquisition/modbus_frame.h"
+#include "geometry/robots/serial.h"
 #include "service/socket/request.h"
 #include "session/bundle.h"
+#include "session/import_table.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "tests/support/figure.h"
@@ -30,6 +32,8 @@ int fuzz_connection(const std::uint8_t* data, std::size_t size);
 int fuzz_request(const std::uint8_t* data, std::size_t size);
 int session_csv_fuzz(const std::uint8_t* data, std::size_t size);
 int session_rig_fuzz(const std::uint8_t* data, std::size_t size);
+int import_fuzz(const std::uint8_t* data, std::size_t size);
+int urdf_fuzz(const std::uint8_t* data, std::size_t size);
 }
 
 namespace sixdial {
@@ -159,6 +163,19 @@ TEST(CorpusReach, BehindEveryParserIsAValidInput) {
     return !session::parse_plan(input, "plan.csv", rig).points.empty();
   };
   EXPECT_GE(accepted("session_csv_corpus", is_plan), 1);
+  const auto is_table = [](const std::string& input) {
+    const std::size_t cut = input.find('\f');
+    if (cut == std::string::npos) return false;
+    const bool yaml = input.substr(cut + 1).starts_with('y');
+    const auto table =
+        session::read_table(input.substr(cut + (yaml ? 2 : 1)), yaml ? "a.yaml" : "a.csv", {});
+    return table.rows.size() >= 2;
+  };
+  EXPECT_GE(accepted("import_corpus", is_table), 5);
+  const auto is_urdf = [](const std::string& input) {
+    return geometry::read_urdf(input, "", "").has_value();
+  };
+  EXPECT_GE(accepted("urdf_corpus", is_urdf), 2);
   const auto is_rig = [](const std::string& input) {
     return session::parse_rig(input, "rig.toml").dials.size() == 6;
   };
@@ -173,7 +190,9 @@ INSTANTIATE_TEST_SUITE_P(
         Fuzzer{"connection", "connection_corpus", fuzz_connection, 50'000},
         Fuzzer{"request", "request_corpus", fuzz_request, 20'000},
         Fuzzer{"session_csv", "session_csv_corpus", session_csv_fuzz, 3'000},
-        Fuzzer{"session_rig", "session_rig_corpus", session_rig_fuzz, 1'000}),
+        Fuzzer{"session_rig", "session_rig_corpus", session_rig_fuzz, 1'000},
+        Fuzzer{"import", "import_corpus", import_fuzz, 1'000},
+        Fuzzer{"urdf", "urdf_corpus", urdf_fuzz, 1'000}),
     [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace
