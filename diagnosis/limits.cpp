@@ -178,7 +178,8 @@ class LimitStudy {
           each.is_background() ? 0.0 : settings_.name_preference + tried);
     }
   }
-  /// Whether it could stand for an effect.
+  /// Whether it could stand for an effect. What six dials do by themselves can be a tip, a
+  /// cuboid or a robot that is not as the file says: evidence tells how well.
   static bool is_rival(UnknownKind kind, const Hypothesis& own) {
     switch (kind) {
       case UnknownKind::kSmooth:
@@ -186,7 +187,7 @@ class LimitStudy {
       case UnknownKind::kRigGeometry:
         return own.effect->of_rig_geometry;
       default:
-        return own.place.dial >= 0;
+        return true;
     }
   }
 
@@ -201,20 +202,21 @@ class LimitStudy {
     }
   }
 
-  /// What does best, without a name, what one value of an effect does.
+  /// What does best of its kind, without a name, what one value of an effect does.
   struct SmoothRival {
     const SmoothColumns* at = nullptr;
     Eigen::MatrixXd cross;  // its columns' x those of the effect
+    double score = 0.0;
   };
-  [[nodiscard]] std::vector<SmoothRival> smooth_rivals(const Seen& own) const {
-    std::vector<SmoothRival> result;
+  /// By value of the effect: the best of each kind.
+  [[nodiscard]] std::vector<std::vector<SmoothRival>> smooth_rivals(const Seen& own) const {
+    std::vector<std::vector<SmoothRival>> result;
     constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     for (const Columns& at : own.values) {
       const double s2 = projector_.squares() / projector_.freedom();
       const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
       const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
-      SmoothRival best;
-      double top = -1e300;
+      std::vector<SmoothRival>& best = result.emplace_back();
       for (const SmoothColumns& each : smooth_) {
         if (!is_rival(each.kind, own.hypothesis)) continue;
         Eigen::MatrixXd cross = calibration::column_products(each.projected, at.projected);
@@ -226,11 +228,14 @@ class LimitStudy {
               projector_.freedom());
         }
         sum -= each.cost * static_cast<double>(at.sizes.size());
-        if (sum <= top) continue;
-        top = sum;
-        best = {&each, std::move(cross)};
+        const auto known = std::ranges::find(
+            best, each.kind, [](const SmoothRival& other) { return other.at->kind; });
+        if (known == best.end()) {
+          best.push_back({&each, std::move(cross), sum});
+        } else if (sum > known->score) {
+          *known = {&each, std::move(cross), sum};
+        }
       }
-      result.push_back(std::move(best));
     }
     return result;
   }
@@ -299,7 +304,7 @@ class LimitStudy {
 
   void find_sizes(const Seen& own, Limit& limit) const {
     const std::vector<Rival> rivals = hardest_rivals(own);
-    const std::vector<SmoothRival> smooth = smooth_rivals(own);
+    const std::vector<std::vector<SmoothRival>> smooth = smooth_rivals(own);
     double most = 0.0;  // signal of a plausible size, in any direction
     for (const Columns& each : own.values) {
       most = std::max(most, (each.projected * each.sizes.asDiagonal()).norm());
@@ -331,8 +336,9 @@ class LimitStudy {
   };
   /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
   [[nodiscard]] Power counted(
-      const Seen& own, const std::vector<Rival>& rivals, const std::vector<SmoothRival>& smooth,
-      double times, std::vector<int>& lost) const {
+      const Seen& own, const std::vector<Rival>& rivals,
+      const std::vector<std::vector<SmoothRival>>& smooth, double times,
+      std::vector<int>& lost) const {
     Power power;
     const double implausible = std::log1p(std::pow(times / kBelievedWidth, 2));
     for (int draw = 0; draw < kDraws; ++draw) {
@@ -358,15 +364,16 @@ class LimitStudy {
         ++lost[r];
       }
       double background = 0.0;  // what the dials do by themselves is no finding
-      if (!smooth.empty() && smooth[v].at != nullptr) {
-        const SmoothColumns& other = *smooth[v].at;
+      for (const SmoothRival& each : smooth[v]) {
         const double rival =
-            other.evidence(smooth[v].cross * x + other.noise.col(draw), sse, freedom) -
-            other.cost;
+            each.at->evidence(each.cross * x + each.at->noise.col(draw), sse, freedom) -
+            each.at->cost;
         tied = tied || evidence - prior_cost_ - rival < settings_.tie_log_odds;
-        if (is_background(other.kind)) background = std::max(0.0, rival);
+        if (is_background(each.at->kind)) background = std::max(background, rival);
       }
-      power.detected += best - prior_cost_ - background >= settings_.least_log_odds;
+      // As likely as what dials do by themselves is enough to be told (growing.cpp).
+      const double found = best - prior_cost_;
+      power.detected += found >= settings_.least_log_odds && found >= background;
       power.named += !tied;
     }
     power.detected /= kDraws;
