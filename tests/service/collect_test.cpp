@@ -396,20 +396,25 @@ TEST(Daemon, ASignalToEndIsObeyedInTheMiddleOfEverything) {
   Daemon daemon(directory.path(), rig.now());
   LineClient client = daemon.client();
   create(client, rig);
-  start(client, Rig::plan(30));
+  // A job that does not end by itself first: a collection begun before it could be at its end
+  // while it is still to start.
   const std::string bundle = test_paths::test_data() + "/session_00";
   client.call("session.import", {{"path", bundle}, {"name", "other"}});
   client.call(
       "calibrate.start",
       {{"session", "other"}, {"particles", 2000}, {"qpso1_iterations", 100'000}});
+  const auto job_runs = [&] {
+    return client.call("job.status", {{"job", 1}})["result"]["state"] == "running";
+  };
+  ASSERT_TRUE(eventually(job_runs));
   LineClient waiting = daemon.client();
   waiting.send(R"({"jsonrpc":"2.0","id":"wait","method":"job.wait","params":{"job":1}})"
                "\n");
   waiting.call("hello");  // answered after the line before it was taken
-  ASSERT_TRUE(eventually([&] {
-    return client.call("job.status", {{"job", 1}})["result"]["state"] == "running" &&
-           client.call("collect.status")["result"]["state"] == "running";
-  }));
+  start(client, Rig::plan(200));
+  ASSERT_TRUE(eventually(
+      [&] { return client.call("collect.status")["result"]["state"] == "running"; }));
+  ASSERT_TRUE(job_runs());
   EXPECT_EQ(daemon.end(SIGTERM), 0);
   // The waiting client was told; nothing but files that belong there is left.
   const auto reply = waiting.read_line();
