@@ -89,7 +89,9 @@ std::string field_of(
 
 std::vector<HeaderColumn> columns_of(const Session& session, const SampleLayout& layout) {
   if (!session.csv_header.empty()) {
-    const CsvTable table = read_csv(session.csv_header, "session.csv");
+    // A line of a file, as it was read: a carriage return within it is no line end.
+    const std::string header = session.csv_header + "\n";
+    const CsvTable table = read_csv(header, "session.csv");
     std::vector<Mistake> mistakes;
     return read_header(table.header, layout, mistakes);
   }
