@@ -181,14 +181,9 @@ class LimitStudy {
   /// Whether it could stand for an effect. What six dials do by themselves can be a tip, a
   /// cuboid or a robot that is not as the file says: evidence tells how well.
   static bool is_rival(UnknownKind kind, const Hypothesis& own) {
-    switch (kind) {
-      case UnknownKind::kSmooth:
-        return own.effect->in_time;
-      case UnknownKind::kRigGeometry:
-        return own.effect->of_rig_geometry;
-      default:
-        return true;
-    }
+    if (kind == UnknownKind::kSmooth) return own.effect->in_time;
+    if (kind == UnknownKind::kRigGeometry) return own.effect->of_rig_geometry;
+    return true;
   }
 
   void add_smooth_in_time() {
