@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <utility>
 
 #include "calibration/column_products.h"
 #include "calibration/random.h"
+#include "diagnosis/absorbers.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/significance.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
 #include "geometry/long_work.h"
@@ -41,6 +42,7 @@ struct Seen {
   std::vector<Columns> values;
   double surviving = 1.0;
   double search_cost = 0.0;
+  double tries = 1.0;   // of its search
   Eigen::VectorXd raw;  // first parameter's column, weighted, not projected
 };
 
@@ -74,34 +76,6 @@ double least_size(double low, double high, Test&& enough) {
     (enough(middle) ? high : low) = middle;
   }
   return high;
-}
-
-std::vector<std::string> absorbers(
-    std::span<const geometry::ParameterInfo> parameters, const Eigen::VectorXd& raw,
-    const Eigen::MatrixXd& J) {
-  const Eigen::MatrixXd A =
-      J.leftCols(std::min(J.cols(), static_cast<Eigen::Index>(parameters.size())));
-  Eigen::VectorXd norm = A.colwise().norm();
-  norm = norm.cwiseMax(1e-300);
-  const Eigen::MatrixXd scaled = A * norm.cwiseInverse().asDiagonal();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod;
-  cod.setThreshold(1e-9);
-  cod.compute(scaled);
-  const Eigen::VectorXd share = cod.solve(raw).cwiseAbs();
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(share.size()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Eigen::Index>(i);
-  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return share[a] != share[b] ? share[a] > share[b] : a < b;
-  });
-  constexpr double kWorthNaming = 0.25;  // of the largest
-  constexpr std::size_t kMost = 4;
-  std::vector<std::string> result;
-  for (const Eigen::Index i : order) {
-    if (result.size() == kMost || !(share[i] > kWorthNaming * share[order[0]])) break;
-    const std::string& name = parameters[static_cast<std::size_t>(i)].name;
-    result.push_back(name == "clamp" ? "clamp angle" : name);
-  }
-  return result;
 }
 
 /// What one session can show: each hypothesis against its rivals.
@@ -238,12 +212,13 @@ class LimitStudy {
   [[nodiscard]] Seen seen_of(
       const Hypothesis& each, const simulation::ExtendedModel& extended,
       const Eigen::VectorXd& simulated) const {
-    Seen seen{each, {}, 1.0, 0.0, {}};
+    Seen seen{each, {}, 1.0, 0.0, 1.0, {}};
     std::vector<double> values{0.0};
     if (each.effect->searched) {
       values =
           each.effect->searched(readings_.model().rig(), readings_.circumstances(), each.place);
       seen.search_cost = std::log(static_cast<double>(std::max<std::size_t>(1, values.size())));
+      seen.tries = independent_tries(*each.effect, values.size());
       values = few_of(std::move(values));
     }
     const Eigen::MatrixXd& Q = projector_.Q();
@@ -347,13 +322,14 @@ class LimitStudy {
       const double freedom = projector_.freedom();
       const double evidence = at.evidence(right, sse, freedom) - own.search_cost - implausible;
       double best = evidence;
+      double p_value = p_value_of(own, at, right, sse);
       bool tied = evidence - prior_cost_ < settings_.tie_log_odds;
       for (std::size_t r = 0; r < rivals.size(); ++r) {
         const Columns& other = *rivals[r].at[v];
-        const double rival =
-            other.evidence(rivals[r].cross[v] * x + other.noise.col(draw), sse, freedom) -
-            rivals[r].seen->search_cost;
+        const Eigen::VectorXd theirs = rivals[r].cross[v] * x + other.noise.col(draw);
+        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].seen->search_cost;
         best = std::max(best, rival);
+        p_value = std::min(p_value, p_value_of(*rivals[r].seen, other, theirs, sse));
         if (evidence - rival >= settings_.tie_log_odds) continue;
         tied = true;
         ++lost[r];
@@ -368,12 +344,29 @@ class LimitStudy {
       }
       // As likely as what dials do by themselves is enough to be told (growing.cpp).
       const double found = best - prior_cost_;
-      power.detected += found >= settings_.least_log_odds && found >= background;
-      power.named += !tied;
+      const bool told = is_told(found, p_value);
+      power.detected += told && found >= background;
+      power.named += told && !tied;
     }
     power.detected /= kDraws;
     power.named /= kDraws;
     return power;
+  }
+
+  /// Chance alone doing as well as these columns at the best value of their search.
+  [[nodiscard]] double p_value_of(
+      const Seen& of, const Columns& at, const Eigen::VectorXd& right, double sse) const {
+    const double explained = std::clamp(right.dot(at.inverse * right), 0.0, sse * (1 - 1e-12));
+    const double gain = -0.5 * projector_.freedom() * std::log1p(-explained / sse);
+    return p_value_of_best(p_value_of_gain(gain, static_cast<int>(right.size())), of.tries);
+  }
+
+  /// Whether the search would take it up (growing.cpp): by chance alone rarely the best of the
+  /// whole catalogue, or with more evidence.
+  [[nodiscard]] bool is_told(double log_odds, double p_value) const {
+    const double family = p_value_of_best(p_value, static_cast<double>(all_.size()));
+    return log_odds >= settings_.unknown_log_odds ||
+           (log_odds >= settings_.least_log_odds && family <= settings_.false_alarm_level);
   }
 
   /// Of a draw: a unit vector, any.

@@ -6,12 +6,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calibration/column_products.h"
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
+#include "diagnosis/significance.h"
 #include "diagnosis/thresholds.h"
 #include "geometry/long_work.h"
 
@@ -20,15 +20,6 @@ namespace {
 
 using simulation::ActiveEffect;
 using simulation::Effect;
-
-/// P(chi-squared with k degrees > x), k = 1, 2, 3.
-double chi2_tail(double x, int k) {
-  if (x <= 0) return 1.0;
-  const double normal = std::erfc(std::sqrt(x / 2));
-  if (k <= 1) return normal;
-  if (k == 2) return std::exp(-x / 2);
-  return normal + std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2);
-}
 
 /// Whitened columns; or as they are, on some rows only, if `rows` is not null.
 struct Columns {
@@ -133,16 +124,12 @@ class Scorer {
         best = std::move(here);
       }
     }
-    best.p_value = chi2_tail(2 * best.gain, static_cast<int>(best.normal.cols()));
+    best.p_value = p_value_of_gain(best.gain, static_cast<int>(best.normal.cols()));
     if (prepared.values.size() > 1) {
       // The search is averaged over.
       best.evidence = log_mean_exp(evidences);
-      constexpr double kIndependentSteps = 12.0;
-      constexpr double kIndependentShare = 0.7;  // of neighbouring periods
-      const double tries = prepared.by_order
-                               ? kIndependentSteps
-                               : kIndependentShare * static_cast<double>(evidences.size());
-      best.p_value = -std::expm1(tries * std::log1p(-std::min(best.p_value, 1 - 1e-12)));
+      best.p_value = p_value_of_best(
+          best.p_value, independent_tries(*prepared.hypothesis.effect, evidences.size()));
     }
     return best;
   }

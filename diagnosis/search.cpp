@@ -6,6 +6,8 @@
 #include <optional>
 #include <set>
 
+#include "diagnosis/significance.h"
+
 namespace sixdial::diagnosis {
 namespace {
 
@@ -65,8 +67,7 @@ std::vector<Hypothesis> hypotheses_for(
 double family_p_value(const std::vector<Candidate>& candidates) {
   double smallest = 1.0;
   for (const Candidate& each : candidates) smallest = std::min(smallest, each.p_value);
-  return -std::expm1(
-      static_cast<double>(candidates.size()) * std::log1p(-std::min(smallest, 1 - 1e-12)));
+  return p_value_of_best(smallest, static_cast<double>(candidates.size()));
 }
 
 }  // namespace sixdial::diagnosis

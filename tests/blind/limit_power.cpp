@@ -15,18 +15,20 @@ constexpr double kNoise_mm = 0.002;
 // An effect that would have to be so many times its plausible size is not tried.
 constexpr double kAbsurd = 20.0;
 
+/// `design` draws the robot and the points, `noise` all that chance does while they are
+/// measured.
 std::vector<simulation::Trial> session_with(
     const geometry::Rig& rig, std::vector<mock_devices::HiddenEffect> effects,
-    std::uint64_t seed) {
+    std::uint64_t design, std::uint64_t noise) {
   mock_devices::World world;
   world.rig = rig;
-  world.robot = mock_devices::drawn_robot(rig, seed);
-  world.seed = seed;
+  world.robot = mock_devices::drawn_robot(rig, design);
+  world.seed = noise;
   world.dials = {kNoise_mm, 0.001, 0.0, 0.0};
   world.warm_up = {.start_c = 20.0, .rise_c = 4.0, .tau_s = 1200.0};
   world.effects = std::move(effects);
   return trials_of(
-      rig, mock_devices::generate_session(world, mock_devices::random_plan(rig, seed)));
+      rig, mock_devices::generate_session(world, mock_devices::random_plan(rig, design)));
 }
 
 constexpr int kSamples = 150;
@@ -50,12 +52,12 @@ mock_devices::HiddenEffect effect_at(
 
 AtLimit tried(
     const simulation::ForwardModel& model, const diagnosis::Limit& limit, bool of_name,
-    std::uint64_t seed) {
+    std::uint64_t design, std::uint64_t seed) {
   const auto& hypothesis = limit.hypothesis;
   AtLimit result{std::string(hypothesis.effect->cause), hypothesis.place.name, of_name};
   const auto effect =
       effect_at(model.rig(), hypothesis, of_name ? limit.name : limit.detect, seed);
-  diagnosis::Readings readings(model, session_with(model.rig(), {effect}, seed));
+  diagnosis::Readings readings(model, session_with(model.rig(), {effect}, design, seed));
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   result.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
                     verdict.swap.has_value() || verdict.rig_geometry.has_value();
@@ -80,7 +82,7 @@ AtLimit tried(
 
 std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only) {
   const simulation::ForwardModel model(geometry::default_rig());
-  diagnosis::Readings readings(model, session_with(model.rig(), {}, seed));
+  diagnosis::Readings readings(model, session_with(model.rig(), {}, seed, seed));
   const diagnosis::NamedCauses blank = diagnosis::name_causes(readings);
   std::vector<diagnosis::NotTestable> ignored;
   const auto limits = diagnosis::limits_of(
@@ -90,14 +92,14 @@ std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only) {
     if (!only.empty() && each.hypothesis.effect->cause != only) continue;
     by_cause[std::string(each.hypothesis.effect->cause)].push_back(&each);
   }
-  constexpr std::uint64_t kElsewhere = 1'000'000'000;  // seeds of other sessions
+  constexpr std::uint64_t kAnother = 1'000'000'000;  // seeds of other noise
   std::vector<AtLimit> result;
   for (const auto& [cause, places] : by_cause) {
     const diagnosis::Limit& limit = *places[seed % places.size()];
     for (const bool of_name : {false, true}) {
       const double size = of_name ? limit.name : limit.detect;
       if (!std::isfinite(size) || size > kAbsurd * limit.plausible) continue;
-      result.push_back(tried(model, limit, of_name, seed + kElsewhere));
+      result.push_back(tried(model, limit, of_name, seed, seed + kAnother));
     }
   }
   return result;

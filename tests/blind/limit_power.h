@@ -1,5 +1,6 @@
-// What the stated limits are worth: an effect of exactly the size that a session without any
-// says it would have detected, or named rightly, is hidden in another session of the same kind.
+// What the stated limits are worth: a session without any effect says which size it would have
+// detected, or named rightly. An effect of exactly that size is hidden where the same robot is
+// measured at the same points again, with other noise.
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,28 @@
+#include "diagnosis/significance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sixdial::diagnosis {
+
+double p_value_of_gain(double gain, int parameters) {
+  if (gain <= 0) return 1.0;
+  const double normal = std::erfc(std::sqrt(gain));
+  if (parameters <= 1) return normal;
+  if (parameters == 2) return std::exp(-gain);
+  return normal + std::sqrt(4 * gain / std::numbers::pi) * std::exp(-gain);
+}
+
+double p_value_of_best(double smallest, double tries) {
+  return -std::expm1(tries * std::log1p(-std::min(smallest, 1 - 1e-12)));
+}
+
+double independent_tries(const simulation::Effect& effect, std::size_t values) {
+  constexpr double kSteps = 12.0;
+  constexpr double kShare = 0.7;  // of neighbouring periods
+  if (values <= 1) return 1.0;
+  return effect.is_step ? kSteps : kShare * static_cast<double>(values);
+}
+
+}  // namespace sixdial::diagnosis
