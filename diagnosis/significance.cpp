@@ -1,17 +1,15 @@
 #include "diagnosis/significance.h"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <numbers>
 
 namespace sixdial::diagnosis {
 
 double p_value_of_gain(double gain, int parameters) {
-  if (gain <= 0) return 1.0;
-  const double normal = std::erfc(std::sqrt(gain));
-  if (parameters <= 1) return normal;
-  if (parameters == 2) return std::exp(-gain);
-  return normal + std::sqrt(4 * gain / std::numbers::pi) * std::exp(-gain);
+  if (gain <= 0 || parameters < 1) return 1.0;
+  const boost::math::chi_squared twice_the_gain(parameters);
+  return boost::math::cdf(boost::math::complement(twice_the_gain, 2 * gain));
 }
 
 double p_value_of_best(double smallest, double tries) {

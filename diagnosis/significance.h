@@ -7,8 +7,8 @@
 
 namespace sixdial::diagnosis {
 
-/// Of a rise of the log likelihood by `gain` with one, two or three more parameters: twice the
-/// gain is chi-squared if there is nothing.
+/// Of a rise of the log likelihood by `gain` with so many more parameters: twice the gain is
+/// chi-squared if there is nothing.
 [[nodiscard]] double p_value_of_gain(double gain, int parameters);
 
 /// The best of so many tries that know nothing of each other: 1 - (1 - smallest)^tries.

@@ -376,6 +376,7 @@ constexpr std::array kMethods{
                   "steps [{target_mm, mode, mean_mm, max_mm}] in the order chosen, plan_csv "
                   "(text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "points": 5, "criterion": "I"})",
+        .runs_on = RunsOn::kLong,
         .run = plan_next},
     RpcMethod{
         .name = "plan.separate",
@@ -387,6 +388,7 @@ constexpr std::array kMethods{
             "points, log_odds_now, log_odds_after, by_point [{target_mm, mode, log_odds}], "
             "plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "points": 8})",
+        .runs_on = RunsOn::kLong,
         .run = plan_separate},
 };
 

@@ -184,6 +184,7 @@ constexpr std::array kMethods{
                   "result, warnings, outside_measured {farthest_mm (0: inside of what was "
                   "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
+        .runs_on = RunsOn::kLong,
         .run = target},
     RpcMethod{
         .name = "compensate.plan",

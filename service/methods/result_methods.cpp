@@ -256,6 +256,7 @@ constexpr std::array kMethods{
         .result = "a sixdial.recommendation document; calibration, diagnosis and validation "
                   "(numbers of the results that say so, or null), state, warnings",
         .example = R"({"session": "demo"})",
+        .runs_on = RunsOn::kLong,
         .command = "sixdial recommend {session}",
         .run = recommend},
     RpcMethod{

@@ -387,6 +387,7 @@ constexpr std::array kMethods{
             "parts}], "
             "page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
+        .runs_on = RunsOn::kLong,
         .run = show},
     RpcMethod{
         .name = "session.import",
@@ -422,6 +423,7 @@ constexpr std::array kMethods{
             "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
             "severity, message, where, place, parts}]: what speaks against the session",
         .example = R"({"session": "demo"})",
+        .runs_on = RunsOn::kLong,
         .run = choices},
     RpcMethod{
         .name = "plan.grid",
@@ -429,6 +431,7 @@ constexpr std::array kMethods{
         .params = kGridParams,
         .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "nx": 10, "ny": 10, "set": "G1", "seed": 1})",
+        .runs_on = RunsOn::kLong,
         .command = "sixdial plan grid",
         .run = plan_grid},
     RpcMethod{
@@ -437,6 +440,7 @@ constexpr std::array kMethods{
         .params = kRandomParams,
         .result = "points, plan_csv (text of a plan file), notes [for the operator]",
         .example = R"({"session": "demo", "count": 50, "set": "G2", "seed": 2})",
+        .runs_on = RunsOn::kLong,
         .command = "sixdial plan random",
         .run = plan_random},
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "geometry/long_work.h"
 #include "service/service.h"
 #include "service/socket/request.h"
 
@@ -34,6 +35,16 @@ bool asks_to_wait(const Json& request) {
   return found != rows.end() && (*found)->wait != nullptr;
 }
 
+/// What may take minutes; ends within a moment once nobody waits for it.
+Json run_long(const RpcMethod& method, const Call& call, const std::stop_token& gone) {
+  const geometry::LongWork work(gone);
+  try {
+    return method.run(call);
+  } catch (const geometry::WorkEnded&) {
+    throw Error(ErrorCode::kShuttingDown, "it was ended before there was an answer");
+  }
+}
+
 }  // namespace
 
 Connection::Connection(LocalSocket socket, Caller caller, ConnectionHost& host)
@@ -53,6 +64,17 @@ void Connection::start() {
       loop, [self = shared_from_this()] { return self->read_lines(); }, asio::detached);
   asio::co_spawn(
       loop, [self = shared_from_this()] { return self->write_lines(); }, asio::detached);
+  asio::co_spawn(
+      loop, [self = shared_from_this()] { return self->watch_for_the_end(); }, asio::detached);
+}
+
+/// A client that has hung up, while its request is at work: no line is read then that would
+/// tell. What it asked for and what is no long work goes on.
+asio::awaitable<void> Connection::watch_for_the_end() {
+  boost::system::error_code trouble;
+  co_await socket_.async_wait(
+      LocalSocket::wait_error, asio::redirect_error(use_awaitable, trouble));
+  gone_.request_stop();
 }
 
 void Connection::wake() {
@@ -70,6 +92,7 @@ void Connection::deliver(const EventPtr& event) {
 
 void Connection::finish() {
   finishing_ = true;
+  gone_.request_stop();
   wake();
 }
 
@@ -256,6 +279,16 @@ asio::awaitable<Json> Connection::run(const RpcMethod& method, Json params) {
     co_return wait.answer();
   }
   if (method.runs_on == RunsOn::kLoop) co_return method.run(call);
+  if (method.runs_on == RunsOn::kLong) {
+    // By reference: g++ 12 destroys captured objects of a co_await's argument twice.
+    const std::stop_token gone = gone_.get_token();
+    co_return co_await asio::co_spawn(
+        host_.long_workers,
+        [&method, &call, &gone]() -> asio::awaitable<Json> {
+          co_return run_long(method, call, gone);
+        },
+        use_awaitable);
+  }
   co_return co_await asio::co_spawn(
       method.runs_on == RunsOn::kFiles ? host_.file_workers : host_.workers,
       [&method, &call]() -> asio::awaitable<Json> { co_return method.run(call); },

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,7 @@ struct ConnectionHost {
   Service& service;
   asio::thread_pool& workers;
   asio::thread_pool& file_workers;
+  asio::thread_pool& long_workers;
   asio::steady_timer& changed;  // cancelled whenever a waiter should look again
   std::chrono::milliseconds slow_client{10'000};
   std::function<void(class Connection&)> ended;
@@ -44,6 +46,7 @@ class Connection final : public EventSink, public std::enable_shared_from_this<C
   asio::awaitable<Json> answer_one(Json json);
   asio::awaitable<Json> run(const RpcMethod& method, Json params);
   asio::awaitable<void> write_lines();
+  asio::awaitable<void> watch_for_the_end();
   void send_error(const Json& id, const std::exception_ptr& thrown);
   void send_reply(const Json& reply);
   void wake();
@@ -55,6 +58,7 @@ class Connection final : public EventSink, public std::enable_shared_from_this<C
   asio::steady_timer wake_;      // cancelled when there is something to write or to end
   asio::steady_timer drained_;   // cancelled after each written line and each ended request
   asio::steady_timer deadline_;  // of the line being written
+  std::stop_source gone_;        // nobody reads the answer of a long method any more
   std::uint64_t writes_ = 0;
   int waiting_requests_ = 0;
   bool subscribed_ = false;

@@ -147,5 +147,41 @@ TEST_F(HungFiles, ADatabaseThatAnotherProgramHoldsPausesTheCollection) {
       << "the sample in hand was dropped";
 }
 
+/// A plan of so many points takes seconds.
+const std::string kLongRequest = R"({"jsonrpc": "2.0", "id": 1, "method": "plan.grid", )"
+                                 R"("params": {"session": "live", "nx": 1000, "ny": 1000}})"
+                                 "\n";
+
+TEST_F(HungFiles, WhatTakesLongHoldsUpNobodyElse) {
+  Daemon daemon(directory_.path(), rig_.now());
+  LineClient other = daemon.client();
+  ASSERT_EQ(error_code_of(create(other, rig_)), "");
+  std::vector<LineClient> waiting;
+  for (int i = 0; i < 4; ++i) {  // more than there are workers for such
+    waiting.push_back(daemon.client());
+    ASSERT_TRUE(waiting.back().send(kLongRequest));
+  }
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(error_code_of(other.call("session.list")), "");
+    EXPECT_EQ(error_code_of(other.call("job.list")), "");
+  }
+  for (const LineClient& each : waiting) {
+    EXPECT_FALSE(each.has_answer()) << "a list waited for it, or it takes too little time";
+  }
+  EXPECT_EQ(daemon.end(SIGTERM), 0);
+}
+
+TEST_F(HungFiles, WhatTakesLongEndsWithItsClient) {
+  Daemon daemon(directory_.path(), rig_.now());
+  LineClient other = daemon.client();
+  ASSERT_EQ(error_code_of(create(other, rig_)), "");
+  for (int i = 0; i < 60; ++i) {
+    LineClient gone = daemon.client();
+    gone.send(kLongRequest);
+  }
+  const Json plan = other.call("plan.random", {{"session", "live"}, {"count", 3}});
+  EXPECT_EQ(error_code_of(plan), "") << "60 plans that nobody waits for would take minutes";
+}
+
 }  // namespace
 }  // namespace sixdial::service

@@ -83,6 +83,11 @@ class LineClient {
     return true;
   }
   void finish_sending() { ::shutdown(fd_, SHUT_WR); }
+  /// Something to read is there already, or the other end is gone.
+  [[nodiscard]] bool has_answer() const {
+    char byte = 0;
+    return !buffer_.empty() || ::recv(fd_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) >= 0;
+  }
 
   /// The next line; empty at the end of the connection.
   std::optional<std::string> read_line() {
