@@ -47,13 +47,14 @@ MarginalLikelihood marginal_likelihood(
   return result;
 }
 
-MarginalEvidence::MarginalEvidence(const Eigen::MatrixXd& normal) {
+MarginalEvidence::MarginalEvidence(const Eigen::MatrixXd& normal, double most) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
   vectors_ = eigen.eigenvectors();
   values_ = eigen.eigenvalues().cwiseMax(0.0);
   const double largest = values_.size() > 0 ? values_.maxCoeff() : 0.0;
   if (!(largest > 0)) return;
   for (double t2 = 1.0 / largest; t2 < kSpan / largest; t2 *= kStep) {
+    if (t2 > most * most && !scales_.empty()) break;
     scales_.push_back(t2);
     volume_.push_back(0.5 * (t2 * values_).array().log1p().sum());
   }

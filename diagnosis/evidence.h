@@ -28,7 +28,11 @@ struct MarginalLikelihood {
 class MarginalEvidence {
  public:
   MarginalEvidence() = default;  // of no columns
-  explicit MarginalEvidence(const Eigen::MatrixXd& normal);
+  /// `most`: no t is larger.
+  explicit MarginalEvidence(
+      const Eigen::MatrixXd& normal, double most = std::numeric_limits<double>::infinity());
+  /// Of its grid: how much its mean counts among those of other columns.
+  [[nodiscard]] std::size_t scale_count() const { return scales_.size(); }
   [[nodiscard]] double operator()(
       const Eigen::VectorXd& right, double sse, double freedom) const;
 

@@ -14,6 +14,7 @@
 #include "diagnosis/significance.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
+#include "diagnosis/unnamed_rival.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
@@ -55,16 +56,6 @@ std::vector<double> few_of(std::vector<double> values) {
   }
   return result;
 }
-
-/// Something without a name, off everything fitted: smooth in time at one length, or what the
-/// dials and the rig do by themselves.
-struct SmoothColumns {
-  UnknownKind kind = UnknownKind::kSmooth;
-  double cost = 0.0;
-  Eigen::MatrixXd projected;
-  Eigen::MatrixXd noise;  // projected' x noise, one column a draw
-  MarginalEvidence evidence;
-};
 
 /// Smallest size in [low, high] at which `enough` holds, by bisection of its logarithm.
 template <typename Test>
@@ -128,30 +119,28 @@ class LimitStudy {
     noise_squares_ = noise_.colwise().squaredNorm();
   }
 
-  void add_smooth(const Eigen::MatrixXd& random, UnknownKind kind, double cost) {
-    const Eigen::MatrixXd& Q = projector_.Q();
-    const Eigen::MatrixXd weighted = projector_.whitening()(random);
-    SmoothColumns columns;
-    columns.kind = kind;
-    columns.cost = cost;
-    columns.projected = weighted - Q * calibration::column_products(Q, weighted);
-    columns.noise = calibration::column_products(columns.projected, noise_);
-    columns.evidence = MarginalEvidence(gram(columns.projected));
-    smooth_.push_back(std::move(columns));
-  }
-
   /// What dials do within their makers' limits, and what the rig file claims exactly.
   void add_rig_rivals() {
-    if (!readings_.has_dials()) return;
-    const std::vector<UnknownCandidate> all = score_unknown(readings_, fit_);
-    const double tried = std::log(static_cast<double>(std::max<std::size_t>(1, all.size())));
-    for (const UnknownCandidate& each : all) {
-      if (each.kind == UnknownKind::kSmooth) continue;
-      add_smooth(
-          each.columns, each.kind,
-          each.is_background() ? 0.0 : settings_.name_preference + tried);
+    const double tried =
+        std::log(std::max(1.0, static_cast<double>(count_of_smooth(readings_))));
+    for (const RigRival& each : rig_rivals(readings_, fit_)) {
+      const double cost = is_background(each.kind) ? 0.0 : settings_.name_preference + tried;
+      unnamed_.emplace_back(each.kind, cost, projector_, noise_, each.boxes);
     }
   }
+
+  void add_smooth_in_time() {
+    std::vector<RandomBox> smooth = smooth_in_time(readings_, fit_);
+    const double cost =
+        settings_.name_preference +
+        std::log(std::max(1.0, static_cast<double>(count_of_smooth(readings_)))) +
+        std::log(static_cast<double>(std::max<std::size_t>(1, smooth.size())));
+    for (RandomBox& each : smooth) {  // of a long session all of them are much memory
+      const std::vector<RandomBox> one{std::move(each)};
+      unnamed_.emplace_back(UnknownKind::kSmooth, cost, projector_, noise_, one);
+    }
+  }
+
   /// Whether it could stand for an effect. What six dials do by themselves can be a tip, a
   /// cuboid or a robot that is not as the file says: evidence tells how well.
   static bool is_rival(UnknownKind kind, const Hypothesis& own) {
@@ -160,49 +149,38 @@ class LimitStudy {
     return true;
   }
 
-  void add_smooth_in_time() {
-    SmoothInTime smooth = smooth_in_time(readings_, fit_);
-    const double cost =
-        settings_.name_preference + std::log(static_cast<double>(smooth.tried)) +
-        std::log(static_cast<double>(std::max<std::size_t>(1, smooth.columns.size())));
-    for (Eigen::MatrixXd& each : smooth.columns) {
-      add_smooth(each, UnknownKind::kSmooth, cost);
-      each.resize(0, 0);  // of a long session all of them are much memory
-    }
-  }
-
   /// What does best of its kind, without a name, what one value of an effect does.
-  struct SmoothRival {
-    const SmoothColumns* at = nullptr;
-    Eigen::MatrixXd cross;  // its columns' x those of the effect
+  struct BestUnnamed {
+    const UnnamedRival* of = nullptr;
+    UnnamedRival::Shared shared;
     double score = 0.0;
   };
   /// By value of the effect: the best of each kind.
-  [[nodiscard]] std::vector<std::vector<SmoothRival>> smooth_rivals(const Seen& own) const {
-    std::vector<std::vector<SmoothRival>> result;
+  [[nodiscard]] std::vector<std::vector<BestUnnamed>> best_unnamed(const Seen& own) const {
+    std::vector<std::vector<BestUnnamed>> result;
     constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     for (const Columns& at : own.values) {
       const double s2 = projector_.squares() / projector_.freedom();
       const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
       const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
-      std::vector<SmoothRival>& best = result.emplace_back();
-      for (const SmoothColumns& each : smooth_) {
-        if (!is_rival(each.kind, own.hypothesis)) continue;
-        Eigen::MatrixXd cross = calibration::column_products(each.projected, at.projected);
+      std::vector<BestUnnamed>& best = result.emplace_back();
+      for (const UnnamedRival& each : unnamed_) {
+        if (!is_rival(each.kind(), own.hypothesis)) continue;
+        UnnamedRival::Shared shared = each.shared_with(at.projected);
         double sum = 0.0;
         for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
+          Eigen::VectorXd x = Eigen::VectorXd::Zero(at.sizes.size());
+          x[k] = scale * at.sizes[k];
           sum += each.evidence(
-              scale * at.sizes[k] * cross.col(k),
-              projector_.squares() + std::pow(scale * signal.col(k).norm(), 2),
+              shared, x, projector_.squares() + std::pow(scale * signal.col(k).norm(), 2),
               projector_.freedom());
         }
-        sum -= each.cost * static_cast<double>(at.sizes.size());
         const auto known = std::ranges::find(
-            best, each.kind, [](const SmoothRival& other) { return other.at->kind; });
+            best, each.kind(), [](const BestUnnamed& other) { return other.of->kind(); });
         if (known == best.end()) {
-          best.push_back({&each, std::move(cross), sum});
+          best.push_back({&each, std::move(shared), sum});
         } else if (sum > known->score) {
-          *known = {&each, std::move(cross), sum};
+          *known = {&each, std::move(shared), sum};
         }
       }
     }
@@ -274,7 +252,7 @@ class LimitStudy {
 
   void find_sizes(const Seen& own, Limit& limit) const {
     const std::vector<Rival> rivals = hardest_rivals(own);
-    const std::vector<std::vector<SmoothRival>> smooth = smooth_rivals(own);
+    const std::vector<std::vector<BestUnnamed>> unnamed = best_unnamed(own);
     double most = 0.0;  // signal of a plausible size, in any direction
     for (const Columns& each : own.values) {
       most = std::max(most, (each.projected * each.sizes.asDiagonal()).norm());
@@ -284,16 +262,16 @@ class LimitStudy {
     const double high = 1e7 * low;
     std::vector<int> lost(rivals.size());
     limit.detect = least_size(low, high, [&](double size) {
-      return counted(own, rivals, smooth, size / limit.plausible, lost).detected >= kPower;
+      return counted(own, rivals, unnamed, size / limit.plausible, lost).detected >= kPower;
     });
     limit.name = least_size(low, high, [&](double size) {
-      return counted(own, rivals, smooth, size / limit.plausible, lost).named >= kPower;
+      return counted(own, rivals, unnamed, size / limit.plausible, lost).named >= kPower;
     });
     limit.name = std::max(limit.name, limit.detect);
     // The rival that most often stands in the way, just below the limit.
     const double near = std::isfinite(limit.name) ? 0.8 * limit.name : high;
     std::ranges::fill(lost, 0);
-    (void)counted(own, rivals, smooth, near / limit.plausible, lost);
+    (void)counted(own, rivals, unnamed, near / limit.plausible, lost);
     const auto worst = std::ranges::max_element(lost);
     if (worst != lost.end()) {
       limit.rival = rivals[static_cast<std::size_t>(worst - lost.begin())].seen->hypothesis;
@@ -307,7 +285,7 @@ class LimitStudy {
   /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
   [[nodiscard]] Power counted(
       const Seen& own, const std::vector<Rival>& rivals,
-      const std::vector<std::vector<SmoothRival>>& smooth, double times,
+      const std::vector<std::vector<BestUnnamed>>& unnamed, double times,
       std::vector<int>& lost) const {
     Power power;
     const double implausible = std::log1p(std::pow(times / kBelievedWidth, 2));
@@ -335,12 +313,10 @@ class LimitStudy {
         ++lost[r];
       }
       double background = 0.0;  // what the dials do by themselves is no finding
-      for (const SmoothRival& each : smooth[v]) {
-        const double rival =
-            each.at->evidence(each.cross * x + each.at->noise.col(draw), sse, freedom) -
-            each.at->cost;
+      for (const BestUnnamed& each : unnamed[v]) {
+        const double rival = each.of->evidence(each.shared, x, draw, sse, freedom);
         tied = tied || evidence - prior_cost_ - rival < settings_.tie_log_odds;
-        if (is_background(each.at->kind)) background = std::max(background, rival);
+        if (is_background(each.of->kind())) background = std::max(background, rival);
       }
       // As likely as what dials do by themselves is enough to be told (growing.cpp).
       const double found = best - prior_cost_;
@@ -429,7 +405,7 @@ class LimitStudy {
   Eigen::RowVectorXd noise_squares_;
   double prior_cost_ = 0.0;
   bool needs_time_ = false;
-  std::vector<SmoothColumns> smooth_;  // functions of time, by length
+  std::vector<UnnamedRival> unnamed_;
 };
 
 }  // namespace

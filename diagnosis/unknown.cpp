@@ -171,15 +171,20 @@ Eigen::MatrixXd random_columns(Eigen::Index readings, const std::vector<UnknownC
   return result;
 }
 
-SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
+int count_of_smooth(const Readings& readings) {
+  const auto& trials = readings.trials();
+  const Eigen::Index joints = trials.empty() ? 0 : trials.front().q.size();
+  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  // As score_unknown tries them, but for those whose covariate does not vary.
+  return static_cast<int>(
+      3 + 2 * joints + 2 * readings.model().robot_parameter_count() +
+      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+}
+
+std::vector<RandomBox> smooth_in_time(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Covariates at = covariates_of(readings, fit, extended);
-  SmoothInTime result;
-  // As score_unknown tries them, but for those whose covariate does not vary.
-  const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
-  result.tried = static_cast<int>(
-      3 + 2 * at.q.cols() + 2 * readings.model().robot_parameter_count() +
-      static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));
+  std::vector<RandomBox> result;
   const auto u = scaled(at.time);
   if (!u) return result;
   const Eigen::MatrixXd tool = stage_columns(
@@ -199,7 +204,9 @@ SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit) {
         const int j = static_cast<int>(k) % kOfTime;
         spread[k] = std::sqrt(spectrum(j, box.half_width, length));
       }
-      result.columns.push_back(prominent(columns, spread));
+      RandomBox own{prominent(columns, spread), {}};
+      own.spread.push_back(Eigen::VectorXd::Ones(own.columns.cols()));
+      result.push_back(std::move(own));
     }
   }
   return result;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -41,14 +42,27 @@ struct UnknownCandidate {
 /// The columns of several, side by side.
 [[nodiscard]] Eigen::MatrixXd random_columns(
     Eigen::Index readings, const std::vector<UnknownCandidate>& of);
-/// A smooth function of time that moves the tool: the rival of every cause that changes with
-/// time alone.
-struct SmoothInTime {
-  std::vector<Eigen::MatrixXd> columns;  // random columns, n x any; one set a length
-  int tried = 1;                         // functions of all covariates that compete with it
+/// Random columns, n x any, and what each is multiplied by, one set a length that is tried.
+/// `most`: its coefficients' standard deviation is no larger, in units of the readings'.
+struct RandomBox {
+  Eigen::MatrixXd columns;
+  std::vector<Eigen::VectorXd> spread;
+  double most = std::numeric_limits<double>::infinity();
 };
-/// Without columns where no time passes.
-[[nodiscard]] SmoothInTime smooth_in_time(const Readings& readings, const JointFit& fit);
+/// A smooth function of time that moves the tool: the rival of every cause that changes with
+/// time alone. One column set a length; none where no time passes.
+[[nodiscard]] std::vector<RandomBox> smooth_in_time(
+    const Readings& readings, const JointFit& fit);
+/// How many smooth functions of all covariates are tried.
+[[nodiscard]] int count_of_smooth(const Readings& readings);
+
+/// What the dials or the rig may do, with all lengths that score_unknown tries.
+struct RigRival {
+  UnknownKind kind = UnknownKind::kDialCurves;
+  std::vector<RandomBox> boxes;
+};
+/// Curves and habits of the dials, and the rig where its file claims to be exact.
+[[nodiscard]] std::vector<RigRival> rig_rivals(const Readings& readings, const JointFit& fit);
 
 /// What the makers of the dials allow alone (is_background), best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_background(

@@ -87,4 +87,14 @@ std::vector<UnknownCandidate> score_background(const Readings& readings, const J
   return search.ranked();
 }
 
+std::vector<RigRival> rig_rivals(const Readings& readings, const JointFit& fit) {
+  if (!readings.has_dials()) return {};
+  UnknownSearch search(readings, fit);
+  search.keep_tried();
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  along_background(search, readings, readings.simulate(fit.model, extended));
+  along_rig(search, readings, fit);
+  return search.tried();
+}
+
 }  // namespace sixdial::diagnosis

@@ -161,6 +161,7 @@ void UnknownSearch::begin(
   best_.enters = enters;
   top_ = -1e300;
   all_.clear();
+  if (keeps_) tried_.push_back({kind, {}});
   geometry::check_end();
 }
 
@@ -172,6 +173,7 @@ void UnknownSearch::score(
   const Eigen::MatrixXd shared = calibration::column_products(Q, weighted);
   const Eigen::MatrixXd A = gram(weighted) - gram(shared);
   const Eigen::VectorXd b = weighted.transpose() * projector_.residual();
+  std::vector<Eigen::VectorXd> spreads;
   for (const double length : box.lengths) {
     geometry::check_end();
     Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
@@ -180,6 +182,7 @@ void UnknownSearch::score(
       if (order[j][1] >= 0) s *= spectrum(order[j][1], box.half_width, length);
       spread[static_cast<Eigen::Index>(j)] = std::sqrt(s);
     }
+    if (keeps_) spreads.push_back(spread);
     const MarginalLikelihood found = marginal_likelihood(
         spread.asDiagonal() * A * spread.asDiagonal(), spread.cwiseProduct(b),
         projector_.squares(), projector_.freedom(), most);
@@ -193,6 +196,7 @@ void UnknownSearch::score(
       best_.columns = prominent(columns, spread * found.best_scale);
     }
   }
+  if (keeps_) tried_.back().boxes.push_back({columns, std::move(spreads), most});
 }
 
 void UnknownSearch::end() {

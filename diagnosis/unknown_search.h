@@ -48,6 +48,10 @@ class UnknownSearch {
 
   [[nodiscard]] std::vector<UnknownCandidate> ranked();
 
+  /// Keeps what was tried as well, whole: much memory for smooth functions.
+  void keep_tried() { keeps_ = true; }
+  [[nodiscard]] std::vector<RigRival> tried() { return std::move(tried_); }
+
  private:
   [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const {
     return static_cast<Eigen::Index>(readings_.rows()[static_cast<std::size_t>(row)].trial);
@@ -74,6 +78,8 @@ class UnknownSearch {
   double top_ = 0.0;
   std::vector<double> all_;
   std::vector<UnknownCandidate> found_;
+  bool keeps_ = false;
+  std::vector<RigRival> tried_;
   std::optional<std::size_t> best_smooth_;  // the one of found_ that keeps its columns
 };
 
