@@ -218,8 +218,12 @@ std::string covariate_in_words(const std::string& covariate) {
 std::string covariates_in_words(
     const std::vector<std::string>& covariates, std::string_view last) {
   std::vector<std::string> names;
-  for (const std::string& each : covariates) names.push_back(covariate_in_words(each));
-  return list_of(names, last);
+  constexpr std::size_t kFew = 3;  // the likeliest come first
+  const std::size_t named = covariates.size() > kFew + 1 ? kFew : covariates.size();
+  for (std::size_t i = 0; i < named; ++i) names.push_back(covariate_in_words(covariates[i]));
+  if (named == covariates.size()) return list_of(names, last);
+  names.push_back(fmt::format("one of {} other quantities", covariates.size() - named));
+  return list_of(names, "or");
 }
 
 std::string why_not_testable(WhyNotTestable why) {

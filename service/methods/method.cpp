@@ -13,7 +13,7 @@ namespace {
 std::vector<const RpcMethod*> collect_rows() {
   std::vector<const RpcMethod*> rows;
   for (const auto group :
-       {service_methods(), session_methods(), collect_methods(), job_methods(),
+       {service_methods(), session_methods(), plan_methods(), collect_methods(), job_methods(),
         result_methods(), compare_methods(), diagnosis_methods(), compensation_methods(),
         validation_methods(), rig_methods()}) {
     for (const RpcMethod& method : group) rows.push_back(&method);

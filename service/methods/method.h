@@ -96,6 +96,7 @@ void check_params(const RpcMethod& method, const Json& params);
 // The groups of rows, one file each.
 [[nodiscard]] std::span<const RpcMethod> service_methods();
 [[nodiscard]] std::span<const RpcMethod> session_methods();
+[[nodiscard]] std::span<const RpcMethod> plan_methods();
 [[nodiscard]] std::span<const RpcMethod> collect_methods();
 [[nodiscard]] std::span<const RpcMethod> job_methods();
 [[nodiscard]] std::span<const RpcMethod> result_methods();
