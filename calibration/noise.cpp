@@ -57,7 +57,7 @@ std::string words_of(const NoiseEstimate& noise) {
   }
   if (noise.over_rig_file) {
     text += fmt::format(
-        "; the model leaves {} where the rig file says {}", um(noise.residual->sigma_mm),
+        "; the parameters leave {} where the rig file says {}", um(noise.residual->sigma_mm),
         um(noise.rig_file_mm));
   }
   if (!noise.known) {

@@ -187,16 +187,15 @@ void limit(const ReportData& data, const Compared& c, Verdict& out) {
     const double noise = *data.position_noise_mm;
     if (out.after_mm <= kAtTheNoise * noise) {
       out.cautions.push_back(fmt::format(
-          "What remains is as small as the noise of the measured positions ({}, k = 1): this "
-          "rig "
-          "cannot show more.",
-          length(noise)));
+          "What remains ({} on average) is as small as the noise of the "
+          "measured "
+          "positions ({}, k = 1): this rig cannot show more.",
+          length(out.after_mm), length(noise)));
     } else {
       out.cautions.push_back(fmt::format(
-          "What remains is {} the noise of the measured positions ({}, k = 1): there is an "
-          "error left "
-          "that this model does not contain.",
-          times(out.after_mm / noise), length(noise)));
+          "What remains ({} on average) is {} the noise of the measured "
+          "positions ({}, k = 1): there is an error left that this model does not contain.",
+          length(out.after_mm), times(out.after_mm / noise), length(noise)));
     }
   }
   if (c.result->g1 && c.result->g2 &&

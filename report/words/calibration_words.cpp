@@ -117,7 +117,8 @@ std::string effort_line(const studies::CalibrationResult& result) {
 std::optional<std::string> far_from_noise_line(const calibration::NoiseEstimate& noise) {
   if (!noise.over_rig_file || !noise.residual) return std::nullopt;
   return fmt::format(
-      "the model leaves {} mm where the rig file says that {} mm is the noise ({:.1f} times as "
+      "the robot's parameters leave {} mm where the rig file says that {} mm is the noise "
+      "({:.1f} times as "
       "much): something is not in the model or wrong in the rig file; all uncertainties are "
       "made "
       "of what is left (sixdial diagnose looks for the cause)",

@@ -17,8 +17,8 @@ namespace sixdial::report {
 /// "DQPSO is 1.2e-09 mm above the least-squares minimum; seed 1, 2.1 s".
 [[nodiscard]] std::string effort_line(const studies::CalibrationResult& result);
 
-/// "the model leaves 0.4 mm where the rig file says that 0.003 mm is the noise (133 times as
-/// much): ..."; empty where nothing contradicts the rig file.
+/// "the robot's parameters leave 0.4 mm where the rig file says that 0.003 mm is the noise (133
+/// times as much): ..."; empty where nothing contradicts the rig file.
 [[nodiscard]] std::optional<std::string> far_from_noise_line(
     const calibration::NoiseEstimate& noise);
 
