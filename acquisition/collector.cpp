@@ -302,11 +302,12 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
   std::vector<SettlingHistory> histories(count);
   std::vector<int> faults(count, 0);
   settling_.assign(count, {});
-  for (;;) {
+  for (int round = 1;; ++round) {
     Measured measured{dials_.read_since(clock_.monotonic(), here), {}};
     if (here.stop_requested()) return tl::unexpected(interrupted(index, stop));
     bool ready = true;
-    bool late = clock_.monotonic() >= deadline;
+    // However slow the dials answer: nothing moves before enough readings could tell.
+    const bool late = clock_.monotonic() >= deadline && round >= settings_.settle_readings;
     for (std::size_t i = 0; i < count; ++i) {
       Reading& reading = measured.readings[i];
       const double spread_mm = settings_.settle_spread_mm > 0
