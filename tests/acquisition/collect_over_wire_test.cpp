@@ -74,7 +74,11 @@ TEST(CollectOverTheWire, GivesTheReadingsOfEachPose) {
   std::vector<CollectedSample> stored;
   Collector::Callbacks callbacks;
   callbacks.store = [&](const CollectedSample& sample) { stored.push_back(sample); };
-  Collector collector(rig, plan, robot, **bank, clock, callbacks);
+  // Bytes are looked at here and not patience, which a busy machine may wear out.
+  CollectorSettings patient;
+  patient.fault_retries = patient.robot_retries = 100;
+  patient.settle_timeout = std::chrono::hours(1);
+  Collector collector(rig, plan, robot, **bank, clock, callbacks, patient);
   const auto result = collector.run({});
   EXPECT_TRUE(result.complete);
   ASSERT_EQ(stored.size(), plan.points.size());
