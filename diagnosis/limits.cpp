@@ -47,12 +47,14 @@ struct Seen {
   Eigen::VectorXd raw;  // first parameter's column, weighted, not projected
 };
 
-std::vector<double> few_of(std::vector<double> values) {
-  constexpr std::size_t kFew = 6;
-  if (values.size() <= kFew) return values;
+/// Some of the searched values, evenly. A step just where it imitates a slow change best is its
+/// hardest rival: of these there are more.
+std::vector<double> few_of(std::vector<double> values, bool is_step) {
+  const std::size_t few = is_step ? 24 : 6;
+  if (values.size() <= few) return values;
   std::vector<double> result;
-  for (std::size_t i = 0; i < kFew; ++i) {
-    result.push_back(values[(2 * i + 1) * values.size() / (2 * kFew)]);
+  for (std::size_t i = 0; i < few; ++i) {
+    result.push_back(values[(2 * i + 1) * values.size() / (2 * few)]);
   }
   return result;
 }
@@ -158,23 +160,14 @@ class LimitStudy {
   /// By value of the effect: the best of each kind.
   [[nodiscard]] std::vector<std::vector<BestUnnamed>> best_unnamed(const Seen& own) const {
     std::vector<std::vector<BestUnnamed>> result;
-    constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     for (const Columns& at : own.values) {
-      const double s2 = projector_.squares() / projector_.freedom();
-      const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
-      const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
       std::vector<BestUnnamed>& best = result.emplace_back();
       for (const UnnamedRival& each : unnamed_) {
         if (!is_rival(each.kind(), own.hypothesis)) continue;
         UnnamedRival::Shared shared = each.shared_with(at.projected);
-        double sum = 0.0;
-        for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
-          Eigen::VectorXd x = Eigen::VectorXd::Zero(at.sizes.size());
-          x[k] = scale * at.sizes[k];
-          sum += each.evidence(
-              shared, x, projector_.squares() + std::pow(scale * signal.col(k).norm(), 2),
-              projector_.freedom());
-        }
+        const double sum = evidence_of_well_seen(at, [&](const auto& x, double sse) {
+          return each.evidence(shared, x, sse, projector_.freedom());
+        });
         const auto known = std::ranges::find(
             best, each.kind(), [](const BestUnnamed& other) { return other.of->kind(); });
         if (known == best.end()) {
@@ -197,7 +190,7 @@ class LimitStudy {
           each.effect->searched(readings_.model().rig(), readings_.circumstances(), each.place);
       seen.search_cost = std::log(static_cast<double>(std::max<std::size_t>(1, values.size())));
       seen.tries = independent_tries(*each.effect, values.size());
-      values = few_of(std::move(values));
+      values = few_of(std::move(values), each.effect->is_step);
     }
     const Eigen::MatrixXd& Q = projector_.Q();
     for (const double value : values) {
@@ -248,7 +241,26 @@ class LimitStudy {
     const Seen* seen;
     std::vector<const Columns*> at;      // for each value of the one that is there
     std::vector<Eigen::MatrixXd> cross;  // its columns' x those of the one that is there
+    std::vector<double> cost;            // of its search
   };
+
+  /// Mean over the parameters of an effect, each alone at a size that is named, without noise:
+  /// `evidence(x, squares of what is left)`.
+  template <typename Evidence>
+  [[nodiscard]] double evidence_of_well_seen(
+      const Columns& at, const Evidence& evidence) const {
+    constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
+    const double s2 = projector_.squares() / projector_.freedom();
+    const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
+    const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
+    double sum = 0.0;
+    for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
+      Eigen::VectorXd x = Eigen::VectorXd::Zero(at.sizes.size());
+      x[k] = scale * at.sizes[k];
+      sum += evidence(x, projector_.squares() + std::pow(scale * signal.col(k).norm(), 2));
+    }
+    return sum / static_cast<double>(at.sizes.size());
+  }
 
   void find_sizes(const Seen& own, Limit& limit) const {
     const std::vector<Rival> rivals = hardest_rivals(own);
@@ -305,7 +317,7 @@ class LimitStudy {
       for (std::size_t r = 0; r < rivals.size(); ++r) {
         const Columns& other = *rivals[r].at[v];
         const Eigen::VectorXd theirs = rivals[r].cross[v] * x + other.noise.col(draw);
-        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].seen->search_cost;
+        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].cost[v];
         best = std::max(best, rival);
         p_value = std::min(p_value, p_value_of(*rivals[r].seen, other, theirs, sse));
         if (evidence - rival >= settings_.tie_log_odds) continue;
@@ -356,36 +368,41 @@ class LimitStudy {
     return result.normalized();
   }
 
-  /// Those whose columns take over most of the signal.
+  /// Those that explain most of a signal that is well seen.
   [[nodiscard]] std::vector<Rival> hardest_rivals(const Seen& own) const {
     struct Scored {
-      double alike;
+      double evidence = -kInfinite;
       Rival rival;
     };
     std::vector<Scored> all;
     for (const Seen& other : all_) {
       if (other.hypothesis == own.hypothesis || other.surviving < kLeastSurviving) continue;
-      Scored scored{0.0, {&other, {}, {}}};
+      Scored scored{-kInfinite, {&other, {}, {}, {}}};
       for (const Columns& at : own.values) {
-        double best = -1.0;
-        scored.rival.at.push_back(nullptr);
-        scored.rival.cross.emplace_back();
+        std::vector<double> evidences;
         for (const Columns& there : other.values) {
           Eigen::MatrixXd cross = calibration::column_products(there.projected, at.projected);
-          const double taken = (cross.transpose() * there.inverse * cross).trace();
-          const double share = taken / at.projected.squaredNorm();
-          if (share <= best) continue;
-          best = share;
+          evidences.push_back(evidence_of_well_seen(at, [&](const auto& x, double sse) {
+            return there.evidence(cross * x, sse, projector_.freedom());
+          }));
+          if (evidences.back() < *std::ranges::max_element(evidences)) continue;
+          if (evidences.size() == 1) {
+            scored.rival.at.push_back(nullptr);
+            scored.rival.cross.emplace_back();
+          }
           scored.rival.at.back() = &there;
           scored.rival.cross.back() = std::move(cross);
         }
-        scored.alike = std::max(scored.alike, best);
+        // The search is averaged over: where many values do as well, it costs little.
+        const double mean = log_mean_exp(evidences);
+        scored.rival.cost.push_back(*std::ranges::max_element(evidences) - mean);
+        scored.evidence = std::max(scored.evidence, mean);
       }
       all.push_back(std::move(scored));
     }
     std::stable_sort(all.begin(), all.end(), [](const Scored& a, const Scored& b) {
-      return a.alike != b.alike
-                 ? a.alike > b.alike
+      return a.evidence != b.evidence
+                 ? a.evidence > b.evidence
                  : a.rival.seen->hypothesis.name() < b.rival.seen->hypothesis.name();
     });
     constexpr std::size_t kHardest = 5;
