@@ -96,6 +96,8 @@ class Projector {
   explicit Projector(const JointFit& fit);
   /// Orthonormal basis of the fitted columns, the rows of the readings.
   [[nodiscard]] const Eigen::MatrixXd& Q() const { return Q_; }
+  /// The rows below, one for each random column of the fit: what its prior says of u.
+  [[nodiscard]] const Eigen::MatrixXd& Q_of_u() const { return Q_of_u_; }
   /// Weighted residual, projected; and its squared norm with that of u.
   [[nodiscard]] const Eigen::VectorXd& residual() const { return e_; }
   [[nodiscard]] double squares() const { return squares_; }
@@ -104,6 +106,7 @@ class Projector {
 
  private:
   Eigen::MatrixXd Q_;
+  Eigen::MatrixXd Q_of_u_;
   Whitening whitening_;
   Eigen::VectorXd e_;
   double squares_ = 0.0;

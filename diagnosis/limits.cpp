@@ -9,6 +9,7 @@
 #include "calibration/column_products.h"
 #include "calibration/random.h"
 #include "diagnosis/absorbers.h"
+#include "diagnosis/drawn_noise.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/significance.h"
@@ -23,18 +24,23 @@ namespace {
 constexpr double kPower = 0.8;
 constexpr int kDraws = 160;  // the power is known to 3 %
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t kNoiseStream = 73;
 constexpr std::uint32_t kDirectionStream = 74;
 
-/// A hypothesis' weighted columns at one searched value, off everything fitted.
+/// A hypothesis' weighted columns at one searched value. What is shared by two, C'PD with P for
+/// all that was fitted, is weighted' x projected: with random columns in the fit, which have
+/// priors, P is no projection of the readings alone, so that P P is not P.
 struct Columns {
+  Eigen::MatrixXd weighted;
   Eigen::MatrixXd projected;
-  Eigen::MatrixXd noise;    // projected' x noise, one column a draw
+  Eigen::MatrixXd noise;    // weighted' x noise, one column a draw
   Eigen::VectorXd sizes;    // a plausible size of each column's parameter
   bool one_sided = false;   // none of them can be negative
-  Eigen::MatrixXd normal;   // projected' x projected
+  Eigen::MatrixXd normal;   // weighted' x projected
   Eigen::MatrixXd inverse;  // of it
   MarginalEvidence evidence;
+  [[nodiscard]] Eigen::VectorXd squares_of_plausible() const {
+    return (normal.diagonal().array() * sizes.array().square()).max(0.0).matrix();
+  }
 };
 
 /// A hypothesis at a few searched values.
@@ -42,9 +48,9 @@ struct Seen {
   Hypothesis hypothesis;
   std::vector<Columns> values;
   double surviving = 1.0;
-  double search_cost = 0.0;
-  double tries = 1.0;   // of its search
-  Eigen::VectorXd raw;  // first parameter's column, weighted, not projected
+  double searched = 1.0;  // values, of which a few are here
+  double tries = 1.0;     // of its search
+  Eigen::VectorXd raw;    // first parameter's column, weighted, not projected
 };
 
 /// Some of the searched values, evenly. A step just where it imitates a slow change best is its
@@ -57,6 +63,21 @@ std::vector<double> few_of(std::vector<double> values, bool is_step) {
     result.push_back(values[(2 * i + 1) * values.size() / (2 * few)]);
   }
   return result;
+}
+
+/// Of an effect so many times its plausible size.
+double implausibility(double times) { return std::log1p(std::pow(times / kBelievedWidth, 2)); }
+
+/// The search is averaged over: where many values do as well as the best, it costs little. Each
+/// value that is not here does as well as one that is, but none as well as the best.
+double cost_of_search(const std::vector<double>& evidences, std::size_t best, double searched) {
+  const double each =
+      evidences.size() > 1 ? (searched - 1) / static_cast<double>(evidences.size() - 1) : 0.0;
+  double sum = 1.0;
+  for (std::size_t i = 0; i < evidences.size(); ++i) {
+    if (i != best) sum += each * std::exp(evidences[i] - evidences[best]);
+  }
+  return std::log(searched / sum);
 }
 
 /// Smallest size in [low, high] at which `enough` holds, by bisection of its logarithm.
@@ -77,8 +98,11 @@ class LimitStudy {
   LimitStudy(
       const Readings& readings, const JointFit& fit, const std::vector<Hypothesis>& hypotheses,
       const NamingSettings& settings)
-      : readings_(readings), fit_(fit), projector_(fit), settings_(settings) {
-    draw_noise();
+      : readings_(readings),
+        fit_(fit),
+        projector_(fit),
+        settings_(settings),
+        noise_(projector_, kDraws) {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
     for (const Hypothesis& each : hypotheses) {
@@ -90,8 +114,11 @@ class LimitStudy {
     for (const Seen& each : all_) needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
     if (needs_time_) add_smooth_in_time();
     add_rig_rivals();
-    // The prior of one among so many.
-    prior_cost_ = std::log(static_cast<double>(std::max<std::size_t>(2, all_.size())));
+    // The prior of one among so many: the search tries all that can be tested.
+    std::vector<NotTestable> ignored;
+    catalogue_ =
+        static_cast<double>(std::max<std::size_t>(2, hypotheses_for(readings, ignored).size()));
+    prior_cost_ = std::log(catalogue_);
   }
 
   [[nodiscard]] std::vector<Limit> limits() const {
@@ -104,30 +131,13 @@ class LimitStudy {
   }
 
  private:
-  /// What would be left of noise alone after the fit.
-  void draw_noise() {
-    noise_.resize(readings_.count(), kDraws);
-    for (Eigen::Index draw = 0; draw < kDraws; ++draw) {
-      geometry::check_end();
-      for (Eigen::Index row = 0; row < noise_.rows(); ++row) {
-        noise_(row, draw) = calibration::random_normal(
-            1, static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(draw), 0,
-            kNoiseStream);
-      }
-    }
-    const Eigen::MatrixXd& Q = projector_.Q();
-    noise_ -= Q * calibration::column_products(Q, noise_);
-    noise_ *= std::sqrt(projector_.squares() / projector_.freedom());
-    noise_squares_ = noise_.colwise().squaredNorm();
-  }
-
   /// What dials do within their makers' limits, and what the rig file claims exactly.
   void add_rig_rivals() {
     const double tried =
         std::log(std::max(1.0, static_cast<double>(count_of_smooth(readings_))));
     for (const RigRival& each : rig_rivals(readings_, fit_)) {
       const double cost = is_background(each.kind) ? 0.0 : settings_.name_preference + tried;
-      unnamed_.emplace_back(each.kind, cost, projector_, noise_, each.boxes);
+      unnamed_.emplace_back(each.kind, cost, projector_, noise_.rows, each.boxes);
     }
   }
 
@@ -139,7 +149,7 @@ class LimitStudy {
         std::log(static_cast<double>(std::max<std::size_t>(1, smooth.size())));
     for (RandomBox& each : smooth) {  // of a long session all of them are much memory
       const std::vector<RandomBox> one{std::move(each)};
-      unnamed_.emplace_back(UnknownKind::kSmooth, cost, projector_, noise_, one);
+      unnamed_.emplace_back(UnknownKind::kSmooth, cost, projector_, noise_.rows, one);
     }
   }
 
@@ -183,12 +193,12 @@ class LimitStudy {
   [[nodiscard]] Seen seen_of(
       const Hypothesis& each, const simulation::ExtendedModel& extended,
       const Eigen::VectorXd& simulated) const {
-    Seen seen{each, {}, 1.0, 0.0, 1.0, {}};
+    Seen seen{each, {}, 1.0, 1.0, 1.0, {}};
     std::vector<double> values{0.0};
     if (each.effect->searched) {
       values =
           each.effect->searched(readings_.model().rig(), readings_.circumstances(), each.place);
-      seen.search_cost = std::log(static_cast<double>(std::max<std::size_t>(1, values.size())));
+      seen.searched = static_cast<double>(std::max<std::size_t>(1, values.size()));
       seen.tries = independent_tries(*each.effect, values.size());
       values = few_of(std::move(values), each.effect->is_step);
     }
@@ -210,10 +220,13 @@ class LimitStudy {
       }
       if (kept.cols() == 0) continue;
       if (seen.raw.size() == 0) seen.raw = kept.col(0);
-      columns.projected = kept - Q * (Q.transpose() * kept);
-      seen.surviving = std::min(seen.surviving, columns.projected.norm() / kept.norm());
-      columns.noise = calibration::column_products(columns.projected, noise_);
-      columns.normal = calibration::column_products(columns.projected);
+      const Eigen::MatrixXd fitted = calibration::column_products(Q, kept);
+      columns.projected = kept - Q * fitted;
+      columns.normal = gram(kept) - gram(fitted);
+      seen.surviving = std::min(
+          seen.surviving, std::sqrt(std::max(0.0, columns.normal.trace())) / kept.norm());
+      columns.noise = calibration::column_products(kept, noise_.rows);
+      columns.weighted = std::move(kept);
       columns.inverse = columns.normal.completeOrthogonalDecomposition().pseudoInverse();
       columns.evidence = MarginalEvidence(columns.normal);
       seen.values.push_back(std::move(columns));
@@ -242,6 +255,7 @@ class LimitStudy {
     std::vector<const Columns*> at;      // for each value of the one that is there
     std::vector<Eigen::MatrixXd> cross;  // its columns' x those of the one that is there
     std::vector<double> cost;            // of its search
+    double evidence = 0.0;               // of a signal that is well seen, at most
   };
 
   /// Mean over the parameters of an effect, each alone at a size that is named, without noise:
@@ -251,39 +265,42 @@ class LimitStudy {
       const Columns& at, const Evidence& evidence) const {
     constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     const double s2 = projector_.squares() / projector_.freedom();
-    const Eigen::MatrixXd signal = at.projected * at.sizes.asDiagonal();
-    const double scale = std::sqrt(kSeen * s2) / std::max(1e-300, signal.norm());
+    const Eigen::VectorXd squares = at.squares_of_plausible();  // of each column's signal
+    const double scale = std::sqrt(kSeen * s2 / std::max(1e-300, squares.sum()));
     double sum = 0.0;
     for (Eigen::Index k = 0; k < at.sizes.size(); ++k) {
       Eigen::VectorXd x = Eigen::VectorXd::Zero(at.sizes.size());
       x[k] = scale * at.sizes[k];
-      sum += evidence(x, projector_.squares() + std::pow(scale * signal.col(k).norm(), 2));
+      sum += evidence(x, projector_.squares() + scale * scale * squares[k]);
     }
     return sum / static_cast<double>(at.sizes.size());
   }
 
   void find_sizes(const Seen& own, Limit& limit) const {
     const std::vector<Rival> rivals = hardest_rivals(own);
+    const std::vector<double> own_cost = held_against(own, own).cost;
     const std::vector<std::vector<BestUnnamed>> unnamed = best_unnamed(own);
     double most = 0.0;  // signal of a plausible size, in any direction
     for (const Columns& each : own.values) {
-      most = std::max(most, (each.projected * each.sizes.asDiagonal()).norm());
+      most = std::max(most, std::sqrt(each.squares_of_plausible().sum()));
     }
     const double s_mm = std::sqrt(projector_.squares() / projector_.freedom());
     const double low = 1e-1 * s_mm / std::max(1e-300, most) * limit.plausible;
     const double high = 1e7 * low;
     std::vector<int> lost(rivals.size());
     limit.detect = least_size(low, high, [&](double size) {
-      return counted(own, rivals, unnamed, size / limit.plausible, lost).detected >= kPower;
+      return counted(own, own_cost, rivals, unnamed, size / limit.plausible, lost).detected >=
+             kPower;
     });
     limit.name = least_size(low, high, [&](double size) {
-      return counted(own, rivals, unnamed, size / limit.plausible, lost).named >= kPower;
+      return counted(own, own_cost, rivals, unnamed, size / limit.plausible, lost).named >=
+             kPower;
     });
     limit.name = std::max(limit.name, limit.detect);
     // The rival that most often stands in the way, just below the limit.
     const double near = std::isfinite(limit.name) ? 0.8 * limit.name : high;
     std::ranges::fill(lost, 0);
-    (void)counted(own, rivals, unnamed, near / limit.plausible, lost);
+    (void)counted(own, own_cost, rivals, unnamed, near / limit.plausible, lost);
     const auto worst = std::ranges::max_element(lost);
     if (worst != lost.end()) {
       limit.rival = rivals[static_cast<std::size_t>(worst - lost.begin())].seen->hypothesis;
@@ -296,11 +313,11 @@ class LimitStudy {
   };
   /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
   [[nodiscard]] Power counted(
-      const Seen& own, const std::vector<Rival>& rivals,
+      const Seen& own, const std::vector<double>& own_cost, const std::vector<Rival>& rivals,
       const std::vector<std::vector<BestUnnamed>>& unnamed, double times,
       std::vector<int>& lost) const {
     Power power;
-    const double implausible = std::log1p(std::pow(times / kBelievedWidth, 2));
+    const double implausible = implausibility(times);
     for (int draw = 0; draw < kDraws; ++draw) {
       const std::size_t v = static_cast<std::size_t>(draw) % own.values.size();
       const Columns& at = own.values[v];
@@ -308,16 +325,19 @@ class LimitStudy {
       if (at.one_sided) x = x.cwiseAbs();
       const Eigen::VectorXd signal = at.normal * x;
       const Eigen::VectorXd right = signal + at.noise.col(draw);
-      const double sse = noise_squares_[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
+      const double sse = noise_.squares[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
       const double freedom = projector_.freedom();
-      const double evidence = at.evidence(right, sse, freedom) - own.search_cost - implausible;
+      const double evidence = at.evidence(right, sse, freedom) - own_cost[v] - implausible;
       double best = evidence;
       double p_value = p_value_of(own, at, right, sse);
       bool tied = evidence - prior_cost_ < settings_.tie_log_odds;
       for (std::size_t r = 0; r < rivals.size(); ++r) {
         const Columns& other = *rivals[r].at[v];
         const Eigen::VectorXd theirs = rivals[r].cross[v] * x + other.noise.col(draw);
-        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].cost[v];
+        const Eigen::VectorXd sizes = other.inverse * theirs;
+        if (other.one_sided && sizes[0] < 0) continue;  // such a size cannot be
+        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].cost[v] -
+                             implausibility(sizes.cwiseQuotient(other.sizes).norm());
         best = std::max(best, rival);
         p_value = std::min(p_value, p_value_of(*rivals[r].seen, other, theirs, sse));
         if (evidence - rival >= settings_.tie_log_odds) continue;
@@ -349,12 +369,11 @@ class LimitStudy {
     return p_value_of_best(p_value_of_gain(gain, static_cast<int>(right.size())), of.tries);
   }
 
-  /// Whether the search would take it up (growing.cpp): by chance alone rarely the best of the
-  /// whole catalogue, or with more evidence.
+  /// Whether the search would take it up (growing.cpp), where no reading is gross: by chance
+  /// alone rarely the best of the whole catalogue.
   [[nodiscard]] bool is_told(double log_odds, double p_value) const {
-    const double family = p_value_of_best(p_value, static_cast<double>(all_.size()));
-    return log_odds >= settings_.unknown_log_odds ||
-           (log_odds >= settings_.least_log_odds && family <= settings_.false_alarm_level);
+    return log_odds >= settings_.least_log_odds &&
+           p_value_of_best(p_value, catalogue_) <= settings_.false_alarm_level;
   }
 
   /// Of a draw: a unit vector, any.
@@ -368,48 +387,42 @@ class LimitStudy {
     return result.normalized();
   }
 
-  /// Those that explain most of a signal that is well seen.
+  /// How well a hypothesis explains each value of `own`; of itself, what its search costs.
+  [[nodiscard]] Rival held_against(const Seen& own, const Seen& other) const {
+    Rival rival{&other, {}, {}, {}, -kInfinite};
+    for (const Columns& at : own.values) {
+      std::vector<double> evidences;
+      std::size_t best = 0;
+      rival.cross.emplace_back();
+      for (const Columns& there : other.values) {
+        Eigen::MatrixXd cross = calibration::column_products(there.weighted, at.projected);
+        evidences.push_back(evidence_of_well_seen(at, [&](const auto& x, double sse) {
+          return there.evidence(cross * x, sse, projector_.freedom());
+        }));
+        if (evidences.back() < evidences[best]) continue;
+        best = evidences.size() - 1;
+        rival.cross.back() = std::move(cross);
+      }
+      rival.at.push_back(&other.values[best]);
+      rival.cost.push_back(cost_of_search(evidences, best, other.searched));
+      rival.evidence = std::max(rival.evidence, evidences[best] - rival.cost.back());
+    }
+    return rival;
+  }
+
+  /// The five that explain most of a signal that is well seen.
   [[nodiscard]] std::vector<Rival> hardest_rivals(const Seen& own) const {
-    struct Scored {
-      double evidence = -kInfinite;
-      Rival rival;
-    };
-    std::vector<Scored> all;
+    std::vector<Rival> result;
     for (const Seen& other : all_) {
       if (other.hypothesis == own.hypothesis || other.surviving < kLeastSurviving) continue;
-      Scored scored{-kInfinite, {&other, {}, {}, {}}};
-      for (const Columns& at : own.values) {
-        std::vector<double> evidences;
-        for (const Columns& there : other.values) {
-          Eigen::MatrixXd cross = calibration::column_products(there.projected, at.projected);
-          evidences.push_back(evidence_of_well_seen(at, [&](const auto& x, double sse) {
-            return there.evidence(cross * x, sse, projector_.freedom());
-          }));
-          if (evidences.back() < *std::ranges::max_element(evidences)) continue;
-          if (evidences.size() == 1) {
-            scored.rival.at.push_back(nullptr);
-            scored.rival.cross.emplace_back();
-          }
-          scored.rival.at.back() = &there;
-          scored.rival.cross.back() = std::move(cross);
-        }
-        // The search is averaged over: where many values do as well, it costs little.
-        const double mean = log_mean_exp(evidences);
-        scored.rival.cost.push_back(*std::ranges::max_element(evidences) - mean);
-        scored.evidence = std::max(scored.evidence, mean);
-      }
-      all.push_back(std::move(scored));
+      result.push_back(held_against(own, other));
     }
-    std::stable_sort(all.begin(), all.end(), [](const Scored& a, const Scored& b) {
-      return a.evidence != b.evidence
-                 ? a.evidence > b.evidence
-                 : a.rival.seen->hypothesis.name() < b.rival.seen->hypothesis.name();
+    std::stable_sort(result.begin(), result.end(), [](const Rival& a, const Rival& b) {
+      return a.evidence != b.evidence ? a.evidence > b.evidence
+                                      : a.seen->hypothesis.name() < b.seen->hypothesis.name();
     });
     constexpr std::size_t kHardest = 5;
-    std::vector<Rival> result;
-    for (Scored& each : all) {
-      if (result.size() < kHardest) result.push_back(std::move(each.rival));
-    }
+    if (result.size() > kHardest) result.erase(result.begin() + kHardest, result.end());
     return result;
   }
 
@@ -417,9 +430,9 @@ class LimitStudy {
   const JointFit& fit_;
   Projector projector_;
   const NamingSettings& settings_;
+  const DrawnNoise noise_;
   std::vector<Seen> all_;
-  Eigen::MatrixXd noise_;  // count x draws
-  Eigen::RowVectorXd noise_squares_;
+  double catalogue_ = 2.0;  // hypotheses that the search tries
   double prior_cost_ = 0.0;
   bool needs_time_ = false;
   std::vector<UnnamedRival> unnamed_;

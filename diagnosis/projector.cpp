@@ -45,6 +45,7 @@ Projector::Projector(const JointFit& fit) : whitening_(fit.whitening()) {
   const Eigen::MatrixXd Q = orthonormal_basis(whitening_(fit.J), whitening_(fit.random), own);
   e -= Q * (Q.transpose() * e);
   Q_ = Q.topRows(n);
+  Q_of_u_ = Q.bottomRows(m);
   e_ = e.head(n);
   squares_ = e.squaredNorm();
   freedom_ = std::max(3.0, fit.weight.sum() - fit.fitted);

@@ -7,7 +7,7 @@
 namespace sixdial::diagnosis {
 
 double p_value_of_gain(double gain, int parameters) {
-  if (gain <= 0 || parameters < 1) return 1.0;
+  if (!(gain > 0) || parameters < 1) return 1.0;  // not a number is no gain
   const boost::math::chi_squared twice_the_gain(parameters);
   return boost::math::cdf(boost::math::complement(twice_the_gain, 2 * gain));
 }

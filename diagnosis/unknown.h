@@ -43,7 +43,8 @@ struct UnknownCandidate {
 [[nodiscard]] Eigen::MatrixXd random_columns(
     Eigen::Index readings, const std::vector<UnknownCandidate>& of);
 /// Random columns, n x any, and what each is multiplied by, one set a length that is tried.
-/// `most`: its coefficients' standard deviation is no larger, in units of the readings'.
+/// `most`: the standard deviation of its coefficients is at most so many times that of a
+/// reading.
 struct RandomBox {
   Eigen::MatrixXd columns;
   std::vector<Eigen::VectorXd> spread;

@@ -15,6 +15,7 @@ namespace {
 class LogMean {
  public:
   void add(double value, double count) {
+    if (!(count > 0)) return;
     if (value > top_) {
       sum_ *= std::exp(top_ - value);
       top_ = value;
