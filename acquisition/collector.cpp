@@ -306,10 +306,9 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
     Measured measured{dials_.read_since(clock_.monotonic(), here), {}};
     if (here.stop_requested()) return tl::unexpected(interrupted(index, stop));
     bool ready = true;
-    // However slow the dials answer: nothing moves before enough readings could tell.
-    const bool late = clock_.monotonic() >= deadline && round >= settings_.settle_readings;
+    bool can_tell = true;  // each dial that answers has enough readings to be judged by
     for (std::size_t i = 0; i < count; ++i) {
-      Reading& reading = measured.readings[i];
+      const Reading& reading = measured.readings[i];
       const double spread_mm = settings_.settle_spread_mm > 0
                                    ? settings_.settle_spread_mm
                                    : rest_spread_mm(rig_.dials[i].repeatability_mm);
@@ -324,14 +323,19 @@ Collector::OrOutcome<Collector::Measured> Collector::settle(
       histories[i].add(reading, settings_.settle_readings, settings_.settle_window);
       settling_[i] =
           histories[i].judged(settings_.settle_readings, settings_.settle_window, spread_mm);
-      if (settling_[i].settled) continue;
-      ready = false;
-      if (late && reading.quality == Quality::kGood) {
-        reading.quality = Quality::kUncertain;
-        reading.reason = session::reason::kUnsettled;
-        reading.detail = fmt::format("moves by more than {:.3f} mm", spread_mm);
-        remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
-      }
+      ready = settling_[i].settled && ready;
+      can_tell = histories[i].has(settings_.settle_readings) && can_tell;
+    }
+    // However slow the dials answer; but one that keeps failing in between is not waited for.
+    const int most_rounds = settings_.settle_readings * (settings_.fault_retries + 1);
+    const bool late = clock_.monotonic() >= deadline && (can_tell || round >= most_rounds);
+    for (std::size_t i = 0; late && i < count; ++i) {
+      Reading& reading = measured.readings[i];
+      if (settling_[i].settled || reading.quality != Quality::kGood) continue;
+      reading.quality = Quality::kUncertain;
+      reading.reason = session::reason::kUnsettled;
+      reading.detail = fmt::format("moves by more than {:.3f} mm", settling_[i].limit_mm);
+      remarks_.push_back(fmt::format("dial {}: unsettled", rig_.dials[i].id));
     }
     report(CollectorStage::kSettling, index, "", measured.readings);
     if (ready || late) return measured;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <deque>
+#include <iterator>
 #include <optional>
 
 #include "acquisition/reading.h"
@@ -24,6 +25,7 @@ class SettlingHistory {
  public:
   void forget() { moments_.clear(); }
   void add(const Reading& reading, int least, DeviceTime window);
+  [[nodiscard]] bool has(int least) const { return std::ssize(moments_) >= least; }
   /// Settled: at least `least` readings over at least `window`, all touching or none, within
   /// `limit_mm`.
   [[nodiscard]] DialSettling judged(int least, DeviceTime window, double limit_mm) const;

@@ -185,6 +185,7 @@ TEST_F(Collecting, WhatNeverSettlesIsStoredAsUnsettled) {
 // time there is to settle.
 TEST_F(Collecting, DialsThatAnswerSlowlyAreNotCalledUnsettled) {
   dials_.scan_time = 6s;
+  spoil_dial(1, FaultKind::kTimeout, [this] { return dials_.scans == 2; });
   EXPECT_TRUE(run().complete);
   for (const auto& dial : stored_[0].sample.channels) {
     EXPECT_EQ(dial.quality, Quality::kGood) << dial.reason;
