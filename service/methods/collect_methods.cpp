@@ -182,7 +182,8 @@ constexpr std::array kStartParams{
     Param{
         .name = "settle_timeout_ms",
         .type = ParamType::kInteger,
-        .doc = "longer than this is stored as unsettled; default 10000",
+        .doc = "longer than this, and not before three readings, is stored as unsettled; "
+               "default 10000",
         .min = 1,
         .max = 3'600'000},
     Param{

@@ -271,7 +271,7 @@ constexpr std::array kMethods{
             "parts}], "
             "page [samples]",
         .example = R"({"session": "demo", "offset": 0, "limit": 5})",
-        .runs_on = RunsOn::kLong,
+        .runs_on = RunsOn::kReading,
         .run = show},
     RpcMethod{
         .name = "session.import",
@@ -307,7 +307,7 @@ constexpr std::array kMethods{
             "cannot be done now}, report_of (calibration, diagnosis or null), warnings [{code, "
             "severity, message, where, place, parts}]: what speaks against the session",
         .example = R"({"session": "demo"})",
-        .runs_on = RunsOn::kLong,
+        .runs_on = RunsOn::kReading,
         .run = choices},
 };
 

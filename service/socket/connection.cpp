@@ -39,6 +39,7 @@ bool asks_to_wait(const Json& request) {
 Json run_long(const RpcMethod& method, const Call& call, const std::stop_token& gone) {
   const geometry::LongWork work(gone);
   try {
+    geometry::check_end();  // it may have waited for a worker
     return method.run(call);
   } catch (const geometry::WorkEnded&) {
     throw Error(ErrorCode::kShuttingDown, "it was ended before there was an answer");
@@ -69,7 +70,7 @@ void Connection::start() {
 }
 
 /// A client that has hung up, while its request is at work: no line is read then that would
-/// tell. What it asked for and what is no long work goes on.
+/// tell. Requests that are no long work go on to their end.
 asio::awaitable<void> Connection::watch_for_the_end() {
   boost::system::error_code trouble;
   co_await socket_.async_wait(
@@ -279,11 +280,11 @@ asio::awaitable<Json> Connection::run(const RpcMethod& method, Json params) {
     co_return wait.answer();
   }
   if (method.runs_on == RunsOn::kLoop) co_return method.run(call);
-  if (method.runs_on == RunsOn::kLong) {
+  if (method.runs_on == RunsOn::kLong || method.runs_on == RunsOn::kReading) {
     // By reference: g++ 12 destroys captured objects of a co_await's argument twice.
     const std::stop_token gone = gone_.get_token();
     co_return co_await asio::co_spawn(
-        host_.long_workers,
+        method.runs_on == RunsOn::kLong ? host_.long_workers : host_.reading_workers,
         [&method, &call, &gone]() -> asio::awaitable<Json> {
           co_return run_long(method, call, gone);
         },

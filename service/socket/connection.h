@@ -21,6 +21,7 @@ struct ConnectionHost {
   Service& service;
   asio::thread_pool& workers;
   asio::thread_pool& file_workers;
+  asio::thread_pool& reading_workers;
   asio::thread_pool& long_workers;
   asio::steady_timer& changed;  // cancelled whenever a waiter should look again
   std::chrono::milliseconds slow_client{10'000};

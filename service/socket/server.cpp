@@ -113,6 +113,7 @@ Server::Server(Service& service, ServerOptions options)
           .service = service_,
           .workers = workers_,
           .file_workers = file_workers_,
+          .reading_workers = reading_workers_,
           .long_workers = long_workers_,
           .changed = changed_,
           .slow_client = options_.slow_client,
@@ -184,6 +185,7 @@ void Server::run() {
   loop_.run();
   workers_.join();
   file_workers_.join();
+  reading_workers_.join();
   long_workers_.join();
   service_.set_listeners({}, {}, {});
 }

@@ -70,8 +70,9 @@ class Server {
   const ServerOptions options_;
   asio::io_context loop_{1};
   asio::thread_pool workers_{2};
-  asio::thread_pool file_workers_{4};  // for methods that touch files outside of the store
-  asio::thread_pool long_workers_{3};  // for methods that may take minutes
+  asio::thread_pool file_workers_{4};     // for methods that touch files outside of the store
+  asio::thread_pool reading_workers_{2};  // for methods that look at a whole session
+  asio::thread_pool long_workers_{3};     // for methods that may take minutes
   asio::steady_timer changed_;
   asio::local::stream_protocol::acceptor acceptor_;
   asio::signal_set signals_;

@@ -147,7 +147,7 @@ TEST_F(HungFiles, ADatabaseThatAnotherProgramHoldsPausesTheCollection) {
       << "the sample in hand was dropped";
 }
 
-/// A plan of so many points takes seconds.
+/// A plan of so many points takes a minute.
 const std::string kLongRequest = R"({"jsonrpc": "2.0", "id": 1, "method": "plan.grid", )"
                                  R"("params": {"session": "live", "nx": 1000, "ny": 1000}})"
                                  "\n";
@@ -161,7 +161,7 @@ TEST_F(HungFiles, WhatTakesLongHoldsUpNobodyElse) {
     waiting.push_back(daemon.client());
     ASSERT_TRUE(waiting.back().send(kLongRequest));
   }
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(error_code_of(other.call("session.list")), "");
     EXPECT_EQ(error_code_of(other.call("job.list")), "");
   }
