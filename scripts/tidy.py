@@ -7,11 +7,14 @@ kept apart; if a group does not compile, its sources are read one by one.
 
   scripts/tidy.py [--seconds N] SOURCE ...   in this order; after N seconds no further group is begun
 
-Needs build/check/compile_commands.json (scripts/check.sh makes it). Ends with 1 if there is a finding.
+What was read clean is kept in build/check/tidy/clean, under a hash of all that clang-tidy would read: a second
+run reads only what has changed since, and a run that was stopped goes on. Needs
+build/check/compile_commands.json (scripts/check.sh makes it). Ends with 1 if there is a finding.
 """
 import argparse
 import bisect
 import concurrent.futures
+import hashlib
 import json
 import os
 import pathlib
@@ -27,6 +30,8 @@ MOST_TOGETHER = 10
 # Version 16 knows C++20's coroutines, but Boost 1.74 does not know that it does.
 TIDY = ["clang-tidy-16", "--quiet", "--extra-arg=-DBOOST_ASIO_HAS_CO_AWAIT=1",
         "--extra-arg=-DBOOST_ASIO_HAS_STD_COROUTINE=1"]
+# The flags are its own.
+COMPILER = "g++"
 # Lines at the outermost level that define no name, or one that is overloaded.
 UNNAMED = r"(namespace|using|extern|template|TEST|TEST_F|TEST_P|INSTANTIATE_TEST_SUITE_P|Json to_json|void describe_keys)\b"
 # Compiles itself once for every kind of processor.
@@ -87,22 +92,48 @@ def groups_of(sources, flags):
     return groups
 
 
+def is_clean_file(path, flags, less):
+    """Where it is kept that this source was read without a finding; None if it does not compile."""
+    # Comments too: one can silence a check. And macros have checks of their own: the source as it stands.
+    read = subprocess.run([COMPILER, "-E", "-CC", "-P", "-w", *(f for f in flags if not f.startswith("-W")), str(path)], capture_output=True, cwd=BUILD)
+    if read.returncode:
+        return None
+    key = hashlib.sha256()
+    for part in (read.stdout, path.read_bytes(), (ROOT / ".clang-tidy").read_bytes(),
+                 "\0".join([*TIDY, *less]).encode()):
+        key.update(hashlib.sha256(part).digest())
+    return BUILD / "tidy" / "clean" / key.hexdigest()
+
+
 def run_tidy(path, flags, source):
     # The analyser follows every path, half of the time; tests run theirs, under sanitizers too.
     less = ["--checks=-clang-analyzer-*"] if source.startswith("tests/") else []
+    clean = is_clean_file(pathlib.Path(path), flags, less)
+    if clean and clean.exists():
+        return 0, "", ""
     done = subprocess.run(TIDY + less + [f"--config-file={ROOT / '.clang-tidy'}", str(path), "--", *flags],
                           capture_output=True, text=True, cwd=BUILD)
+    if done.returncode and done.stdout and not own_findings(done.stdout):
+        done.returncode = 0
+    if clean and done.returncode == 0:
+        clean.touch()
     return done.returncode, done.stdout, done.stderr
 
 
-def read_group(number, group, flags):
+def own_findings(text):
+    """One by one, without those inside of libraries: the analyser follows calls into them and doubts their code."""
+    parts = re.split(r"(?m)^(?=\S+:\d+:\d+: (?:error|warning): )", text)
+    return [part for part in parts if part.strip() and not part.startswith("/usr/")]
+
+
+def read_group(group, flags):
     """The findings in a group of sources; each as text."""
     if len(group) > 1:
         begins, lines = [], []
         for source in group:
             begins.append(len(lines) + 1)
             lines += (ROOT / source).read_text().splitlines()
-        path = BUILD / "tidy" / f"group_{number}.cpp"
+        path = BUILD / "tidy" / ("from_" + group[0].replace("/", "__"))
         path.write_text("\n".join(lines) + "\n")
         # Includes of a source's own folder.
         folders = sorted({str((ROOT / source).parent) for source in group})
@@ -131,7 +162,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=float("inf"))
     parser.add_argument("sources", nargs="+")
     given = parser.parse_args()
-    (BUILD / "tidy").mkdir(parents=True, exist_ok=True)
+    (BUILD / "tidy" / "clean").mkdir(parents=True, exist_ok=True)
     flags = compile_flags()
     sources = [source for source in given.sources if source in flags]
     for source in set(given.sources) - set(sources):
@@ -145,7 +176,7 @@ def main():
         if time.monotonic() - started > given.seconds:
             return None
         begun = time.monotonic()
-        return read_group(number, groups[number], flags), time.monotonic() - begun
+        return read_group(groups[number], flags), time.monotonic() - begun
 
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for group, result in zip(groups, pool.map(work, range(len(groups)))):
@@ -156,11 +187,8 @@ def main():
                 print(f"   {result[1]:6.1f} s  {len(group):2d}  {group[0]}", flush=True)
             for text in result[0]:
                 # A header's finding is told by every group that includes it.
-                for part in re.split(r"(?m)^(?=\S+:\d+:\d+: (?:error|warning): )", text):
-                    # The analyser follows calls into libraries and doubts their code; ours is read here.
-                    if part.startswith("/usr/"):
-                        continue
-                    if part.strip() and part not in seen:
+                for part in own_findings(text):
+                    if part not in seen:
                         seen.add(part)
                         print(part, flush=True)
     took = time.monotonic() - started
