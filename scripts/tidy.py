@@ -30,6 +30,7 @@ MOST_TOGETHER = 10
 # Version 16 knows C++20's coroutines, but Boost 1.74 does not know that it does.
 TIDY = ["clang-tidy-16", "--quiet", "--extra-arg=-DBOOST_ASIO_HAS_CO_AWAIT=1",
         "--extra-arg=-DBOOST_ASIO_HAS_STD_COROUTINE=1"]
+TIDY_VERSION = subprocess.run([TIDY[0], "--version"], capture_output=True, text=True).stdout
 # The flags are its own.
 COMPILER = "g++"
 # Lines at the outermost level that define no name, or one that is overloaded.
@@ -93,14 +94,14 @@ def groups_of(sources, flags):
 
 
 def is_clean_file(path, flags, less):
-    """Where it is kept that this source was read without a finding; None if it does not compile."""
+    """Where it is kept that this source was read without a finding; None if its headers cannot be read."""
     # Comments too: one can silence a check. And macros have checks of their own: the source as it stands.
-    read = subprocess.run([COMPILER, "-E", "-CC", "-P", "-w", *(f for f in flags if not f.startswith("-W")), str(path)], capture_output=True, cwd=BUILD)
+    read = subprocess.run([COMPILER, "-E", "-dD", "-CC", "-P", "-w", *(f for f in flags if not f.startswith("-W")), str(path)], capture_output=True, cwd=BUILD)
     if read.returncode:
         return None
     key = hashlib.sha256()
     for part in (read.stdout, path.read_bytes(), (ROOT / ".clang-tidy").read_bytes(),
-                 "\0".join([*TIDY, *less]).encode()):
+                 "\0".join([TIDY_VERSION, *TIDY, *less, *flags]).encode()):
         key.update(hashlib.sha256(part).digest())
     return BUILD / "tidy" / "clean" / key.hexdigest()
 
@@ -113,7 +114,8 @@ def run_tidy(path, flags, source):
         return 0, "", ""
     done = subprocess.run(TIDY + less + [f"--config-file={ROOT / '.clang-tidy'}", str(path), "--", *flags],
                           capture_output=True, text=True, cwd=BUILD)
-    if done.returncode and done.stdout and not own_findings(done.stdout):
+    complete = done.returncode == 1 and "clang-diagnostic-error" not in done.stdout
+    if complete and done.stdout and not own_findings(done.stdout):
         done.returncode = 0
     if clean and done.returncode == 0:
         clean.touch()
