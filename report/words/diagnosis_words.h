@@ -44,8 +44,8 @@ struct CauseTexts {
 
 /// "theta2", "the reading of dial E", "the side that joint 2 arrives from".
 [[nodiscard]] std::string covariate_in_words(const std::string& covariate);
-/// "x, y and time". Of many that do about as well, the likeliest three: "x, y, time or one of 12
-/// other quantities".
+/// "x, y and time". Of many that do about as well, the likeliest three: "x, y, time or one of
+/// 12 other quantities".
 [[nodiscard]] std::string covariates_in_words(
     const std::vector<std::string>& covariates, std::string_view last = "and");
 

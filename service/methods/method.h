@@ -62,9 +62,9 @@ struct Wait {
 };
 
 enum class RunsOn {
-  kLoop,    // at once on the socket's loop: microseconds, touches no file
-  kWorker,  // on a worker thread: may use the database
-  kFiles,   // on a worker for files that a client names, which may hang; others go on
+  kLoop,     // at once on the socket's loop: microseconds, touches no file
+  kWorker,   // on a worker thread: may use the database
+  kFiles,    // on a worker for files that a client names, which may hang; others go on
   kReading,  // on a worker for what looks at a whole session: seconds; ends with its client
   kLong,     // on a worker for what may take minutes; ends with its client (long_work.h)
 };
