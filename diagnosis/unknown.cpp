@@ -175,7 +175,7 @@ int count_of_smooth(const Readings& readings) {
   const auto& trials = readings.trials();
   const Eigen::Index joints = trials.empty() ? 0 : trials.front().q.size();
   const auto dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
-  // As score_unknown tries them, but for those whose covariate does not vary.
+  // About as many as score_unknown tries: what counts is the logarithm.
   return static_cast<int>(
       3 + 2 * joints + 2 * readings.model().robot_parameter_count() +
       static_cast<Eigen::Index>(dials > 0 ? 4 + 3 * dials : 0));

@@ -54,7 +54,7 @@ struct RandomBox {
 /// time alone. One column set a length; none where no time passes.
 [[nodiscard]] std::vector<RandomBox> smooth_in_time(
     const Readings& readings, const JointFit& fit);
-/// How many smooth functions of all covariates are tried.
+/// About how many smooth functions of all covariates are tried.
 [[nodiscard]] int count_of_smooth(const Readings& readings);
 
 /// What the dials or the rig may do, with all lengths that score_unknown tries.
