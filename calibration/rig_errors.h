@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "calibration/observation_space.h"
 #include "calibration/sandwich.h"
@@ -18,6 +19,12 @@ namespace sixdial::calibration {
 /// is off by that: rows x quantities. A position moves as its active three dials take it. 0 x 0
 /// where nothing is stated. `trials`: those that the space was made of.
 [[nodiscard]] Eigen::MatrixXd rig_errors(
+    const ObservationSpace& space, std::span<const simulation::Trial> trials,
+    const geometry::Rig& rig);
+
+/// d(rows)/d(readings) of each sample, its rows x the rig's dials: a position moves as its
+/// three active dials take it. Zero where an instrument gave the rows. `trials`: as above.
+[[nodiscard]] std::vector<Eigen::MatrixXd> by_readings(
     const ObservationSpace& space, std::span<const simulation::Trial> trials,
     const geometry::Rig& rig);
 
