@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/gross_errors.h"
+#include "calibration/rig_fit.h"
 #include "calibration/rig_spaces.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"
@@ -140,8 +141,9 @@ struct GrossErrors {
 
 /// A session with the readings that stand out marked bad ("gross error"), and what was found.
 struct CheckedSession {
-  session::Session session;
+  session::Session session;  // its rig: as the readings see it
   GrossErrors found;
+  std::optional<calibration::RigFit> rig{};  // empty: nothing of it is stated
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
 };
 /// `set_aside` false: the list alone, the session is unchanged. `not_possible`: why nothing can
