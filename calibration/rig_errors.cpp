@@ -52,29 +52,45 @@ simulation::ModelVector as_clamped(
   return at;
 }
 
-/// What the rows of one sample move by. `readings`: dials x quantities.
-MatrixXd rows_of_sample(
-    const ObservationSpace& space, int sample, const Trial& trial, const geometry::Rig& rig,
-    const MatrixXd& readings) {
+/// d(rows)/d(readings of all dials) of one sample.
+MatrixXd by_readings_of(
+    const ObservationSpace& space, int sample, const Trial& trial, const geometry::Rig& rig) {
   const Index rows = space.rows(sample);
   const int first = space.first_row[static_cast<std::size_t>(sample)];
+  MatrixXd result = MatrixXd::Zero(rows, std::ssize(rig.dials));
   if (space.position_axes > 0) {
     const std::vector<int>& three = trial.position_channels;
     if (three.size() != 3 || !trial.position_mm || !trial.gamma_rad || rows != 2) {
-      return MatrixXd::Zero(rows, readings.cols());  // an instrument's: no dial stands there
+      return result;  // an instrument's: no dial stands there
     }
     const MatrixXd J = by_pose(trial, rig, three);
-    return J.fullPivLu().solve(readings(three, Eigen::all)).topRows(rows);
+    result(Eigen::all, three) = J.fullPivLu().inverse().topRows(rows);
+    return result;
   }
   std::vector<int> dials;
   for (Index row = 0; row < rows; ++row) {
     dials.push_back(space.channel[static_cast<std::size_t>(first + row)]);
+    result(row, dials.back()) = 1.0;
   }
-  MatrixXd result = readings(dials, Eigen::all);
   if (space.unknowns_per_sample > 0 && trial.position_mm && trial.gamma_rad) {
     // The cuboid turns freely: what a turn takes over is no row's any more.
     const VectorXd g = by_pose(trial, rig, dials).col(2).normalized();
     result -= (g * (g.transpose() * result)).eval();
+  }
+  return result;
+}
+
+double if_finite(double value) { return std::isfinite(value) ? value : 0.0; }
+
+/// The trial of each sample of the space; null: it is not among them.
+std::vector<const Trial*> trials_of_space(
+    const ObservationSpace& space, std::span<const Trial> trials) {
+  std::vector<const Trial*> result(static_cast<std::size_t>(space.samples()), nullptr);
+  std::size_t t = 0;
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    while (t < trials.size() && trials[t].sample != space.sample[k]) ++t;
+    if (t == trials.size()) break;
+    result[k] = &trials[t];
   }
   return result;
 }
@@ -95,11 +111,11 @@ MatrixXd rig_errors(
   const auto count = static_cast<Index>(quantities.size());
   MatrixXd result = MatrixXd::Zero(space.rows(), count);
   simulation::Scene scene;
-  std::size_t t = 0;
+  const std::vector<const Trial*> trial = trials_of_space(space, trials);
   for (int i = 0; i < space.samples(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    while (t < trials.size() && trials[t].sample != space.sample[k]) ++t;
-    if (t == trials.size()) break;
+    if (trial[k] == nullptr) break;
+    const auto t = static_cast<std::size_t>(trial[k] - trials.data());
     const auto seen = [&](const simulation::ActiveEffect* off) -> VectorXd {
       if (!plain.run(at, trials[t], circumstances[t], scene, off)) {
         return VectorXd::Constant(dials, std::nan(""));
@@ -115,10 +131,25 @@ MatrixXd rig_errors(
           quantity.effect, quantity.place, {kStep * quantity.sd}};
       readings.col(j) = (seen(&off) - there) / kStep;
     }
+    // Dials that do not touch there read nothing, and are in no row.
     result.middleRows(space.first_row[k], space.rows(i)) =
-        rows_of_sample(space, i, trials[t], rig, readings);
+        by_readings_of(space, i, *trial[k], rig) * readings.unaryExpr(&if_finite);
   }
-  return result.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+  return result.unaryExpr(&if_finite);
+}
+
+std::vector<MatrixXd> by_readings(
+    const ObservationSpace& space, std::span<const Trial> trials, const geometry::Rig& rig) {
+  std::vector<MatrixXd> result;
+  const std::vector<const Trial*> trial = trials_of_space(space, trials);
+  for (int i = 0; i < space.samples(); ++i) {
+    const Trial* at = trial[static_cast<std::size_t>(i)];
+    result.push_back(
+        at != nullptr ? by_readings_of(space, i, *at, rig)
+                      : MatrixXd::Zero(space.rows(i), std::ssize(rig.dials)));
+    result.back() = result.back().unaryExpr(&if_finite);
+  }
+  return result;
 }
 
 MatrixXd moved_by_rig(const ObservationSpace& space, const Sandwich& sandwich) {

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "calibration/observation_space.h"
 #include "calibration/sandwich.h"
@@ -23,7 +24,14 @@ namespace sixdial::calibration {
     const ObservationSpace& space, std::span<const simulation::Trial> trials,
     const geometry::Rig& rig);
 
-/// How far each quantity moves the fitted parameters, parameters x quantities.
+/// d(rows)/d(readings) of each sample, its rows x the rig's dials: a position moves as its
+/// three active dials take it. Zero where an instrument gave the rows. `trials`: as above.
+[[nodiscard]] std::vector<Eigen::MatrixXd> by_readings(
+    const ObservationSpace& space, std::span<const simulation::Trial> trials,
+    const geometry::Rig& rig);
+
+/// How far each quantity moves the fitted parameters, parameters x quantities; no columns where
+/// space.rig_mm has none.
 [[nodiscard]] Eigen::MatrixXd moved_by_rig(
     const ObservationSpace& space, const Sandwich& sandwich);
 /// The same as a covariance, parameters x parameters. `fit` minimised

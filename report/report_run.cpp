@@ -21,9 +21,11 @@
 #include "report/json_report.h"
 #include "report/recommended.h"
 #include "report/rig_picture.h"
+#include "report/sections/rig_section.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
+#include "report/words/rig_words.h"
 #include "session/bundle.h"
 #include "session/clock_text.h"
 #include "session/csv.h"
@@ -35,6 +37,7 @@
 #include "studies/method_name.h"
 #include "studies/plausibility.h"
 #include "studies/position_noise.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::report {
 namespace {
@@ -177,6 +180,20 @@ std::vector<std::string> found_in_box(
     found.push_back("What naming gains: " + verdict.gain);
   }
   return found;
+}
+
+/// How the rig stands to what its file states: in the box, and as a table where no diagnosis
+/// has one.
+void add_rig(
+    report::ReportData& data, const studies::CalibrationResult& result,
+    const session::Session& session, const studies::DiagnosisResult* diagnosis) {
+  const auto& by_diagnosis = diagnosis != nullptr ? diagnosis->rig : std::nullopt;
+  const bool diagnosed = by_diagnosis && !by_diagnosis->empty();
+  const auto& rig = diagnosed ? by_diagnosis : result.rig;
+  std::string line = rig ? rig_in_words(*rig) : "";
+  if (line.empty()) line = unsaid_of_rig(session.rig);
+  if (!line.empty()) data.also.push_back({"The rig", "cautions", {std::move(line)}});
+  if (rig && !diagnosed) data.sections.push_back(rig_seen_section(*rig));
 }
 
 /// What a diagnosis found, or that there was none (null), in the box that is read first.
@@ -344,7 +361,8 @@ report::ReportData report_data(
   data.convergence = result.convergence;
   data.traces = result.traces;
   // As the calibration took it: in the frame of its parameters, without what it left out.
-  const session::Session used = studies::plausible(session).session;
+  session::Session used = studies::plausible(session).session;
+  used.rig = studies::rig_as_seen(used.rig, result.rig);
   data.points = points_of(result, used);
   data.dials = studies::dial_residuals(used, result.nominal(), result.identified());
   add_data_quality(data, session);
@@ -358,11 +376,15 @@ report::ReportData report_data(
     append(data.sections, comparison_sections(*companions.comparison));
   }
   append(data.sections, residual_model_sections(result));
+  if (result.uncertainty_budgets) {
+    append(data.sections, budget_sections(*result.uncertainty_budgets));
+  }
   if (result.assessment) {
     append(
         data.sections,
         assessment_sections(*result.assessment, result.precision, !session.rig.dials.empty()));
   }
+  add_rig(data, result, session, companions.diagnosis);
   add_diagnosis(data, companions.diagnosis);
   data.sections.push_back(report::rig_section(session.rig));
   const studies::Recommendation best = recommended(result, companions);

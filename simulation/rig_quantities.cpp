@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
 #include "geometry/units.h"
+#include "simulation/rig_kinds.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -132,7 +134,52 @@ std::vector<RigQuantity> listed(const geometry::Rig& rig, bool stated) {
   return list.take();
 }
 
+using Said = std::optional<double> (*)(const geometry::Rig& rig, const Place& place);
+
+const geometry::DialDeviations& of_dial(const geometry::Rig& rig, const Place& place) {
+  return rig.dials[static_cast<std::size_t>(place.dial)].deviations;
+}
+
+std::optional<double> said_of_place(const geometry::Rig& rig, const Place& place, int axis) {
+  const auto& known = of_dial(rig, place).position_mm;
+  return known ? std::optional((*known)[axis]) : std::nullopt;
+}
+
+struct Kind {
+  const Effect* effect;
+  std::string_view name;
+  Said said;
+};
+constexpr std::array<Kind, 8> kKinds{{
+    {&kAlong, "places of the dials along their axes",
+     [](const auto& rig, const auto& place) { return said_of_place(rig, place, 0); }},
+    {&kAcross, "places of the dials across their axes",
+     [](const auto& rig, const auto& place) { return said_of_place(rig, place, 1); }},
+    {&kLean, "axes of the dials",
+     [](const auto& rig, const auto& place) { return of_dial(rig, place).axis_rad; }},
+    {&kTip, "tip radii of the dials",
+     [](const auto& rig, const auto& place) { return of_dial(rig, place).tip_radius_mm; }},
+    {&kSide, "side of the cuboid",
+     [](const auto& rig, const auto&) { return rig.cuboid.deviations.side_mm; }},
+    {&kSquare, "squareness of the cuboid",
+     [](const auto& rig, const auto&) { return rig.cuboid.deviations.squareness_rad; }},
+    {&kOffsetX, "centre of the cuboid",
+     [](const auto& rig, const auto&) { return rig.cuboid.deviations.offset_mm; }},
+    {&kOffsetY, "centre of the cuboid",
+     [](const auto& rig, const auto&) { return rig.cuboid.deviations.offset_mm; }},
+}};
+
+const Kind& row_of(const RigQuantity& quantity) {
+  return *std::ranges::find(kKinds, quantity.effect, &Kind::effect);
+}
+
 }  // namespace
+
+std::string_view kind_of(const RigQuantity& quantity) { return row_of(quantity).name; }
+
+std::optional<double> said_of(const geometry::Rig& rig, const RigQuantity& quantity) {
+  return row_of(quantity).said(rig, quantity.place);
+}
 
 std::vector<RigQuantity> stated_quantities(const geometry::Rig& rig) {
   return listed(rig, true);

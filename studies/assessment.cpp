@@ -178,8 +178,10 @@ std::optional<Precision> precision_of(
                          : calibration::identify(*calibration::find_identifier("lm"), in, here);
     if (found.status == calibration::FitStatus::kBadStart || found.fit.held > 0) return none;
     Eigen::MatrixXd covariance;
+    ObservationSpace noise_alone = in;
+    noise_alone.rig_mm.resize(0, 0);
     return calibration::estimates_with_noise(
-        in, found.fit, calibration::weighting_of(in, here),
+        noise_alone, found.fit, calibration::weighting_of(in, here),
         calibration::noise_estimate(in, found.fit), {}, covariance);
   };
   const bool of_positions = space.name == "positions";
@@ -239,7 +241,14 @@ CheckedSession check_gross_errors(
       if (set == "G2") checked.g2.push_back(trial);
     }
   };
+  const auto see_rig = [&](calibration::Loss loss) {
+    checked.rig = calibration::fit_rig(checked.g1, session.rig, {}, loss);
+    if (!checked.rig) return;
+    checked.session.rig = checked.rig->rig;
+    split();
+  };
   split();
+  see_rig(calibration::Loss::kHuber);
   checked.found.set_aside = set_aside;
   if (not_possible) {
     checked.found.not_possible = not_possible;
@@ -247,7 +256,7 @@ CheckedSession check_gross_errors(
   }
   calibration::IdentifySettings wide = settings;
   wide.fixed.clear();  // a robot that is told less about itself accuses nobody wrongly
-  const auto in_g1 = calibration::find_gross_errors(checked.g1, session.rig, wide);
+  const auto in_g1 = calibration::find_gross_errors(checked.g1, checked.session.rig, wide);
   checked.warnings = changed_midway(checked.all, session, in_g1);
   GrossErrors& found = checked.found;
   found.readings = in_g1.readings;
@@ -261,13 +270,14 @@ CheckedSession check_gross_errors(
     if (set_aside) mark_bad(checked.session, each);
   }
   if (!checked.g2.empty()) {
-    const auto in_g2 = calibration::judge_readings(checked.g2, session.rig, in_g1);
+    const auto in_g2 = calibration::judge_readings(checked.g2, checked.session.rig, in_g1);
     found.systematic_g2 = in_g2.systematic;
     for (const GrossError& each : in_g2.found) {
       found.found.push_back(found_row(each, session, Treatment::kKeptValidates));
     }
   }
   if (set_aside && !in_g1.found.empty()) split();
+  see_rig(calibration::Loss::kSquare);
   return checked;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibration/gross_errors.h"
+#include "calibration/rig_fit.h"
 #include "calibration/rig_spaces.h"
 #include "calibration/uncertainty.h"
 #include "session/session.h"
@@ -141,8 +142,9 @@ struct GrossErrors {
 
 /// The session with what stands out in G1 marked bad (positions: removed), and all that did.
 struct CheckedSession {
-  session::Session session;
+  session::Session session;  // its rig: as the readings see it
   GrossErrors found;
+  std::optional<calibration::RigFit> rig{};  // empty: nothing of it is stated
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
   std::vector<Warning> warnings{};                   // what changed while it was measured
 };

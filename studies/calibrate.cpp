@@ -16,6 +16,7 @@
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/position_noise.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -126,6 +127,34 @@ void use_noise_of(
       "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
 }
 
+/// What the fit is worth: uncertainties, the budget of the tool's position, the rig as it was
+/// found, readings that stand out.
+void judge_fit(
+    const CalibrationData& data, const CheckedSession& checked,
+    const calibration::IdentifySettings& judged, const calibration::Identified& reference,
+    bool by_paper, CalibrationResult& result) {
+  const calibration::Weighting weighting = calibration::weighting_of(data.g1, judged);
+  result.assessment =
+      assess(data.g1, reference.fit, weighting, checked.g1, checked.all, checked.session.rig);
+  use_noise_of(
+      *result.assessment, by_paper,
+      calibration::held_covariance(reference.fit, data.g1.parameter_info) +
+          calibration::rig_covariance(data.g1, reference.fit, weighting),
+      result);
+  result.uncertainty_budgets = uncertainty_budgets(
+      {.space = data.g1,
+       .fit = reference.fit,
+       .weighting = weighting,
+       .noise = result.assessment->noise,
+       .structure = result.assessment->structure,
+       .g1 = checked.g1,
+       .session = checked.session,
+       .rig = checked.rig ? &*checked.rig : nullptr});
+  if (checked.rig) result.rig = seen_of(*checked.rig);
+  result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
+  result.gross_errors = checked.found;
+}
+
 CalibrationResult calibrate_here(
     const session::Session& session, const CalibrationRequest& request,
     const ProgressCallback& progress, const std::stop_token& stop) {
@@ -150,7 +179,8 @@ CalibrationResult calibrate_here(
   }();
   add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
-    return space_of("positions", trials, checked.session, settings.noise_mm);
+    return with_rig_as_seen(
+        space_of("positions", trials, checked.session, settings.noise_mm), checked.rig);
   };
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
@@ -174,17 +204,7 @@ CalibrationResult calibrate_here(
                      teller(progress), stop);
   result.created_utc = session::now_utc_text();
   result.inputs = inputs_of(session, settings.seed);
-  result.assessment = assess(
-      data.g1, reference.fit, calibration::weighting_of(data.g1, judged), checked.g1,
-      checked.all, believed.rig);
-  use_noise_of(
-      *result.assessment, by_paper,
-      calibration::held_covariance(reference.fit, data.g1.parameter_info) +
-          calibration::rig_covariance(
-              data.g1, reference.fit, calibration::weighting_of(data.g1, judged)),
-      result);
-  result.precision = precision_of(data.g1, reference, checked.g1, checked.session, judged);
-  result.gross_errors = checked.found;
+  judge_fit(data, checked, judged, reference, by_paper, result);
   const calibration::ComparisonSettings as_fitted{
       .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
   result.cross_validation = cross_validated(

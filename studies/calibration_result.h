@@ -11,12 +11,14 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
+#include "diagnosis/rig_seen.h"
 #include "studies/assessment.h"
 #include "studies/cross_validation.h"
 #include "studies/inputs.h"
 #include "studies/measured_joints.h"
 #include "studies/plausibility.h"
 #include "studies/stored_residual.h"
+#include "studies/uncertainty_budget.h"
 
 namespace sixdial::studies {
 
@@ -121,6 +123,11 @@ struct CalibrationResult {
   std::vector<PointResiduals> points{};                 // G1, then G2
   /// Against the tolerance of the request or of the rig file; empty: none was stated.
   std::optional<Conformity> conformity{};
+  /// Of the tool's position; empty in results of early versions.
+  std::optional<std::vector<UncertaintyBudget>> uncertainty_budgets{};
+  /// The rig as the readings see it, whose positions these are; empty where the file states
+  /// nothing of it, or in results of early versions.
+  std::optional<std::vector<diagnosis::RigSeen>> rig{};
   /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
   /// results of early versions.
   std::optional<double> position_noise_mm{};

@@ -17,6 +17,7 @@
 #include "studies/error.h"
 #include "studies/method_name.h"
 #include "studies/plausibility_of_fit.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -210,7 +211,9 @@ ComparisonResult compare_here(
       believed, settings.identify, set_aside, why_no_reading_is_judged(believable.warnings));
   add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
-    return calibration::position_space(trials, believed.rig, settings.identify.noise_mm);
+    return with_rig_as_seen(
+        space_of("positions", trials, checked.session, settings.identify.noise_mm),
+        checked.rig);
   };
   const auto g1 = positions(checked.g1);
   const auto g2 = positions(checked.g2);
@@ -220,8 +223,9 @@ ComparisonResult compare_here(
       refuse(*trouble, session.name, settle_first(session, believed).value_or(""));
     }
   }
-  calibration::ObservationSpace space =
-      space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm);
+  calibration::ObservationSpace space = with_rig_as_seen(
+      space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm),
+      checked.rig);
   settings.identify.fixed = fixed_parameters(
       space, believed.rig.robot.model->parameter_count(), request.fix, request.free);
 

@@ -14,6 +14,7 @@
 #include "studies/inputs.h"
 #include "studies/measured_positions.h"
 #include "studies/method_name.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -160,7 +161,9 @@ ValidationResult validation_result(
   const Inputs measured = inputs_of(validation, 0);
   result.inputs.rig_hash = measured.rig_hash;
   result.inputs.data_hash = measured.data_hash;
-  const auto positions = measured_positions(calibrated, validation, diagnosis);
+  session::Session as_seen[] = {calibrated, validation};
+  for (session::Session& each : as_seen) each.rig = rig_as_seen(each.rig, calibration.rig);
+  const auto positions = measured_positions(as_seen[0], as_seen[1], diagnosis);
   if (diagnosis != nullptr && names_the_instrument(*diagnosis, calibrated.rig)) {
     result.inputs.positions_by = "diagnosis";
   }

@@ -1,10 +1,12 @@
 #include "report/documents/calibration_json.h"
 
 #include "report/documents/assessment_json.h"
+#include "report/documents/budget_json.h"
 #include "report/documents/cross_validation_json.h"
 #include "report/documents/inputs_json.h"
 #include "report/documents/measured_joints_json.h"
 #include "report/documents/network_json.h"
+#include "report/documents/rig_seen_json.h"
 #include "report/documents/set_errors_json.h"
 #include "report/documents/stored_residual_json.h"
 #include "report/documents/swarm_size_json.h"
@@ -197,6 +199,8 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("gross_errors", result.gross_errors);
   at.maybe("cross_validation", result.cross_validation);
   at.maybe("conformity", result.conformity);
+  at.maybe("uncertainty_budgets", result.uncertainty_budgets);
+  at.maybe("rig", result.rig);
   at.maybe("position_noise_mm", result.position_noise_mm);
   at.maybe("measured_joints", result.measured_joints);
   at.maybe("frame", result.frame);

@@ -13,6 +13,7 @@
 #include "report/documents/inputs_json.h"
 #include "report/documents/measured_joints_json.h"
 #include "report/documents/stored_residual_json.h"
+#include "report/documents/rig_seen_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/words/diagnosis_verdict.h"
 #include "report/words/diagnosis_words.h"
@@ -146,16 +147,6 @@ void describe_keys(Fields& at, Of<Fields, studies::Limit>& limit) {
     const std::string reason = reason_without_limit(limit);
     at("reason", reason.empty() ? std::nullopt : std::optional(reason));
   }
-}
-
-template <class Fields>
-void describe_keys(Fields& at, Of<Fields, diagnosis::RigSeen>& each) {
-  at("name", each.name);
-  at("unit", each.unit);
-  at("off", each.off);
-  at("sd", each.sd);
-  at("known_sd", each.known_sd);
-  at("stated", each.stated);
 }
 
 template <class Fields>

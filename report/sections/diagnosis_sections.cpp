@@ -420,7 +420,7 @@ std::vector<Section> diagnosis_sections(const DiagnosisResult& result, Beside be
   }
   if (alone && !result.gross_readings.empty()) sections.push_back(gross_section(result));
   sections.push_back(left_section(result));
-  if (result.rig && !result.rig->empty()) sections.push_back(rig_section(result));
+  if (result.rig && !result.rig->empty()) sections.push_back(rig_seen_section(*result.rig));
   sections.push_back(gain_section(result));
   if (alone) sections.push_back(parameter_section(result));
   sections.push_back(not_testable_section(result));

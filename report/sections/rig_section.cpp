@@ -13,9 +13,9 @@ namespace sixdial::report {
 
 using diagnosis::RigSeen;
 
-Section rig_section(const studies::DiagnosisResult& result) {
+Section rig_seen_section(const std::vector<RigSeen>& rig) {
   Section section{.id = "rig_seen", .heading = "The rig as the data see it"};
-  if (!result.rig || result.rig->empty()) return section;
+  if (rig.empty()) return section;
   section.blocks.emplace_back(
       "Where dials and cuboid are, and what they measure, is fitted along with the robot: each "
       "as well as it was known before, and as far as the readings say more.");
@@ -29,7 +29,7 @@ Section rig_section(const studies::DiagnosisResult& result) {
       column("source", "from"),
       column("ratio", "off", "times what was known, one standard deviation"),
       column("learned", "learned", "%")};
-  std::vector<RigSeen> rows = *result.rig;
+  std::vector<RigSeen> rows = rig;
   std::ranges::stable_sort(rows, std::greater{}, &RigSeen::ratio);
   for (const RigSeen& each : rows) {
     const geometry::ShownUnit unit = geometry::shown_unit(each.unit);

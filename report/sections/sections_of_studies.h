@@ -19,6 +19,11 @@ namespace sixdial::report {
     const studies::Assessment& assessment, const std::optional<studies::Precision>& precision,
     bool has_dials = true);
 
+/// The report's section with the uncertainty budget of the tool's position; none where there
+/// is none.
+[[nodiscard]] std::vector<Section> budget_sections(
+    const std::vector<studies::UncertaintyBudget>& budgets);
+
 /// The report's section with Table 6 of all methods and what each identified.
 [[nodiscard]] std::vector<Section> comparison_sections(const studies::ComparisonResult& result);
 

@@ -8,6 +8,7 @@
 
 #include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
+#include "report/words/rig_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -310,28 +311,6 @@ std::string chance_sentence(const DiagnosisResult& result) {
       chance);
 }
 
-/// " ... 0.14 ± 0.02 mm, 1.4 times ...": how the rig stands to what its file states; empty
-/// where the file states nothing.
-std::string rig_sentence(const DiagnosisResult& result) {
-  if (!result.rig) return "";
-  std::vector<diagnosis::RigSeen> stated;
-  for (const diagnosis::RigSeen& each : *result.rig) {
-    if (each.stated) stated.push_back(each);
-  }
-  const diagnosis::RigSeen* worst = diagnosis::worst_of(stated);
-  if (worst == nullptr) return "";
-  constexpr double kWithin = 3.0;  // one of some thirty may be off by that
-  const std::string size = fmt::format(
-      "{} {}, {:.1f} times its stated standard deviation", worst->name,
-      quantity_in_words(worst->off, worst->sd, worst->unit), worst->ratio());
-  return worst->ratio() <= kWithin
-             ? fmt::format("The rig stands within what its file states; off by most: {}.", size)
-             : fmt::format(
-                   "The rig does not stand within what its file states: {}. Measure that "
-                   "again.",
-                   size);
-}
-
 std::vector<std::string> trust(const DiagnosisResult& result) {
   std::vector<std::string> lines;
   // The chance is of the effects' search: readings that are set right are left to it.
@@ -358,7 +337,11 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
               "something smooth without a name would do as well; measure more before spending "
               "money on it.")));
   }
-  if (std::string rig = rig_sentence(result); !rig.empty()) lines.push_back(std::move(rig));
+  if (result.rig) {
+    if (std::string rig = rig_in_words(*result.rig); !rig.empty()) {
+      lines.push_back(std::move(rig));
+    }
+  }
   if (const double share = studies::left_out(result); share > diagnosis::kMostLeftOut) {
     lines.push_back(fmt::format(
         "All of this rests on leaving out {:.0f} % of the readings, so nothing of it is "

@@ -1,0 +1,40 @@
+#include "report/words/rig_words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "report/words/diagnosis_words.h"
+
+namespace sixdial::report {
+
+std::string rig_in_words(const std::vector<diagnosis::RigSeen>& rig) {
+  std::vector<diagnosis::RigSeen> stated;
+  for (const diagnosis::RigSeen& each : rig) {
+    if (each.stated) stated.push_back(each);
+  }
+  const diagnosis::RigSeen* worst = diagnosis::worst_of(stated);
+  if (worst == nullptr) return "";
+  constexpr double kWithin = 3.0;  // one of some thirty may be off by that
+  const std::string size = fmt::format(
+      "{} {}, {:.1f} times its stated standard deviation", worst->name,
+      quantity_in_words(worst->off, worst->sd, worst->unit), worst->ratio());
+  return worst->ratio() <= kWithin
+             ? fmt::format("The rig stands within what its file states; off by most: {}.", size)
+             : fmt::format(
+                   "The rig does not stand within what its file states: {}. Measure that "
+                   "again.",
+                   size);
+}
+
+std::string unsaid_of_rig(const geometry::Rig& rig) {
+  const bool silent =
+      !rig.dials.empty() && std::ranges::none_of(rig.dials, [](const geometry::Dial& dial) {
+        return dial.deviations.position_mm.has_value();
+      });
+  if (!silent) return "";
+  return "The rig file does not say how well the places of the dials are known; real ones are "
+         "known to 0.03 to 0.1 mm. Positions and their uncertainties here take them as exact.";
+}
+
+}  // namespace sixdial::report

@@ -1,0 +1,398 @@
+#include "studies/uncertainty_budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "calibration/predicted_position.h"
+#include "calibration/reading_errors.h"
+#include "calibration/rig_errors.h"
+#include "calibration/uncertainty.h"
+#include "geometry/coverage.h"
+#include "geometry/tool.h"
+#include "session/stated_figures.h"
+#include "simulation/rig_kinds.h"
+
+namespace sixdial::studies {
+namespace {
+
+using calibration::ObservationSpace;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using simulation::RigQuantity;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+const double kOfRectangle = 1.0 / std::sqrt(3.0);  // GUM 4.3.7
+const double kOfStep = 1.0 / std::sqrt(12.0);      // GUM F.2.2.1
+
+/// What one unit of a source does to a position [mm^2, mean over the poses].
+struct Sensitivities {
+  /// Of independent errors of the readings, 1 mm x `sd_mm` by dial.
+  std::function<double(const VectorXd& sd_mm)> of_scatter;
+  /// Of a dial's error curve with a standard deviation of 1 mm.
+  std::function<double(int dial)> of_curve;
+  /// Of the stated quantities of the rig, each off by its stated deviation: what two of them do
+  /// together.
+  MatrixXd of_rig;
+};
+
+double square(double value) { return value * value; }
+
+/// Everything that is asked of the poses again and again.
+class Poses {
+ public:
+  explicit Poses(const BudgetInput& in)
+      : in_(in),
+        by_(calibration::by_readings(in.space, in.g1, in.session.rig)),
+        sandwich_(calibration::sandwich_of(in.space, in.fit, in.weighting)),
+        quantities_(simulation::stated_quantities(in.session.rig)),
+        H_(calibration::rig_errors(in.space, in.g1, in.session.rig)) {
+    const geometry::Tool tool(in.session.rig);
+    const Index n = in.session.rig.robot.nominal.size();
+    JJ_ = MatrixXd::Zero(n, n);
+    std::size_t t = 0;
+    for (int i = 0; i < in.space.samples(); ++i) {
+      const int sample = in.space.sample[static_cast<std::size_t>(i)];
+      while (t < in.g1.size() && in.g1[t].sample != sample) ++t;
+      if (t == in.g1.size()) break;
+      const auto at = tool.derivative(in.fit.x.head(n), in.g1[t].q, in.g1[t].assembly);
+      if (!at) continue;
+      JJ_ += at->J_v.transpose() * at->J_v;
+      joints_.push_back(in.g1[t].q);
+      J_v_.push_back(at->J_v);
+    }
+    if (!J_v_.empty()) JJ_ /= static_cast<double>(J_v_.size());
+  }
+
+  [[nodiscard]] int places() const { return static_cast<int>(J_v_.size()); }
+  [[nodiscard]] const std::vector<RigQuantity>& quantities() const { return quantities_; }
+  /// Any dial measured a position.
+  [[nodiscard]] bool by_dials() const {
+    return std::ranges::any_of(by_, [](const MatrixXd& each) { return !each.isZero(0.0); });
+  }
+
+  [[nodiscard]] Sensitivities measured() const {
+    return {
+        .of_scatter =
+            [this](const VectorXd& sd_mm) {
+              double sum = 0.0;
+              for (const MatrixXd& by : by_) sum += (by * sd_mm.asDiagonal()).squaredNorm();
+              return sum / std::max<double>(1.0, static_cast<double>(by_.size()));
+            },
+        .of_curve =
+            [this](int dial) {
+              double sum = 0.0;
+              for (const MatrixXd& by : by_) sum += by.col(dial).squaredNorm();
+              return sum / std::max<double>(1.0, static_cast<double>(by_.size()));
+            },
+        .of_rig = H_.transpose() * H_ / std::max(1, in_.space.samples())};
+  }
+
+  [[nodiscard]] Sensitivities commanded() const {
+    MatrixXd moved = MatrixXd::Zero(JJ_.rows(), H_.cols());
+    for (int i = 0; i < in_.space.samples() && H_.cols() > 0; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      moved += sandwich_.AW[k].topRows(JJ_.rows()) *
+               H_.middleRows(in_.space.first_row[k], in_.space.rows(i));
+    }
+    return {
+        .of_scatter =
+            [this](const VectorXd& sd_mm) {
+              return of_parameters(calibration::scatter_covariance(sandwich_, by_, sd_mm));
+            },
+        .of_curve =
+            [this](int dial) {
+              const MatrixXd bent = calibration::moved_by_curve(
+                  sandwich_, by_, dial, calibration::curve_shapes(in_.space, in_.g1, dial));
+              return of_parameters(bent * bent.transpose());
+            },
+        .of_rig = moved.transpose() * JJ_ * moved};
+  }
+
+  /// Mean trace of the position's covariance for that of the parameters.
+  [[nodiscard]] double of_parameters(const MatrixXd& covariance) const {
+    const Index n = JJ_.rows();
+    return (JJ_ * covariance.topLeftCorner(n, n)).trace();
+  }
+
+  /// Noise and structure that the fit shows, without what the rig file states of the rig.
+  [[nodiscard]] double of_fit() const {
+    ObservationSpace exact = in_.space;
+    exact.rig_mm.resize(exact.rows(), 0);
+    const calibration::PredictedPosition predicted(
+        exact, in_.fit, in_.weighting, in_.noise.spread_mm, in_.structure);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < J_v_.size(); ++i) {
+      sum += predicted.covariance(joints_[i], J_v_[i]).trace();
+    }
+    return sum / std::max(1, places());
+  }
+
+  /// Variance of a measured position by the space itself [mm^2, all coordinates].
+  [[nodiscard]] double of_space() const {
+    return in_.space.sigma_mm.squaredNorm() / std::max(1, in_.space.samples());
+  }
+  [[nodiscard]] double of_space_in_fit(double sd_mm) const {
+    return square(sd_mm) * of_parameters(sandwich_.noise);
+  }
+
+ private:
+  const BudgetInput& in_;
+  std::vector<MatrixXd> by_;
+  calibration::Sandwich sandwich_;
+  std::vector<RigQuantity> quantities_;
+  MatrixXd H_;  // change of the positions for one stated deviation of each quantity
+  std::vector<VectorXd> joints_;
+  std::vector<MatrixXd> J_v_;
+  MatrixXd JJ_;  // mean of J_v' J_v
+};
+
+/// One budget, row by row.
+class Making {
+ public:
+  Making(const BudgetInput& in, const Poses& poses, Measurand measurand)
+      : in_(in),
+        poses_(poses),
+        by_(measurand == Measurand::kMeasured ? poses.measured() : poses.commanded()) {
+    budget_.measurand = measurand;
+    budget_.places = poses.places();
+  }
+
+  UncertaintyBudget make() {
+    if (poses_.by_dials()) {
+      add_dials();
+      add_rig();
+    } else {
+      add_instrument();
+    }
+    if (budget_.measurand == Measurand::kCommanded) {
+      add_open();
+      add_fit();
+      add_arrival();
+    }
+    add_temperature();
+    double variance = 0.0;
+    for (const BudgetRow& row : budget_.rows) {
+      if (row.state == BudgetState::kCounted) variance += of(row);
+      if (row.state == BudgetState::kNotStated) budget_.complete = false;
+    }
+    for (BudgetRow& row : budget_.rows) {
+      const bool counts = row.state == BudgetState::kCounted && variance > 0.0;
+      row.share = counts ? of(row) / variance : 0.0;
+    }
+    budget_.combined_mm = std::sqrt(std::max(variance, 0.0));
+    budget_.expanded_mm = geometry::kCoverage * budget_.combined_mm;
+    return std::move(budget_);
+  }
+
+ private:
+  /// Variance of a row, with its sign.
+  static double of(const BudgetRow& row) {
+    return row.contribution_mm * std::abs(row.contribution_mm);
+  }
+  BudgetRow& add(BudgetSource source, std::string of, double standard, double variance_mm2) {
+    BudgetRow row{
+        .source = source,
+        .of = std::move(of),
+        .standard = standard,
+        .contribution_mm = std::copysign(std::sqrt(std::abs(variance_mm2)), variance_mm2)};
+    row.sensitivity = standard > 0.0 ? row.contribution_mm / standard : kUnknown;
+    return budget_.rows.emplace_back(std::move(row));
+  }
+  BudgetRow& add_unknown(BudgetSource source, std::string of) {
+    BudgetRow& row = add(source, std::move(of), kUnknown, 0.0);
+    row.state = BudgetState::kNotStated;
+    row.contribution_mm = kUnknown;
+    return row;
+  }
+  void add_scatter(BudgetSource source, const VectorXd& sd_mm) {
+    const double mean = std::sqrt(sd_mm.squaredNorm() / static_cast<double>(sd_mm.size()));
+    BudgetRow& row = add(source, "", mean, by_.of_scatter(sd_mm));
+    if (!(mean > 0.0)) row.state = BudgetState::kExact;
+    of_dials_mm2_ += square(row.contribution_mm);
+  }
+
+  void add_dials() {
+    const auto& dials = in_.session.rig.dials;
+    VectorXd repeat(std::ssize(dials)), step(std::ssize(dials));
+    for (Index d = 0; d < repeat.size(); ++d) {
+      repeat[d] = dials[static_cast<std::size_t>(d)].repeatability_mm;
+      step[d] = kOfStep * dials[static_cast<std::size_t>(d)].resolution_mm;
+    }
+    add_scatter(BudgetSource::kRepeatability, repeat);
+    add_scatter(BudgetSource::kResolution, step);
+    for (std::size_t d = 0; d < dials.size(); ++d) {
+      const geometry::Dial& dial = dials[d];
+      if (!session::states_figure(in_.session.rig_text, dial.id, "accuracy_mm")) {
+        add_unknown(BudgetSource::kDialCurve, dial.id);
+        continue;
+      }
+      const double sd_mm = kOfRectangle * dial.accuracy_mm;
+      BudgetRow& row =
+          add(BudgetSource::kDialCurve, dial.id, sd_mm,
+              square(sd_mm) * by_.of_curve(static_cast<int>(d)));
+      if (!(sd_mm > 0.0)) row.state = BudgetState::kExact;
+      of_dials_mm2_ += square(row.contribution_mm);
+    }
+  }
+
+  /// The quantities of one kind.
+  struct Kind {
+    std::string unit{};
+    std::vector<Index> stated{};
+    int exact = 0;
+    std::string unsaid{};
+  };
+  using Kinds = std::vector<std::pair<std::string_view, Kind>>;
+
+  [[nodiscard]] Kinds kinds() const {
+    Kinds kinds;
+    const auto kind_of = [&](const RigQuantity& each) -> Kind& {
+      for (auto& [name, kind] : kinds) {
+        if (name == simulation::kind_of(each)) return kind;
+      }
+      return kinds.emplace_back(simulation::kind_of(each), Kind{.unit = each.unit}).second;
+    };
+    for (std::size_t k = 0; k < poses_.quantities().size(); ++k) {
+      kind_of(poses_.quantities()[k]).stated.push_back(static_cast<Index>(k));
+    }
+    for (const RigQuantity& each : simulation::claimed_quantities(in_.session.rig)) {
+      Kind& kind = kind_of(each);
+      if (simulation::said_of(in_.session.rig, each)) {
+        ++kind.exact;
+      } else {
+        kind.unsaid += (kind.unsaid.empty() ? "" : ", ") + each.place.name;
+      }
+    }
+    return kinds;
+  }
+
+  void add_rig() {
+    const Index count = std::ssize(poses_.quantities());
+    MatrixXd known = MatrixXd::Identity(count, count);
+    if (in_.rig != nullptr) known = in_.rig->left_open() * in_.rig->left_open().transpose();
+    const MatrixXd variance = known.cwiseProduct(by_.of_rig);
+    double separately = 0.0;
+    for (const auto& [name, kind] : kinds()) {
+      if (!kind.stated.empty()) {
+        double sds = 0.0;
+        for (const Index k : kind.stated) {
+          sds += known(k, k) * square(poses_.quantities()[static_cast<std::size_t>(k)].sd);
+        }
+        const double together = variance(kind.stated, kind.stated).sum();
+        separately += together;
+        add(BudgetSource::kRig, std::string(name),
+            std::sqrt(sds / static_cast<double>(kind.stated.size())), together)
+            .unit = kind.unit;
+      } else if (kind.exact > 0) {
+        BudgetRow& row = add(BudgetSource::kRig, std::string(name), 0.0, 0.0);
+        row.unit = kind.unit;
+        row.state = BudgetState::kExact;
+      }
+      if (kind.unsaid.empty()) continue;
+      BudgetRow& row = add_unknown(BudgetSource::kRig, std::string(name));
+      row.unit = kind.unit;
+      if (kind.exact > 0 || !kind.stated.empty()) row.not_stated = kind.unsaid;
+    }
+    if (in_.rig != nullptr) {
+      add(BudgetSource::kCorrelation, "", kUnknown, variance.sum() - separately);
+    }
+  }
+
+  void add_instrument() {
+    if (in_.space.sigma_is_assumed) {
+      add_unknown(BudgetSource::kInstrument, "");
+      return;
+    }
+    const double sd_mm = in_.space.mean_sigma();
+    const bool measured = budget_.measurand == Measurand::kMeasured;
+    const BudgetRow& row =
+        add(BudgetSource::kInstrument, "", sd_mm,
+            measured ? poses_.of_space() : poses_.of_space_in_fit(sd_mm));
+    of_dials_mm2_ += square(row.contribution_mm);
+  }
+
+  void add_open() {
+    const MatrixXd held = calibration::held_covariance(in_.fit, in_.space.parameter_info);
+    const double variance = poses_.of_parameters(held);
+    if (!(variance > 0.0)) return;
+    add(BudgetSource::kOpen, "", std::sqrt(variance), variance);
+  }
+
+  void add_fit() {
+    if (!in_.noise.known) {
+      add_unknown(BudgetSource::kFit, "");
+      return;
+    }
+    const double beyond = std::max(0.0, poses_.of_fit() - of_dials_mm2_);
+    add(BudgetSource::kFit, "", std::sqrt(beyond), beyond).by_statistics = true;
+  }
+
+  void add_arrival() {
+    const auto& repeats = in_.noise.repeats;
+    if (!repeats) {
+      add_unknown(BudgetSource::kArrival, "").by_statistics = true;
+      return;
+    }
+    const double axes = in_.space.position_axes;
+    const double beyond = std::max(0.0, axes * square(repeats->sigma_mm) - poses_.of_space());
+    add(BudgetSource::kArrival, "", std::sqrt(beyond), beyond).by_statistics = true;
+  }
+
+  /// What moved with the thermometer; it is part of what the fit leaves.
+  void add_temperature();
+
+  const BudgetInput& in_;
+  const Poses& poses_;
+  Sensitivities by_;
+  UncertaintyBudget budget_;
+  double of_dials_mm2_ = 0.0;
+};
+
+void Making::add_temperature() {
+  const MatrixXd left = calibration::position_errors(in_.space, in_.fit.x);
+  std::vector<double> degc;
+  std::vector<Index> at;
+  for (int i = 0; i < in_.space.samples(); ++i) {
+    const int sample = in_.space.sample[static_cast<std::size_t>(i)];
+    const auto& read = in_.session.samples[static_cast<std::size_t>(sample)].temperature_c;
+    if (!read || !left.col(i).allFinite()) continue;
+    degc.push_back(*read);
+    at.push_back(i);
+  }
+  constexpr std::size_t kFew = 5;
+  if (budget_.measurand == Measurand::kMeasured || degc.size() < kFew) {
+    BudgetRow& row = add_unknown(BudgetSource::kTemperature, "");
+    row.unit = "degC";
+    return;
+  }
+  const auto n = static_cast<double>(degc.size());
+  double mean = 0.0, squares = 0.0;
+  for (const double each : degc) mean += each / n;
+  for (const double each : degc) squares += square(each - mean);
+  const double sd = std::sqrt(squares / (n - 1));
+  VectorXd slope = VectorXd::Zero(left.rows());
+  for (std::size_t i = 0; i < degc.size() && squares > 0.0; ++i) {
+    slope += (degc[i] - mean) / squares * left.col(at[i]);
+  }
+  BudgetRow& row = add(BudgetSource::kTemperature, "", sd, square(slope.norm() * sd));
+  row.unit = "degC";
+  row.by_statistics = true;
+  row.state = BudgetState::kContained;
+}
+
+}  // namespace
+
+std::vector<UncertaintyBudget> uncertainty_budgets(const BudgetInput& input) {
+  const Poses poses(input);
+  std::vector<UncertaintyBudget> result;
+  for (const Measurand each : {Measurand::kMeasured, Measurand::kCommanded}) {
+    result.push_back(Making(input, poses, each).make());
+  }
+  return result;
+}
+
+}  // namespace sixdial::studies
