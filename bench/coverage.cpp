@@ -266,13 +266,12 @@ struct Power {
   int tried = 0, found = 0;
 };
 
-void print_power(const Options& options, Sessions& sessions) {
-  const std::string name =
-      options.cause.empty() ? std::string("power") : "power, " + options.cause;
+void print_power(std::string name, RigFile file, const Options& options, Sessions& sessions) {
+  if (!options.cause.empty()) name += ", " + options.cause;
   if (name.find(options.only) == std::string::npos) return;
   const auto& finished = sessions.of(name, [&](std::uint64_t seed) {
     std::string text;
-    for (const AtLimit& each : try_limits(seed, options.cause)) {
+    for (const AtLimit& each : try_limits(seed, file, options.cause)) {
       text += fmt::format(
           "{} {:d} {:d} ", each.cause, each.of_name, each.of_name ? each.named : each.detected);
     }
@@ -292,8 +291,10 @@ void print_power(const Options& options, Sessions& sessions) {
     }
   }
   fmt::print(
-      "\n| effect of a limit's size | sessions | found at the limit of detection % | named at "
-      "that of naming % |\n|---|---|---|---|\n");
+      "\n| effect of a limit's size ({}) | sessions | found at the limit of detection % | "
+      "named "
+      "at that of naming % |\n|---|---|---|---|\n",
+      name);
   for (const auto& [cause, power] : table) {
     fmt::print(
         "| {} | {} | {} | {} |\n", cause, power[0].tried,
@@ -324,6 +325,7 @@ int main(int argc, char** argv) {
       "| diagnosis of | sessions | sizes % | gain % | false names % | anything % |\n"
       "|---|---|---|---|---|---|",
       diagnosis_cases(options.cause), options, sessions);
-  print_power(options, sessions);
+  print_power("power", RigFile::kExact, options, sessions);
+  print_power("limits, deviations in the file", RigFile::kDeviations, options, sessions);
   print_workshops(options, sessions);
 }

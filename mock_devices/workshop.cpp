@@ -1,6 +1,7 @@
 #include "mock_devices/workshop.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mock_devices/hidden/cause.h"
@@ -38,7 +39,12 @@ void misplace(World& world, const Misplaced& by, Drawing& draw, std::uint64_t se
     world.effects.push_back(make_effect(world.rig, cause, "cuboid", draw.normal(sd), seed));
   };
   hide("cuboid_squareness", by.squareness_rad);
-  hide("cuboid_offset", by.offset_mm);
+  if (by.offset_mm <= 0.0) return;
+  // Each axis by itself: the distance that one effect is given would be a single draw.
+  HiddenEffect offset = make_effect(world.rig, "cuboid_offset", "cuboid", by.offset_mm, seed);
+  offset.parameters.at("x_mm") = draw.normal(by.offset_mm);
+  offset.parameters.at("y_mm") = draw.normal(by.offset_mm);
+  world.effects.push_back(std::move(offset));
 }
 
 void wear(World& world, Drawing& draw, std::uint64_t seed, int samples) {

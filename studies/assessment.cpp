@@ -241,23 +241,21 @@ CheckedSession check_gross_errors(
       if (set == "G2") checked.g2.push_back(trial);
     }
   };
-  const auto see_rig = [&](calibration::Loss loss) {
-    checked.rig = calibration::fit_rig(checked.g1, session.rig, {}, loss);
-    if (!checked.rig) return;
-    checked.session.rig = checked.rig->rig;
-    split();
-  };
   split();
-  see_rig(calibration::Loss::kHuber);
   checked.found.set_aside = set_aside;
   if (not_possible) {
     checked.found.not_possible = not_possible;
     return checked;
   }
+  checked.rig = diagnosis::fit_rig(checked.g1, session.rig);
+  if (checked.rig) {
+    checked.session.rig = checked.rig->rig;
+    split();
+  }
   calibration::IdentifySettings wide = settings;
   wide.fixed.clear();  // a robot that is told less about itself accuses nobody wrongly
   const auto in_g1 = calibration::find_gross_errors(checked.g1, checked.session.rig, wide);
-  checked.warnings = changed_midway(checked.all, session, in_g1);
+  checked.warnings = changed_midway(checked.all, checked.session, in_g1);
   GrossErrors& found = checked.found;
   found.readings = in_g1.readings;
   found.sigma_mm = in_g1.sigma_mm;
@@ -277,7 +275,6 @@ CheckedSession check_gross_errors(
     }
   }
   if (set_aside && !in_g1.found.empty()) split();
-  see_rig(calibration::Loss::kSquare);
   return checked;
 }
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "calibration/gross_errors.h"
-#include "calibration/rig_fit.h"
 #include "calibration/rig_spaces.h"
 #include "calibration/uncertainty.h"
+#include "diagnosis/rig_fit.h"
 #include "session/session.h"
 #include "studies/error.h"
 #include "studies/mode_assessment.h"
@@ -144,7 +144,7 @@ struct GrossErrors {
 struct CheckedSession {
   session::Session session;  // its rig: as the readings see it
   GrossErrors found;
-  std::optional<calibration::RigFit> rig{};  // empty: nothing of it is stated
+  std::optional<diagnosis::RigFit> rig{};            // empty: nothing of it is stated
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
   std::vector<Warning> warnings{};                   // what changed while it was measured
 };

@@ -180,7 +180,7 @@ CalibrationResult calibrate_here(
   add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return with_rig_as_seen(
-        space_of("positions", trials, checked.session, settings.noise_mm), checked.rig);
+        space_of("positions", trials, checked.session, settings.noise_mm), trials, checked.rig);
   };
   const CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
@@ -208,15 +208,18 @@ CalibrationResult calibrate_here(
   const calibration::ComparisonSettings as_fitted{
       .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
   result.cross_validation = cross_validated(
-      checked.g1, checked.session, registry_method(method, settings.profile), as_fitted, stop);
+      checked.g1, checked.session, checked.rig ? &believed.rig : nullptr,
+      registry_method(method, settings.profile), as_fitted, stop);
   add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);
-  result.position_noise_mm = position_noise_mm(believed);
+  session::Session seen = believed;  // every point, measured by the rig as it is seen
+  seen.rig = checked.session.rig;
+  result.position_noise_mm = position_noise_mm(seen);
   if (const auto tolerance_mm =
           request.tolerance_mm ? request.tolerance_mm : session.rig.tolerance_mm) {
-    result.conformity = conformity_of(result, believed, *tolerance_mm);
+    result.conformity = conformity_of(result, seen, *tolerance_mm);
   }
   return result;
 }

@@ -9,6 +9,7 @@
 
 #include "calibration/comparison.h"
 #include "calibration/identifiability.h"
+#include "calibration/rig_errors.h"
 #include "calibration/uncertainty.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
@@ -75,11 +76,13 @@ std::optional<calibration::ErrorStats> stats_of(const calibration::ErrorStats& s
   return stats;
 }
 
-/// What a method found. Its sd has what the poses leave open, which no fit of them knows.
+/// What a method found. Its sd has what the poses and the rig leave open, which no fit of them
+/// knows. `by_rig`: covariance that the rig's geometry gives the parameters.
 std::vector<std::pair<std::string, ComparedParameter>> parameters_of(
-    const calibration::Identified& found, const calibration::ObservationSpace& space) {
+    const calibration::Identified& found, const calibration::ObservationSpace& space,
+    const Eigen::MatrixXd& by_rig) {
   const Eigen::MatrixXd covariance =
-      found.covariance + calibration::held_covariance(found.fit, space.parameter_info);
+      found.covariance + calibration::held_covariance(found.fit, space.parameter_info) + by_rig;
   const auto estimates = calibration::parameter_estimates(
       found.fit, space.nominal, covariance, space.parameter_names());
   std::vector<std::pair<std::string, ComparedParameter>> parameters;
@@ -95,7 +98,7 @@ std::vector<std::pair<std::string, ComparedParameter>> parameters_of(
 
 ComparedRow row_of(
     const ComparedMethod& method, const Comparison& all,
-    const calibration::ObservationSpace& space) {
+    const calibration::ObservationSpace& space, const Eigen::MatrixXd& by_rig) {
   ComparedRow row{
       .id = method.choice.id,
       .name = method_name(method.choice.id),
@@ -114,7 +117,7 @@ ComparedRow row_of(
   found.status = robot.found.status;
   found.iterations = robot.found.iterations;
   found.objective_rmse_mm = robot.found.rmse;
-  found.parameters = parameters_of(robot.found, space);
+  found.parameters = parameters_of(robot.found, space, by_rig);
   if (method.choice.residual == nullptr) return row;
   row.residual_model = method.choice.residual->name;
   row.description =
@@ -212,7 +215,7 @@ ComparisonResult compare_here(
   add(checked.warnings, believable.warnings);
   const auto positions = [&](std::span<const simulation::Trial> trials) {
     return with_rig_as_seen(
-        space_of("positions", trials, checked.session, settings.identify.noise_mm),
+        space_of("positions", trials, checked.session, settings.identify.noise_mm), trials,
         checked.rig);
   };
   const auto g1 = positions(checked.g1);
@@ -225,7 +228,7 @@ ComparisonResult compare_here(
   }
   calibration::ObservationSpace space = with_rig_as_seen(
       space_of(request.space, checked.g1, checked.session, settings.identify.noise_mm),
-      checked.rig);
+      checked.g1, checked.rig);
   settings.identify.fixed = fixed_parameters(
       space, believed.rig.robot.model->parameter_count(), request.fix, request.free);
 
@@ -256,13 +259,15 @@ ComparisonResult compare_here(
       .least_squares_rmse_mm = reference.rmse,
       .assessment = assess(
           space, reference.fit, calibration::weighting_of(space, settings.identify), checked.g1,
-          checked.all, believed.rig),
+          checked.all, checked.session.rig),
       .precision =
           precision_of(space, reference, checked.g1, checked.session, settings.identify),
       .gross_errors = checked.found,
       .seconds = found->seconds};
+  const Eigen::MatrixXd by_rig = calibration::rig_covariance(
+      space, reference.fit, calibration::weighting_of(space, settings.identify));
   for (const ComparedMethod& method : found->methods) {
-    result.methods.push_back(row_of(method, *found, space));
+    result.methods.push_back(row_of(method, *found, space, by_rig));
   }
   result.best = best_of(result.methods);
   add(implausible_lengths(result.assessment.parameters, *believed.rig.robot.model),

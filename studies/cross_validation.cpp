@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calibration/pose_groups.h"
+#include "session/trials.h"
 #include "studies/assessment.h"
 #include "studies/method_name.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -33,6 +36,20 @@ std::vector<int> poses_of(std::span<const simulation::Trial> trials) {
     joints.row(static_cast<Eigen::Index>(t)) = trials[t].q.transpose();
   }
   return calibration::pose_groups(joints);
+}
+
+/// The same samples, their positions by another rig.
+std::vector<simulation::Trial> measured_again(
+    const std::vector<simulation::Trial>& trials, const session::Session& seen) {
+  std::vector<simulation::Trial> result;
+  std::size_t at = 0;
+  for (simulation::Trial& each : session::trials_of(seen, "")) {
+    if (at < trials.size() && each.sample == trials[at].sample) {
+      result.push_back(std::move(each));
+      ++at;
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -72,8 +89,8 @@ std::optional<ErrorDifference> difference(
 
 std::optional<CrossValidation> cross_validated(
     std::span<const simulation::Trial> g1, const session::Session& session,
-    const calibration::MethodChoice& method, const calibration::ComparisonSettings& settings,
-    const std::stop_token& stop) {
+    const geometry::Rig* file_rig, const calibration::MethodChoice& method,
+    const calibration::ComparisonSettings& settings, const std::stop_token& stop) {
   CrossValidation result{.folds = kFolds};
   std::vector<calibration::MethodChoice> choices{
       {without_residual_model(method.id), method.identifier, nullptr}};
@@ -94,8 +111,18 @@ std::optional<CrossValidation> cross_validated(
       const bool is_out = pose[t] / std::max(1, stride) % kFolds == out;
       (is_out ? judged : fitted).push_back(g1[t]);
     }
+    // Held out means held out: where the dials stand is found without these readings too.
+    session::Session seen = session;
+    std::optional<diagnosis::RigFit> rig;
+    if (file_rig != nullptr) {
+      rig = diagnosis::fit_rig(fitted, *file_rig);
+      seen.rig = rig ? rig->rig : *file_rig;
+      fitted = measured_again(fitted, seen);
+      judged = measured_again(judged, seen);
+    }
     const auto space = [&](const std::vector<simulation::Trial>& trials) {
-      return space_of("positions", trials, session, settings.identify.noise_mm);
+      return with_rig_as_seen(
+          space_of("positions", trials, seen, settings.identify.noise_mm), trials, rig);
     };
     const calibration::ObservationSpace train = space(fitted);
     if (calibration::trouble_with(train) || judged.empty()) return std::nullopt;

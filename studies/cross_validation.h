@@ -48,10 +48,11 @@ struct ErrorDifference {
 
 /// The identifier of `method` alone, and with its residual model where it has one, on G1's
 /// measured positions. At most 2000 poses are used. Empty where a fold leaves too few
-/// samples to fit, or after a stop.
+/// samples to fit, or after a stop. `file_rig`: where the dials were fitted along, the rig as
+/// its file says, so that each fold fits them anew; else null.
 [[nodiscard]] std::optional<CrossValidation> cross_validated(
     std::span<const simulation::Trial> g1, const session::Session& session,
-    const calibration::MethodChoice& method, const calibration::ComparisonSettings& settings,
-    const std::stop_token& stop = {});
+    const geometry::Rig* file_rig, const calibration::MethodChoice& method,
+    const calibration::ComparisonSettings& settings, const std::stop_token& stop = {});
 
 }  // namespace sixdial::studies

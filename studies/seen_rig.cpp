@@ -1,15 +1,36 @@
 #include "studies/seen_rig.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "calibration/rig_errors.h"
+#include "simulation/moved_rig.h"
+
 namespace sixdial::studies {
+namespace {
 
 using diagnosis::RigSeen;
+using Eigen::MatrixXd;
 using simulation::RigQuantity;
 
-std::vector<RigSeen> seen_of(const calibration::RigFit& fit) {
+bool same(const geometry::DialGeometry& a, const geometry::DialGeometry& b) {
+  return a.position_mm == b.position_mm && a.axis == b.axis &&
+         a.tip_radius_mm == b.tip_radius_mm;
+}
+
+/// Both files say the same of the part that this quantity is of.
+bool same_part(const RigQuantity& quantity, const geometry::Rig& a, const geometry::Rig& b) {
+  if (quantity.place.dial < 0) return a.cuboid.side_mm == b.cuboid.side_mm;
+  const auto d = static_cast<std::size_t>(quantity.place.dial);
+  return d < a.dials.size() && d < b.dials.size() &&
+         same(a.dials[d].geometry, b.dials[d].geometry);
+}
+
+}  // namespace
+
+std::vector<RigSeen> seen_of(const diagnosis::RigFit& fit) {
   std::vector<RigSeen> result;
   for (std::size_t k = 0; k < fit.quantities.size(); ++k) {
     const RigQuantity& each = fit.quantities[k];
@@ -26,23 +47,40 @@ std::vector<RigSeen> seen_of(const calibration::RigFit& fit) {
 }
 
 geometry::Rig rig_as_seen(
-    const geometry::Rig& file, const std::optional<std::vector<RigSeen>>& seen) {
-  const std::vector<RigQuantity> quantities = simulation::stated_quantities(file);
-  if (!seen || quantities.empty()) return file;
+    const geometry::Rig& other, const geometry::Rig& file,
+    const std::optional<std::vector<RigSeen>>& seen) {
+  if (!seen) return other;
+  // By name and size: what the other file states of its own does not matter.
+  std::vector<RigQuantity> quantities = simulation::stated_quantities(file);
+  for (RigQuantity& each : simulation::claimed_quantities(file)) {
+    quantities.push_back(std::move(each));
+  }
   Eigen::VectorXd off = Eigen::VectorXd::Zero(std::ssize(quantities));
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const auto found = std::ranges::find(*seen, quantities[k].name, &RigSeen::name);
     if (found == seen->end() || !std::isfinite(found->off)) continue;
+    if (!same_part(quantities[k], other, file)) continue;
     off[static_cast<Eigen::Index>(k)] = found->off / quantities[k].sd;
   }
-  return calibration::moved_rig(file, off);
+  return simulation::moved_rig(other, quantities, off);
+}
+
+geometry::Rig rig_as_seen(
+    const geometry::Rig& file, const std::optional<std::vector<RigSeen>>& seen) {
+  return rig_as_seen(file, file, seen);
 }
 
 calibration::ObservationSpace with_rig_as_seen(
-    calibration::ObservationSpace space, const std::optional<calibration::RigFit>& fit) {
-  if (fit && space.rig_mm.cols() == fit->covariance.rows()) {
-    space.rig_mm *= fit->left_open();
-  }
+    calibration::ObservationSpace space, std::span<const simulation::Trial> trials,
+    const std::optional<diagnosis::RigFit>& fit) {
+  if (!fit || space.rig_mm.cols() != std::ssize(fit->quantities)) return space;
+  const MatrixXd curves = calibration::curve_columns(
+      space, trials, fit->rig, calibration::by_readings(space, trials, fit->rig), fit->ranges);
+  MatrixXd columns(space.rows(), space.rig_mm.cols() + curves.cols());
+  columns << space.rig_mm, curves;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(fit->open);
+  space.rig_mm = columns * eigen.eigenvectors() *
+                 eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
   return space;
 }
 

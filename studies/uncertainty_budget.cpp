@@ -1,5 +1,6 @@
 #include "studies/uncertainty_budget.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -25,18 +26,15 @@ using Eigen::VectorXd;
 using simulation::RigQuantity;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-const double kOfRectangle = 1.0 / std::sqrt(3.0);  // GUM 4.3.7
-const double kOfStep = 1.0 / std::sqrt(12.0);      // GUM F.2.2.1
+const double kOfStep = 1.0 / std::sqrt(12.0);  // GUM F.2.2.1
 
 /// What one unit of a source does to a position [mm^2, mean over the poses].
 struct Sensitivities {
   /// Of independent errors of the readings, 1 mm x `sd_mm` by dial.
   std::function<double(const VectorXd& sd_mm)> of_scatter;
-  /// Of a dial's error curve with a standard deviation of 1 mm.
-  std::function<double(int dial)> of_curve;
-  /// Of the stated quantities of the rig, each off by its stated deviation: what two of them do
-  /// together.
-  MatrixXd of_rig;
+  /// Of the stated quantities of the rig, then of the shapes of each dial's curve, each off by
+  /// the standard deviation known before: what two of them do together.
+  MatrixXd of_known;
 };
 
 double square(double value) { return value * value; }
@@ -49,7 +47,8 @@ class Poses {
         by_(calibration::by_readings(in.space, in.g1, in.session.rig)),
         sandwich_(calibration::sandwich_of(in.space, in.fit, in.weighting)),
         quantities_(simulation::stated_quantities(in.session.rig)),
-        H_(calibration::rig_errors(in.space, in.g1, in.session.rig)) {
+        known_(in.space.rows(), 0) {
+    set_known();
     const geometry::Tool tool(in.session.rig);
     const Index n = in.session.rig.robot.nominal.size();
     JJ_ = MatrixXd::Zero(n, n);
@@ -82,34 +81,22 @@ class Poses {
               for (const MatrixXd& by : by_) sum += (by * sd_mm.asDiagonal()).squaredNorm();
               return sum / std::max<double>(1.0, static_cast<double>(by_.size()));
             },
-        .of_curve =
-            [this](int dial) {
-              double sum = 0.0;
-              for (const MatrixXd& by : by_) sum += by.col(dial).squaredNorm();
-              return sum / std::max<double>(1.0, static_cast<double>(by_.size()));
-            },
-        .of_rig = H_.transpose() * H_ / std::max(1, in_.space.samples())};
+        .of_known = known_.transpose() * known_ / std::max(1, in_.space.samples())};
   }
 
   [[nodiscard]] Sensitivities commanded() const {
-    MatrixXd moved = MatrixXd::Zero(JJ_.rows(), H_.cols());
-    for (int i = 0; i < in_.space.samples() && H_.cols() > 0; ++i) {
+    MatrixXd moved = MatrixXd::Zero(JJ_.rows(), known_.cols());
+    for (int i = 0; i < in_.space.samples(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       moved += sandwich_.AW[k].topRows(JJ_.rows()) *
-               H_.middleRows(in_.space.first_row[k], in_.space.rows(i));
+               known_.middleRows(in_.space.first_row[k], in_.space.rows(i));
     }
     return {
         .of_scatter =
             [this](const VectorXd& sd_mm) {
               return of_parameters(calibration::scatter_covariance(sandwich_, by_, sd_mm));
             },
-        .of_curve =
-            [this](int dial) {
-              const MatrixXd bent = calibration::moved_by_curve(
-                  sandwich_, by_, dial, calibration::curve_shapes(in_.space, in_.g1, dial));
-              return of_parameters(bent * bent.transpose());
-            },
-        .of_rig = moved.transpose() * JJ_ * moved};
+        .of_known = moved.transpose() * JJ_ * moved};
   }
 
   /// Mean trace of the position's covariance for that of the parameters.
@@ -140,11 +127,23 @@ class Poses {
   }
 
  private:
+  void set_known() {
+    const geometry::Rig& rig = in_.session.rig;
+    MatrixXd of_rig = calibration::rig_errors(in_.space, in_.g1, rig);
+    if (of_rig.cols() == 0) of_rig.resize(in_.space.rows(), 0);
+    const MatrixXd curves = calibration::curve_columns(
+        in_.space, in_.g1, rig, by_,
+        in_.rig != nullptr ? in_.rig->ranges
+                           : calibration::reading_ranges(in_.g1, rig.dials.size()));
+    known_.resize(in_.space.rows(), of_rig.cols() + curves.cols());
+    known_ << of_rig, curves;
+  }
+
   const BudgetInput& in_;
   std::vector<MatrixXd> by_;
   calibration::Sandwich sandwich_;
   std::vector<RigQuantity> quantities_;
-  MatrixXd H_;  // change of the positions for one stated deviation of each quantity
+  MatrixXd known_;  // change of the positions for one of each that Sensitivities::of_known has
   std::vector<VectorXd> joints_;
   std::vector<MatrixXd> J_v_;
   MatrixXd JJ_;  // mean of J_v' J_v
@@ -164,7 +163,7 @@ class Making {
   UncertaintyBudget make() {
     if (poses_.by_dials()) {
       add_dials();
-      add_rig();
+      add_known();
     } else {
       add_instrument();
     }
@@ -180,7 +179,9 @@ class Making {
       if (row.state == BudgetState::kNotStated) budget_.complete = false;
     }
     for (BudgetRow& row : budget_.rows) {
-      const bool counts = row.state == BudgetState::kCounted && variance > 0.0;
+      const bool counts =
+          (row.state == BudgetState::kCounted || row.state == BudgetState::kPart) &&
+          variance > 0.0;
       row.share = counts ? of(row) / variance : 0.0;
     }
     budget_.combined_mm = std::sqrt(std::max(variance, 0.0));
@@ -189,16 +190,13 @@ class Making {
   }
 
  private:
-  /// Variance of a row, with its sign.
-  static double of(const BudgetRow& row) {
-    return row.contribution_mm * std::abs(row.contribution_mm);
-  }
+  static double of(const BudgetRow& row) { return square(row.contribution_mm); }
   BudgetRow& add(BudgetSource source, std::string of, double standard, double variance_mm2) {
     BudgetRow row{
         .source = source,
         .of = std::move(of),
         .standard = standard,
-        .contribution_mm = std::copysign(std::sqrt(std::abs(variance_mm2)), variance_mm2)};
+        .contribution_mm = std::sqrt(std::max(variance_mm2, 0.0))};
     row.sensitivity = standard > 0.0 ? row.contribution_mm / standard : kUnknown;
     return budget_.rows.emplace_back(std::move(row));
   }
@@ -224,19 +222,6 @@ class Making {
     }
     add_scatter(BudgetSource::kRepeatability, repeat);
     add_scatter(BudgetSource::kResolution, step);
-    for (std::size_t d = 0; d < dials.size(); ++d) {
-      const geometry::Dial& dial = dials[d];
-      if (!session::states_figure(in_.session.rig_text, dial.id, "accuracy_mm")) {
-        add_unknown(BudgetSource::kDialCurve, dial.id);
-        continue;
-      }
-      const double sd_mm = kOfRectangle * dial.accuracy_mm;
-      BudgetRow& row =
-          add(BudgetSource::kDialCurve, dial.id, sd_mm,
-              square(sd_mm) * by_.of_curve(static_cast<int>(d)));
-      if (!(sd_mm > 0.0)) row.state = BudgetState::kExact;
-      of_dials_mm2_ += square(row.contribution_mm);
-    }
   }
 
   /// The quantities of one kind.
@@ -270,36 +255,114 @@ class Making {
     return kinds;
   }
 
-  void add_rig() {
-    const Index count = std::ssize(poses_.quantities());
-    MatrixXd known = MatrixXd::Identity(count, count);
-    if (in_.rig != nullptr) known = in_.rig->left_open() * in_.rig->left_open().transpose();
-    const MatrixXd variance = known.cwiseProduct(by_.of_rig);
-    double separately = 0.0;
+  /// What belongs together among the known: quantities of a kind, or the curve of a dial.
+  struct Group {
+    BudgetSource source = BudgetSource::kRig;
+    std::string of{}, unit{"mm"};
+    double standard = 0.0;
+    std::vector<Index> members{};
+  };
+
+  /// Moments of the known before or, with a fit of the rig, after the readings.
+  [[nodiscard]] MatrixXd moments() const {
+    if (in_.rig != nullptr) return in_.rig->open;
+    return MatrixXd::Identity(by_.of_known.rows(), by_.of_known.cols());
+  }
+
+  /// What is stated; rows for what is exact or not stated are added here.
+  [[nodiscard]] std::vector<Group> stated_groups() {
+    std::vector<Group> groups;
     for (const auto& [name, kind] : kinds()) {
       if (!kind.stated.empty()) {
-        double sds = 0.0;
-        for (const Index k : kind.stated) {
-          sds += known(k, k) * square(poses_.quantities()[static_cast<std::size_t>(k)].sd);
-        }
-        const double together = variance(kind.stated, kind.stated).sum();
-        separately += together;
-        add(BudgetSource::kRig, std::string(name),
-            std::sqrt(sds / static_cast<double>(kind.stated.size())), together)
-            .unit = kind.unit;
+        groups.push_back({BudgetSource::kRig, std::string(name), kind.unit, 0.0, kind.stated});
       } else if (kind.exact > 0) {
-        BudgetRow& row = add(BudgetSource::kRig, std::string(name), 0.0, 0.0);
-        row.unit = kind.unit;
-        row.state = BudgetState::kExact;
+        add_exact(BudgetSource::kRig, std::string(name), kind.unit);
       }
-      if (kind.unsaid.empty()) continue;
-      BudgetRow& row = add_unknown(BudgetSource::kRig, std::string(name));
-      row.unit = kind.unit;
-      if (kind.exact > 0 || !kind.stated.empty()) row.not_stated = kind.unsaid;
+      if (!kind.unsaid.empty()) {
+        BudgetRow& row = add_unknown(BudgetSource::kRig, std::string(name));
+        if (kind.exact > 0 || !kind.stated.empty()) row.not_stated = kind.unsaid;
+        row.unit = kind.unit;
+      }
     }
-    if (in_.rig != nullptr) {
-      add(BudgetSource::kCorrelation, "", kUnknown, variance.sum() - separately);
+    const Index first = std::ssize(poses_.quantities());
+    const auto& dials = in_.session.rig.dials;
+    for (std::size_t d = 0; d < dials.size(); ++d) {
+      const geometry::Dial& dial = dials[d];
+      if (!session::states_figure(in_.session.rig_text, dial.id, "accuracy_mm")) {
+        add_unknown(BudgetSource::kDialCurve, dial.id);
+      } else if (!(dial.accuracy_mm > 0.0)) {
+        add_exact(BudgetSource::kDialCurve, dial.id, "mm");
+      } else {
+        Group& group = groups.emplace_back(Group{BudgetSource::kDialCurve, dial.id});
+        for (Index k = 0; k < calibration::kCurveShapes; ++k) {
+          group.members.push_back(
+              first + calibration::kCurveShapes * static_cast<Index>(d) + k);
+        }
+      }
     }
+    return groups;
+  }
+
+  void add_known() {
+    std::vector<Group> groups = stated_groups();
+    const MatrixXd moment = moments();
+    std::vector<Index> all;
+    for (Group& group : groups) {
+      all.insert(all.end(), group.members.begin(), group.members.end());
+      group.standard = standard_of(group, moment);
+    }
+    const auto variance_of = [&](const std::vector<Index>& members, const MatrixXd& of) {
+      return by_.of_known(members, members).cwiseProduct(of).sum();
+    };
+    if (in_.rig == nullptr) {
+      for (const Group& group : groups) {
+        const double variance =
+            variance_of(group.members, moment(group.members, group.members));
+        add(group.source, group.of, group.standard, variance).unit = group.unit;
+        if (group.source == BudgetSource::kDialCurve) of_dials_mm2_ += variance;
+      }
+      return;
+    }
+    if (all.empty()) return;
+    const double together = variance_of(all, moment(all, all));
+    add(BudgetSource::kFittedAlong, "", std::sqrt(together), together);
+    std::vector<Index> curves;
+    for (const Group& group : groups) {
+      const MatrixXd own = moment(group.members, group.members);
+      const MatrixXd shared = moment(all, group.members);
+      const MatrixXd explained =
+          shared * own.completeOrthogonalDecomposition().pseudoInverse() * shared.transpose();
+      BudgetRow& row =
+          add(group.source, group.of, group.standard,
+              std::clamp(variance_of(all, explained), 0.0, together));
+      row.unit = group.unit;
+      row.state = BudgetState::kPart;
+      if (group.source != BudgetSource::kDialCurve) continue;
+      curves.insert(curves.end(), group.members.begin(), group.members.end());
+    }
+    of_dials_mm2_ += variance_of(curves, moment(curves, curves));
+  }
+
+  /// Root mean square of what its members are known to, in its unit.
+  [[nodiscard]] double standard_of(const Group& group, const MatrixXd& moment) const {
+    double sum = 0.0;
+    for (const Index k : group.members) {
+      const bool is_curve = k >= std::ssize(poses_.quantities());
+      const double sd =
+          is_curve ? curve_sd_of(k) : poses_.quantities()[static_cast<std::size_t>(k)].sd;
+      sum += moment(k, k) * square(sd);
+    }
+    return std::sqrt(sum / static_cast<double>(group.members.size()));
+  }
+  [[nodiscard]] double curve_sd_of(Index known) const {
+    const Index d = (known - std::ssize(poses_.quantities())) / calibration::kCurveShapes;
+    return calibration::curve_sd_mm(in_.session.rig.dials[static_cast<std::size_t>(d)]);
+  }
+
+  void add_exact(BudgetSource source, std::string of, std::string unit) {
+    BudgetRow& row = add(source, std::move(of), 0.0, 0.0);
+    row.unit = std::move(unit);
+    row.state = BudgetState::kExact;
   }
 
   void add_instrument() {

@@ -19,7 +19,7 @@
 
 #include "calibration/fit_covariance.h"
 #include "calibration/noise.h"
-#include "calibration/rig_fit.h"
+#include "diagnosis/rig_fit.h"
 #include "session/session.h"
 #include "simulation/trial.h"
 
@@ -36,7 +36,8 @@ enum class BudgetSource {
   kInstrument,     // of one that gives positions: its standard deviation
   kDialCurve,      // a dial's own error curve, within its maker's limit
   kRig,            // the rig's geometry, kind by kind
-  kCorrelation,    // what the kinds have in common (GUM 5.2.2): may be negative
+  kFittedAlong,    // rig and curves where they were fitted along with the robot: as one, since
+                   // what the readings say of one depends on the others
   kOpen,           // what the poses leave open, held at nominal
   kFit,            // what the fit leaves beyond the dials' own
   kArrival,        // the tool comes back to another place each time
@@ -48,6 +49,8 @@ enum class BudgetState {
   kExact,      // stated as 0
   kNotStated,  // nobody says: not in the combined figure, and not zero
   kContained,  // for information: counted within the row of the fit
+  kPart,       // of kFittedAlong: what would go if this alone were known exactly (more than its
+               // part where others are known only with it)
 };
 
 struct BudgetRow {
@@ -60,8 +63,8 @@ struct BudgetRow {
   // NaN: not known.
   double standard = 0.0;         // standard uncertainty of the source, k = 1
   double sensitivity = 0.0;      // mm per unit
-  double contribution_mm = 0.0;  // sensitivity x standard; below 0: it takes variance away
-  double share = 0.0;            // of the combined variance
+  double contribution_mm = 0.0;  // sensitivity x standard
+  double share = 0.0;            // of the combined variance; those that are counted add up to 1
 };
 
 struct UncertaintyBudget {
@@ -82,7 +85,7 @@ struct BudgetInput {
   const calibration::Structure& structure;
   std::span<const simulation::Trial> g1;
   const session::Session& session;
-  const calibration::RigFit* rig = nullptr;  // null: nothing is stated, or it was not fitted
+  const diagnosis::RigFit* rig = nullptr;  // null: nothing is stated, or it was not fitted
 };
 
 /// kMeasured and kCommanded, in this order. A robot's kind and the instrument's do not matter.

@@ -1,6 +1,7 @@
 // The uncertainty budget of the tool's position as a section of a report.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "geometry/units.h"
@@ -41,6 +42,8 @@ std::string share_of(const BudgetRow& row) {
       return "not stated";
     case BudgetState::kContained:
       return "within the fit";
+    case BudgetState::kPart:
+      return fmt::format("({} %)", fixed(kPercent * row.share, 1));
   }
   return "";
 }
@@ -79,6 +82,14 @@ Table budget_table(const UncertaintyBudget& budget) {
   add_sum("Combined standard uncertainty, k = 1", budget.combined_mm, "100 %");
   table.main_row = table.rows.size();
   add_sum("Expanded uncertainty " + expanded_title(), budget.expanded_mm, "");
+  const bool has_parts = std::ranges::any_of(
+      budget.rows, [](const BudgetRow& row) { return row.state == BudgetState::kPart; });
+  if (has_parts) {
+    table.notes.push_back(
+        "In brackets: by how much of the variance the sum would fall if this alone were known "
+        "exactly. These shares do not add up, as what the readings say of one depends on the "
+        "others.");
+  }
   if (!missing.empty()) {
     table.notes.push_back(
         "Nobody stated these, so they are not in the sum, and it is too small by them: " +

@@ -19,7 +19,7 @@ constexpr std::pair<BudgetSource, std::string_view> kSources[] = {
     {BudgetSource::kInstrument, "instrument"},
     {BudgetSource::kDialCurve, "dial_curve"},
     {BudgetSource::kRig, "rig"},
-    {BudgetSource::kCorrelation, "correlation"},
+    {BudgetSource::kFittedAlong, "fitted_along"},
     {BudgetSource::kOpen, "open_directions"},
     {BudgetSource::kFit, "fit"},
     {BudgetSource::kArrival, "arrival"},
@@ -28,7 +28,8 @@ constexpr std::pair<BudgetState, std::string_view> kStates[] = {
     {BudgetState::kCounted, "counted"},
     {BudgetState::kExact, "exact"},
     {BudgetState::kNotStated, "not_stated"},
-    {BudgetState::kContained, "contained"}};
+    {BudgetState::kContained, "contained"},
+    {BudgetState::kPart, "part"}};
 constexpr std::pair<Measurand, std::string_view> kMeasurands[] = {
     {Measurand::kMeasured, "measured"}, {Measurand::kCommanded, "commanded"}};
 
@@ -60,8 +61,8 @@ std::string plain_words(const studies::BudgetRow& row, Measurand measurand) {
       return fmt::format("error curve of dial {}", row.of);
     case BudgetSource::kRig:
       return row.of;
-    case BudgetSource::kCorrelation:
-      return "what the rig's quantities have in common, once fitted along";
+    case BudgetSource::kFittedAlong:
+      return "what the fit leaves open of the rig and of the dials' curves, together";
     case BudgetSource::kOpen:
       return "what the poses leave open, held at nominal";
     case BudgetSource::kFit:

@@ -12,7 +12,7 @@ namespace sixdial::report {
 /// In documents: "repeatability", "dial_curve", ...
 [[nodiscard]] std::string_view budget_source_name(studies::BudgetSource source);
 [[nodiscard]] std::optional<studies::BudgetSource> budget_source_from(std::string_view name);
-/// "counted", "exact", "not_stated", "contained".
+/// "counted", "exact", "not_stated", "contained", "part".
 [[nodiscard]] std::string_view budget_state_name(studies::BudgetState state);
 [[nodiscard]] std::optional<studies::BudgetState> budget_state_from(std::string_view name);
 /// "measured", "commanded".
@@ -22,7 +22,7 @@ namespace sixdial::report {
 /// "Error curve of dial A".
 [[nodiscard]] std::string source_in_words(
     const studies::BudgetRow& row, studies::Measurand measurand);
-/// "A position that three dials measured once".
+/// "A position, measured once".
 [[nodiscard]] std::string_view measurand_in_words(studies::Measurand measurand);
 
 }  // namespace sixdial::report

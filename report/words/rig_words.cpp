@@ -34,7 +34,8 @@ std::string unsaid_of_rig(const geometry::Rig& rig) {
       });
   if (!silent) return "";
   return "The rig file does not say how well the places of the dials are known; real ones are "
-         "known to 0.03 to 0.1 mm. Positions and their uncertainties here take them as exact.";
+         "known to 0.03 to 0.1 mm. Positions and their uncertainties here take the places as "
+         "exact.";
 }
 
 }  // namespace sixdial::report

@@ -6,7 +6,9 @@
 
 #include "diagnosis/limits.h"
 #include "mock_devices/session_generator.h"
+#include "mock_devices/workshop.h"
 #include "tests/blind/challenge.h"
+#include "tests/blind/workshop.h"
 
 namespace sixdial::blind {
 namespace {
@@ -15,21 +17,40 @@ constexpr double kNoise_mm = 0.002;
 // An effect that would have to be so many times its plausible size is not tried.
 constexpr double kAbsurd = 20.0;
 
-/// `design` draws the robot and the points, `noise` all that chance does while they are
-/// measured.
-std::vector<simulation::Trial> session_with(
-    const geometry::Rig& rig, std::vector<mock_devices::HiddenEffect> effects,
-    std::uint64_t design, std::uint64_t noise) {
-  mock_devices::World world;
-  world.rig = rig;
-  world.robot = mock_devices::drawn_robot(rig, design);
-  world.seed = noise;
-  world.dials = {kNoise_mm, 0.001, 0.0, 0.0};
-  world.warm_up = {.start_c = 20.0, .rise_c = 4.0, .tau_s = 1200.0};
-  world.effects = std::move(effects);
-  return trials_of(
-      rig, mock_devices::generate_session(world, mock_devices::random_plan(rig, design)));
-}
+/// What is measured, and what its file says of it. `design` draws the robot, where the dials
+/// stand and the points; `noise` all that chance does while they are measured.
+class Bench {
+ public:
+  Bench(RigFile file, std::uint64_t design) : design_(design), file_(geometry::default_rig()) {
+    world_.rig = file_;
+    world_.robot = mock_devices::drawn_robot(file_, design);
+    world_.dials = {kNoise_mm, 0.001, 0.0, 0.0};
+    world_.warm_up = {.start_c = 20.0, .rise_c = 4.0, .tau_s = 1200.0};
+    if (file == RigFile::kExact) return;
+    const mock_devices::Misplaced by;
+    const mock_devices::Workshop workshop = mock_devices::drawn_workshop(file_, design, by);
+    state_deviations(file_, by);
+    world_.rig = workshop.world.rig;
+    world_.dials = workshop.world.dials;
+  }
+
+  [[nodiscard]] const geometry::Rig& file() const { return file_; }
+
+  [[nodiscard]] std::vector<simulation::Trial> session_with(
+      std::vector<mock_devices::HiddenEffect> effects, std::uint64_t noise) const {
+    mock_devices::World world = world_;
+    world.seed = noise;
+    world.effects = std::move(effects);
+    return trials_of(
+        file_,
+        mock_devices::generate_session(world, mock_devices::random_plan(file_, design_)));
+  }
+
+ private:
+  std::uint64_t design_;
+  geometry::Rig file_;
+  mock_devices::World world_;
+};
 
 constexpr int kSamples = 150;
 
@@ -51,13 +72,13 @@ mock_devices::HiddenEffect effect_at(
 }
 
 AtLimit tried(
-    const simulation::ForwardModel& model, const diagnosis::Limit& limit, bool of_name,
-    std::uint64_t design, std::uint64_t seed) {
+    const Bench& bench, const simulation::ForwardModel& model, const diagnosis::Limit& limit,
+    bool of_name, std::uint64_t seed) {
   const auto& hypothesis = limit.hypothesis;
   AtLimit result{std::string(hypothesis.effect->cause), hypothesis.place.name, of_name};
   const auto effect =
       effect_at(model.rig(), hypothesis, of_name ? limit.name : limit.detect, seed);
-  diagnosis::Readings readings(model, session_with(model.rig(), {effect}, design, seed));
+  diagnosis::Readings readings(model, bench.session_with({effect}, seed));
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   result.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
                     verdict.swap.has_value() || verdict.rig_geometry.has_value();
@@ -80,9 +101,10 @@ AtLimit tried(
 
 }  // namespace
 
-std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only) {
-  const simulation::ForwardModel model(geometry::default_rig());
-  diagnosis::Readings readings(model, session_with(model.rig(), {}, seed, seed));
+std::vector<AtLimit> try_limits(std::uint64_t seed, RigFile file, std::string_view only) {
+  const Bench bench(file, seed);
+  const simulation::ForwardModel model(bench.file());
+  diagnosis::Readings readings(model, bench.session_with({}, seed));
   const diagnosis::NamedCauses blank = diagnosis::name_causes(readings);
   std::vector<diagnosis::NotTestable> ignored;
   const auto limits = diagnosis::limits_of(
@@ -99,7 +121,7 @@ std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only) {
     for (const bool of_name : {false, true}) {
       const double size = of_name ? limit.name : limit.detect;
       if (!std::isfinite(size) || size > kAbsurd * limit.plausible) continue;
-      result.push_back(tried(model, limit, of_name, seed, seed + kAnother));
+      result.push_back(tried(bench, model, limit, of_name, seed + kAnother));
     }
   }
   return result;

@@ -20,8 +20,14 @@ struct AtLimit {
   bool wrong = false;  // something else for certain
 };
 
+enum class RigFile {
+  kExact,       // dials stand where it says
+  kDeviations,  // they stand elsewhere by as much as it states, each with an error curve
+};
+
 /// One place of each cause that this session's limits say can be seen, at both limits. Rig,
 /// points, noise and temperature as in the blind challenge. `only`: this cause; empty: all.
-[[nodiscard]] std::vector<AtLimit> try_limits(std::uint64_t seed, std::string_view only = {});
+[[nodiscard]] std::vector<AtLimit> try_limits(
+    std::uint64_t seed, RigFile file = RigFile::kExact, std::string_view only = {});
 
 }  // namespace sixdial::blind

@@ -12,11 +12,19 @@
 #include "diagnosis/command_fit.h"
 #include "diagnosis/naming.h"
 #include "mock_devices/hidden/cause.h"
-#include "mock_devices/workshop.h"
 #include "studies/extended_command.h"
 #include "tests/blind/challenge.h"
 
 namespace sixdial::blind {
+
+void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by) {
+  for (geometry::Dial& dial : file.dials) {
+    dial.deviations = {
+        Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, by.tip_radius_mm};
+  }
+  file.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
+}
+
 namespace {
 
 using mock_devices::Workshop;
@@ -57,15 +65,6 @@ std::string name_of(const mock_devices::HiddenEffect& effect) {
     if (each->twin == effect.cause) return fmt::format("{}@{}", each->cause, effect.where);
   }
   return fmt::format("{}@{}", effect.cause, effect.where);
-}
-
-/// The file states how well its geometry is known: as well as it was placed.
-void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by) {
-  for (geometry::Dial& dial : file.dials) {
-    dial.deviations = {
-        Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, by.tip_radius_mm};
-  }
-  file.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
 }
 
 /// RMS of what a cause alone leaves of noise-free readings once all the rest is fitted, in the

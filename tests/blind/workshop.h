@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mock_devices/workshop.h"
 #include "tests/blind/coverage.h"
 
 namespace sixdial::blind {
@@ -32,6 +33,9 @@ struct WorkshopOutcome {
   double seconds = 0.0;
   std::string said;
 };
+
+/// The file states how well its geometry is known: as well as it was placed.
+void state_deviations(geometry::Rig& file, const mock_devices::Misplaced& by);
 
 /// Empty where this seed's draw makes no session of that case.
 [[nodiscard]] std::optional<WorkshopOutcome> try_workshop(

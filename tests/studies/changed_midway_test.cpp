@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "report/words/warning_words.h"
+#include "session/rig_file.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
 #include "tests/studies/drawn_sessions.h"
@@ -51,6 +52,32 @@ TEST(ChangedMidway, AZeroThatWasSetIsOneChangeAndNoAccidents) {
       EXPECT_THAT(text, HasSubstr("to the end"));
       EXPECT_FALSE(is_clean(*result.warnings));
     }
+  }
+}
+
+/// Dials that stand elsewhere than the file says, by as much as it states, are fitted along: a
+/// change is seen against where they were found.
+TEST(ChangedMidway, IsSeenOnARigThatIsKnownRoughlyAndNoneIsMadeUp) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    session::Session session = by_dials(seed);
+    std::string& text = session.rig_text;
+    for (std::size_t at = 0; (at = text.find("[[dial]]", at)) != std::string::npos; at += 8) {
+      text.insert(at + 8, "\nposition_sd_mm = [0.03, 0.1]");
+    }
+    session.rig = session::parse_rig(text, "rig.toml");
+    const double off_mm[] = {0.03, -0.02, 0.04, 0.0, -0.03, 0.02};
+    for (session::Sample& sample : session.samples) {
+      for (std::size_t d = 0; d < std::size(off_mm); ++d) {
+        auto& value = sample.channels[d].value;
+        if (value && *value > 1.0) *value += off_mm[d];
+      }
+    }
+    const auto clean = calibrated(session);
+    EXPECT_TRUE(clean.rig) << seed;
+    EXPECT_EQ(codes_text(*clean.warnings), "") << seed;
+    const auto changed =
+        calibrated(from_row(session, 50, {kC}, [](double mm) { return mm + 0.3; }));
+    EXPECT_THAT(only_text(*changed.warnings, "dial_changed"), HasSubstr("Dial C")) << seed;
   }
 }
 

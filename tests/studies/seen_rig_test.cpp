@@ -13,7 +13,9 @@
 #include "geometry/tool.h"
 #include "mock_devices/workshop.h"
 #include "session/trials.h"
+#include "simulation/moved_rig.h"
 #include "studies/calibrate.h"
+#include "studies/compare.h"
 #include "tests/support/simulated.h"
 
 namespace sixdial::studies {
@@ -108,6 +110,55 @@ TEST(SeenRig, CalibratesAWorkshopRigBetterThanAFileThatClaimsExactness) {
   EXPECT_GE(stated.inside, 0.90 * stated.of);
 }
 
+/// Of tips, cuboid, its squareness and centre too: what a rig cannot say of itself.
+TEST(SeenRig, IntervalsHoldTheTruthOfAllThatIsStated) {
+  constexpr int kSessions = 16;
+  const mock_devices::Misplaced by{
+      .tip_radius_mm = 0.01, .side_mm = 0.01, .squareness_rad = 1e-4, .offset_mm = 0.02};
+  const geometry::Rig file = geometry::default_rig();
+  Reached stated;
+  for (std::uint64_t seed = 101; seed < 101 + kSessions; ++seed) {
+    geometry::Rig says = file;
+    for (geometry::Dial& dial : says.dials) {
+      dial.deviations = {
+          Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, by.tip_radius_mm};
+    }
+    says.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
+    add(mock_devices::drawn_workshop(file, seed, by), says,
+        mock_devices::random_plan(file, seed, 100, 50), "lm", stated);
+  }
+  std::printf(
+      "%.1f um, %.1f %% inside\n", 1e3 * stated.median(), 100.0 * stated.inside / stated.of);
+  EXPECT_GE(stated.inside, 0.88 * stated.of);  // 160 intervals of ten that hang together
+}
+
+/// The same figures of one rig, whichever command is asked.
+TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
+  const mock_devices::Misplaced by;
+  geometry::Rig says = geometry::default_rig();
+  for (geometry::Dial& dial : says.dials) {
+    dial.deviations = {Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, std::nullopt};
+  }
+  const auto workshop = mock_devices::drawn_workshop(says, 8, by);
+  const auto session = session::parse_session(
+      mock_devices::session_csv(
+          mock_devices::generate_session(
+              workshop.world, mock_devices::random_plan(says, 8, 60, 20)),
+          says, "2026-03-02T08:30:00.000Z"),
+      "session.csv", mock_devices::rig_toml(says), "rig.toml");
+  const CalibrationResult calibrated = calibrate(session, {.method = "lm"});
+  const ComparisonResult compared = compare(session, {.methods = {"lm"}});
+  const auto& found = compared.methods.back().robot.value().parameters;
+  ASSERT_EQ(found.size(), calibrated.parameters.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const ParameterRow& row = calibrated.parameters[k];
+    EXPECT_NEAR(found[k].second.value, row.identified, 0.01 * row.sd) << row.name;
+    // Beside the rig, a comparison counts noise, a calibration what is smooth as well.
+    EXPECT_LT(found[k].second.sd, 1.1 * row.sd) << row.name;
+    EXPECT_GT(found[k].second.sd, 0.5 * row.sd) << row.name;
+  }
+}
+
 TEST(SeenRig, EveryIdentifierFitsTheRigThatIsSeen) {
   const mock_devices::Misplaced by;
   geometry::Rig says = geometry::default_rig();
@@ -130,10 +181,10 @@ TEST(SeenRig, GoesThroughItsTableToTheSameRig) {
   for (geometry::Dial& dial : says.dials) {
     dial.deviations.position_mm = Eigen::Vector2d(by.along_mm, by.across_mm);
   }
-  calibration::RigFit fit{says, simulation::stated_quantities(says), {}, {}, 0.0};
+  diagnosis::RigFit fit{says, simulation::stated_quantities(says), {}, {}, {}, {}};
   fit.off = Eigen::VectorXd::LinSpaced(std::ssize(fit.quantities), -1.0, 1.0);
   fit.covariance = Eigen::MatrixXd::Identity(fit.off.size(), fit.off.size());
-  const geometry::Rig moved = calibration::moved_rig(says, fit.off);
+  const geometry::Rig moved = simulation::moved_rig(says, fit.quantities, fit.off);
   const geometry::Rig again = rig_as_seen(says, seen_of(fit));
   for (std::size_t d = 0; d < says.dials.size(); ++d) {
     EXPECT_LT(

@@ -99,7 +99,8 @@ Ratio over_monte_carlo(const Misplaced& by, double curve_mm, int sessions) {
 constexpr int kSessions = 60;  // sd of such a ratio: about 0.06, as the quantities are few
 
 TEST(UncertaintyBudget, IsWhatAMonteCarloOfWorkshopRigsFinds) {
-  const Misplaced by{.tip_radius_mm = 0.01, .side_mm = 0.01, .offset_mm = 0.0};
+  const Misplaced by{
+      .tip_radius_mm = 0.01, .side_mm = 0.01, .squareness_rad = 1e-4, .offset_mm = 0.02};
   const Ratio ratio = over_monte_carlo(by, 0.004, kSessions);
   EXPECT_NEAR(ratio.measured, 1.0, 0.2);
   EXPECT_NEAR(ratio.commanded, 1.0, 0.2);
@@ -124,9 +125,13 @@ TEST(UncertaintyBudget, SharesAddUpAndContributionsAreSensitivityTimesUncertaint
   const CalibrationResult result = tried({}, 0.004, 7).result;
   for (const UncertaintyBudget& budget : result.uncertainty_budgets.value()) {
     double shares = 0.0, variance = 0.0;
+    int parts = 0;
     for (const BudgetRow& row : budget.rows) {
-      shares += row.share;
+      EXPECT_GE(row.share, 0.0);
+      EXPECT_LE(row.share, 1.0 + 1e-9);
+      parts += row.state == BudgetState::kPart ? 1 : 0;
       if (row.state != BudgetState::kCounted) continue;
+      shares += row.share;
       variance += row.contribution_mm * std::abs(row.contribution_mm);
       if (row.standard > 0.0) {
         EXPECT_NEAR(row.sensitivity * row.standard, row.contribution_mm, 1e-12);
@@ -136,6 +141,7 @@ TEST(UncertaintyBudget, SharesAddUpAndContributionsAreSensitivityTimesUncertaint
     EXPECT_NEAR(std::sqrt(variance), budget.combined_mm, 1e-12);
     EXPECT_NEAR(budget.expanded_mm, 2.0 * budget.combined_mm, 1e-12);
     EXPECT_EQ(budget.places, 60);
+    EXPECT_GT(parts, 6) << "curves of six dials, and kinds of the rig";
   }
 }
 
