@@ -3,8 +3,10 @@
 #include "session/rig_adopt.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
+#include <utility>
 
 #include "cli/cli.h"
 #include "cli/shared_options.h"
@@ -12,6 +14,7 @@
 #include "report/documents/calibration_json.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::cli {
 namespace {
@@ -40,9 +43,55 @@ Found found_result(Cli& cli, const std::string& subject) {
       fmt::format("session {}, result {}", subject, number)};
 }
 
+/// With --only: where the dials stand, and the side of the cuboid.
+constexpr std::string_view kDials = "dials";
+
+/// Where the dials were found, as well as that is known now. The parameters hold for these
+/// places: who takes the ones takes the others.
+std::vector<session::AdoptedFigure> dials_of(
+    const studies::CalibrationResult& result, const geometry::Rig& rig,
+    const std::vector<std::string>& only) {
+  std::vector<session::AdoptedFigure> figures;
+  if (!result.rig || result.rig->empty()) return figures;
+  if (!only.empty() && std::ranges::find(only, kDials) == only.end()) return figures;
+  const geometry::Rig seen = studies::rig_as_seen(rig, result.rig);
+  const auto sd_of = [&](const std::string& name) -> std::optional<double> {
+    const auto row = std::ranges::find(*result.rig, name, &diagnosis::RigSeen::name);
+    return row == result.rig->end() ? std::nullopt : std::optional(row->sd);
+  };
+  const auto add = [&](const std::string& dial, const std::string& key,
+                       std::vector<double> value) {
+    session::AdoptedFigure figure{.key = key, .value = std::move(value), .dial = dial};
+    if (dial.empty()) figure.table = "cuboid";
+    figures.push_back(std::move(figure));
+  };
+  for (const geometry::Dial& dial : seen.dials) {
+    const geometry::DialGeometry& at = dial.geometry;
+    const auto along = sd_of(fmt::format("place of dial {} along its axis", dial.id));
+    const auto across = sd_of(fmt::format("place of dial {} across its axis", dial.id));
+    if (along || across) {
+      add(dial.id, "position_mm", {at.position_mm.x(), at.position_mm.y()});
+      add(dial.id, "position_sd_mm", {along.value_or(0.0), across.value_or(0.0)});
+    }
+    if (const auto sd = sd_of(fmt::format("axis of dial {}", dial.id))) {
+      add(dial.id, "axis", {at.axis.x(), at.axis.y()});
+      add(dial.id, "axis_sd_deg", {*sd * geometry::kDegPerRad});
+    }
+    if (const auto sd = sd_of(fmt::format("tip radius of dial {}", dial.id))) {
+      add(dial.id, "tip_radius_mm", {at.tip_radius_mm});
+      add(dial.id, "tip_radius_sd_mm", {*sd});
+    }
+  }
+  if (const auto sd = sd_of("side of the cuboid")) {
+    add("", "side_mm", {seen.cuboid.side_mm});
+    add("", "side_sd_mm", {*sd});
+  }
+  return figures;
+}
+
 std::vector<session::AdoptedFigure> figures_of(
     const Found& found, const geometry::Rig& rig, const std::vector<std::string>& only) {
-  std::vector<session::AdoptedFigure> figures;
+  std::vector<session::AdoptedFigure> figures = dials_of(found.result, rig, only);
   for (const studies::ParameterRow& row : found.result.parameters) {
     if (!only.empty() && std::ranges::find(only, row.name) == only.end()) continue;
     const auto info = std::ranges::find_if(
@@ -51,9 +100,10 @@ std::vector<session::AdoptedFigure> figures_of(
     if (!(row.sd > 0.0)) continue;  // held: nothing was found
     const double per = info->shown_unit == "deg" ? geometry::kDegPerRad : 1.0;
     figures.push_back(
-        {.key = info->rig_key, .value = row.identified * per, .sd = row.sd * per});
+        {.key = info->rig_key, .value = {row.identified * per}, .sd = row.sd * per});
   }
   for (const std::string& name : only) {
+    if (name == kDials) continue;
     if (std::ranges::find(found.result.parameters, name, &studies::ParameterRow::name) !=
         found.result.parameters.end()) {
       continue;
@@ -75,16 +125,23 @@ service::ExitCode adopt(Cli& cli, const AdoptOptions& options) {
       text, options.rig_file, figures,
       fmt::format("{}, {}", found.from, found.result.created_utc.substr(0, 10)));
   session::write_file(options.output, adopted);
-  Json rows = Json::array();
+  Json rows = Json::array(), of_rig = Json::array();
   std::string said;
   for (const session::AdoptedFigure& figure : figures) {
-    rows.push_back(
-        {{"key", figure.key}, {"value", figure.value}, {"expanded_k2", 2.0 * figure.sd}});
-    said += fmt::format(
-        "{} = {:.6f}, expanded uncertainty {:.6f} (k = 2)\n", figure.key, figure.value,
-        2.0 * figure.sd);
+    if (figure.sd > 0.0) {
+      rows.push_back(
+          {{"key", figure.key}, {"value", figure.value[0]}, {"expanded_k2", 2.0 * figure.sd}});
+      said += fmt::format(
+          "{} = {:.6f}, expanded uncertainty {:.6f} (k = 2)\n", figure.key, figure.value[0],
+          2.0 * figure.sd);
+    } else {
+      const std::string part = figure.dial.empty() ? figure.table : "dial " + figure.dial;
+      of_rig.push_back({{"part", part}, {"key", figure.key}, {"value", figure.value}});
+      said += fmt::format("{} {} = {:.6f}\n", part, figure.key, fmt::join(figure.value, ", "));
+    }
   }
-  cli.console.print("rig.adopt", {{"path", options.output}, {"figures", rows}}, said);
+  cli.console.print(
+      "rig.adopt", {{"path", options.output}, {"figures", rows}, {"rig", of_rig}}, said);
   cli.console.note(fmt::format(
       "{} figures in {}; sessions made with it begin from there. Sessions that exist keep "
       "theirs.",
@@ -111,7 +168,8 @@ void add_rig_adopt(CLI::App& group, Cli& cli) {
   command->add_option("-o,--output", options->output, "the new rig file")->required();
   command
       ->add_option(
-          "--only", options->only, "parameters to take, such as d,alpha; default: all found")
+          "--only", options->only,
+          "parameters to take, such as d,alpha, or dials; default: all found")
       ->delimiter(',');
   command->callback(
       [&cli, options] { cli.action = [&cli, options] { return adopt(cli, *options); }; });

@@ -15,7 +15,7 @@ namespace {
 Eigen::MatrixXd mounting_columns(const Readings& readings) {
   constexpr double kPrior_mm = 1.0;
   const double per_noise = kPrior_mm / std::max(1e-6, readings.rig_noise_mm());
-  const Eigen::MatrixXd others = readings.nuisance();
+  const Eigen::MatrixXd& others = readings.nuisance();
   const auto dials = static_cast<Eigen::Index>(readings.channel_count());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings.count(), others.cols() + dials);
   columns.leftCols(others.cols()) = others;

@@ -96,7 +96,13 @@ def groups_of(sources, flags):
 def is_clean_file(path, flags, less):
     """Where it is kept that this source was read without a finding; None if its headers cannot be read."""
     # Comments too: one can silence a check. And macros have checks of their own: the source as it stands.
-    read = subprocess.run([COMPILER, "-E", "-dD", "-CC", "-P", "-w", *(f for f in flags if not f.startswith("-W")), str(path)], capture_output=True, cwd=BUILD)
+    # Some macros of libraries cannot be expanded with the comments in them.
+    for comments in ("-CC", "-C"):
+        read = subprocess.run([COMPILER, "-E", "-dD", comments, "-P", "-w",
+                               *(f for f in flags if not f.startswith("-W")), str(path)],
+                              capture_output=True, cwd=BUILD)
+        if read.returncode == 0:
+            break
     if read.returncode:
         return None
     key = hashlib.sha256()
@@ -137,9 +143,9 @@ def read_group(group, flags):
             lines += (ROOT / source).read_text().splitlines()
         path = BUILD / "tidy" / ("from_" + group[0].replace("/", "__"))
         path.write_text("\n".join(lines) + "\n")
-        # Includes of a source's own folder.
+        # A header beside a source; not as -I, or diagnosis/limits.h would be <limits.h>.
         folders = sorted({str((ROOT / source).parent) for source in group})
-        code, out, err = run_tidy(path, [*flags[group[0]], *(f"-I{f}" for f in folders)], group[0])
+        code, out, err = run_tidy(path, [*flags[group[0]], *(f"-iquote{f}" for f in folders)], group[0])
 
         def place(match):
             line = int(match.group(1))

@@ -41,7 +41,17 @@ std::string key_of(std::string_view line) {
 }
 
 std::string note_of(const AdoptedFigure& figure, const std::string& from) {
+  if (!(figure.sd > 0.0)) return "";
   return fmt::format("# +- {:.{}f} (k = 2), found by {}", 2.0 * figure.sd, kDigits, from);
+}
+
+std::string value_of(const AdoptedFigure& figure) {
+  if (figure.value.size() == 1) return fmt::format("{:.{}f}", figure.value[0], kDigits);
+  std::string list;
+  for (const double each : figure.value) {
+    list += fmt::format("{}{:.{}f}", list.empty() ? "" : ", ", each, kDigits);
+  }
+  return "[" + list + "]";
 }
 
 /// The same line with another value; what an earlier adoption noted goes, other comments stay.
@@ -57,25 +67,58 @@ std::string changed(
     if (earlier != std::string::npos) kept.erase(earlier);
     kept.erase(kept.find_last_not_of(" \t\r") + 1);
   }
+  const std::string note = note_of(figure, from);
+  const std::string behind = kept + (kept.empty() || note.empty() ? "" : "  ") + note;
   return fmt::format(
-      "{} {:.{}f}   {}{}{}{}", line.substr(0, equals + 1), figure.value, kDigits, kept,
-      kept.empty() ? "" : "  ", note_of(figure, from), end);
+      "{} {}{}{}{}", line.substr(0, equals + 1), value_of(figure), behind.empty() ? "" : "   ",
+      behind, end);
 }
 
-/// The first and last-but-one line of [robot]: those between its head and the next table.
-std::pair<std::size_t, std::size_t> robot_lines(const std::vector<std::string>& lines) {
-  std::size_t first = lines.size();
-  std::size_t last = lines.size();
+/// "A" of a line `id = "A"`; empty: it is another one.
+std::string id_of(const std::string& line) {
+  if (key_of(line) != "id") return "";
+  const std::size_t open = line.find('"');
+  return open == std::string::npos ? ""
+                                   : line.substr(open + 1, line.find('"', open + 1) - open - 1);
+}
+
+/// Lines [first, last) of the figure's table, without its head; empty: there is no such table.
+std::pair<std::size_t, std::size_t> lines_of_table(
+    const std::vector<std::string>& lines, const AdoptedFigure& figure) {
+  const std::string head = figure.dial.empty() ? "[" + figure.table + "]" : "[[dial]]";
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const std::string text = without_blanks(lines[i]);
-    if (first == lines.size()) {
-      if (text.starts_with("[robot]")) first = i + 1;
-    } else if (text.starts_with('[')) {
-      last = i;
-      break;
+    if (!without_blanks(lines[i]).starts_with(head)) continue;
+    std::size_t last = i + 1;
+    bool is_it = figure.dial.empty();
+    while (last < lines.size() && !without_blanks(lines[last]).starts_with('[')) {
+      is_it = is_it || id_of(lines[last]) == figure.dial;
+      ++last;
+    }
+    if (is_it) return {i + 1, last};
+  }
+  return {lines.size(), lines.size()};
+}
+
+/// What the file says of it now.
+std::vector<double> value_in(const toml::table& top, const AdoptedFigure& figure) {
+  const toml::node* node = nullptr;
+  if (figure.dial.empty()) {
+    node = top[figure.table][figure.key].node();
+  } else if (const toml::array* dials = top["dial"].as_array()) {
+    for (const toml::node& each : *dials) {
+      const toml::table* dial = each.as_table();
+      if (dial != nullptr && (*dial)["id"].value<std::string>() == figure.dial) {
+        node = dial->get(figure.key);
+      }
     }
   }
-  return {first, last};
+  std::vector<double> value;
+  if (node == nullptr) return value;
+  if (const auto one = node->value<double>()) return {*one};
+  if (const toml::array* list = node->as_array()) {
+    for (const toml::node& each : *list) value.push_back(each.value<double>().value_or(0.0));
+  }
+  return value;
 }
 
 }  // namespace
@@ -85,7 +128,7 @@ std::string with_adopted(
     const std::vector<AdoptedFigure>& figures, const std::string& from) {
   std::vector<std::string> lines = lines_of(rig_text);
   for (const AdoptedFigure& figure : figures) {
-    const auto [first, last] = robot_lines(lines);
+    const auto [first, last] = lines_of_table(lines, figure);
     std::size_t at = first;
     std::size_t after = first;  // behind the last key of the table
     while (at < last && key_of(lines[at]) != figure.key) {
@@ -97,8 +140,7 @@ std::string with_adopted(
     } else {
       lines.insert(
           lines.begin() + static_cast<std::ptrdiff_t>(after),
-          fmt::format(
-              "{} = {:.{}f}   {}\n", figure.key, figure.value, kDigits, note_of(figure, from)));
+          fmt::format("{} = {}   {}\n", figure.key, value_of(figure), note_of(figure, from)));
     }
   }
   std::string text;
@@ -106,12 +148,14 @@ std::string with_adopted(
   static_cast<void>(parse_rig(text, file_name));
   const toml::table top = toml::parse(text);
   for (const AdoptedFigure& figure : figures) {
-    const auto value = top["robot"][figure.key].value<double>();
-    if (value && *value == rounded_decimal(figure.value, kDigits)) continue;
+    std::vector<double> rounded = figure.value;
+    for (double& each : rounded) each = rounded_decimal(each, kDigits);
+    if (value_in(top, figure) == rounded) continue;
     throw DataError(
         file_name, Mistake{
                        0, 0, figure.key, "cannot be changed in this file",
-                       "write [robot] as a table of its own, one key a line"});
+                       "write [robot], [cuboid] and each [[dial]] as tables of their own, one "
+                       "key a line"});
   }
   return text;
 }

@@ -9,14 +9,15 @@
 
 namespace sixdial::session {
 
-/// Of [robot], in the unit of its key.
 struct AdoptedFigure {
-  std::string key;  // "d_mm"
-  double value = 0.0;
-  double sd = 0.0;  // standard deviation
+  std::string key;              // "d_mm"
+  std::vector<double> value;    // in the unit of its key: one number, or those of a list
+  double sd = 0.0;              // standard deviation, for the note; 0: no note
+  std::string dial{};           // of this [[dial]]
+  std::string table = "robot";  // else of this table: "robot", "cuboid"
 };
 
-/// A key that the file lacks is added at the end of [robot]. Throws DataError where the text
+/// A key that the file lacks is added at the end of its table. Throws DataError where the text
 /// cannot be changed so (the table written inline, say).
 [[nodiscard]] std::string with_adopted(
     std::string_view rig_text, const std::string& file_name,

@@ -3,23 +3,19 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <utility>
 
-#include "calibration/predicted_position.h"
 #include "calibration/reading_errors.h"
-#include "calibration/rig_errors.h"
 #include "calibration/uncertainty.h"
 #include "geometry/coverage.h"
-#include "geometry/tool.h"
 #include "session/stated_figures.h"
 #include "simulation/rig_kinds.h"
+#include "studies/budget_poses.h"
 
 namespace sixdial::studies {
 namespace {
 
-using calibration::ObservationSpace;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -28,131 +24,12 @@ using simulation::RigQuantity;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 const double kOfStep = 1.0 / std::sqrt(12.0);  // GUM F.2.2.1
 
-/// What one unit of a source does to a position [mm^2, mean over the poses].
-struct Sensitivities {
-  /// Of independent errors of the readings, 1 mm x `sd_mm` by dial.
-  std::function<double(const VectorXd& sd_mm)> of_scatter;
-  /// Of the stated quantities of the rig, then of the shapes of each dial's curve, each off by
-  /// the standard deviation known before: what two of them do together.
-  MatrixXd of_known;
-};
-
 double square(double value) { return value * value; }
-
-/// Everything that is asked of the poses again and again.
-class Poses {
- public:
-  explicit Poses(const BudgetInput& in)
-      : in_(in),
-        by_(calibration::by_readings(in.space, in.g1, in.session.rig)),
-        sandwich_(calibration::sandwich_of(in.space, in.fit, in.weighting)),
-        quantities_(simulation::stated_quantities(in.session.rig)),
-        known_(in.space.rows(), 0) {
-    set_known();
-    const geometry::Tool tool(in.session.rig);
-    const Index n = in.session.rig.robot.nominal.size();
-    JJ_ = MatrixXd::Zero(n, n);
-    std::size_t t = 0;
-    for (int i = 0; i < in.space.samples(); ++i) {
-      const int sample = in.space.sample[static_cast<std::size_t>(i)];
-      while (t < in.g1.size() && in.g1[t].sample != sample) ++t;
-      if (t == in.g1.size()) break;
-      const auto at = tool.derivative(in.fit.x.head(n), in.g1[t].q, in.g1[t].assembly);
-      if (!at) continue;
-      JJ_ += at->J_v.transpose() * at->J_v;
-      joints_.push_back(in.g1[t].q);
-      J_v_.push_back(at->J_v);
-    }
-    if (!J_v_.empty()) JJ_ /= static_cast<double>(J_v_.size());
-  }
-
-  [[nodiscard]] int places() const { return static_cast<int>(J_v_.size()); }
-  [[nodiscard]] const std::vector<RigQuantity>& quantities() const { return quantities_; }
-  /// Any dial measured a position.
-  [[nodiscard]] bool by_dials() const {
-    return std::ranges::any_of(by_, [](const MatrixXd& each) { return !each.isZero(0.0); });
-  }
-
-  [[nodiscard]] Sensitivities measured() const {
-    return {
-        .of_scatter =
-            [this](const VectorXd& sd_mm) {
-              double sum = 0.0;
-              for (const MatrixXd& by : by_) sum += (by * sd_mm.asDiagonal()).squaredNorm();
-              return sum / std::max<double>(1.0, static_cast<double>(by_.size()));
-            },
-        .of_known = known_.transpose() * known_ / std::max(1, in_.space.samples())};
-  }
-
-  [[nodiscard]] Sensitivities commanded() const {
-    MatrixXd moved = MatrixXd::Zero(JJ_.rows(), known_.cols());
-    for (int i = 0; i < in_.space.samples(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      moved += sandwich_.AW[k].topRows(JJ_.rows()) *
-               known_.middleRows(in_.space.first_row[k], in_.space.rows(i));
-    }
-    return {
-        .of_scatter =
-            [this](const VectorXd& sd_mm) {
-              return of_parameters(calibration::scatter_covariance(sandwich_, by_, sd_mm));
-            },
-        .of_known = moved.transpose() * JJ_ * moved};
-  }
-
-  /// Mean trace of the position's covariance for that of the parameters.
-  [[nodiscard]] double of_parameters(const MatrixXd& covariance) const {
-    const Index n = JJ_.rows();
-    return (JJ_ * covariance.topLeftCorner(n, n)).trace();
-  }
-
-  /// Noise and structure that the fit shows, without what the rig file states of the rig.
-  [[nodiscard]] double of_fit() const {
-    ObservationSpace exact = in_.space;
-    exact.rig_mm.resize(exact.rows(), 0);
-    const calibration::PredictedPosition predicted(
-        exact, in_.fit, in_.weighting, in_.noise.spread_mm, in_.structure);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < J_v_.size(); ++i) {
-      sum += predicted.covariance(joints_[i], J_v_[i]).trace();
-    }
-    return sum / std::max(1, places());
-  }
-
-  /// Variance of a measured position by the space itself [mm^2, all coordinates].
-  [[nodiscard]] double of_space() const {
-    return in_.space.sigma_mm.squaredNorm() / std::max(1, in_.space.samples());
-  }
-  [[nodiscard]] double of_space_in_fit(double sd_mm) const {
-    return square(sd_mm) * of_parameters(sandwich_.noise);
-  }
-
- private:
-  void set_known() {
-    const geometry::Rig& rig = in_.session.rig;
-    MatrixXd of_rig = calibration::rig_errors(in_.space, in_.g1, rig);
-    if (of_rig.cols() == 0) of_rig.resize(in_.space.rows(), 0);
-    const MatrixXd curves = calibration::curve_columns(
-        in_.space, in_.g1, rig, by_,
-        in_.rig != nullptr ? in_.rig->ranges
-                           : calibration::reading_ranges(in_.g1, rig.dials.size()));
-    known_.resize(in_.space.rows(), of_rig.cols() + curves.cols());
-    known_ << of_rig, curves;
-  }
-
-  const BudgetInput& in_;
-  std::vector<MatrixXd> by_;
-  calibration::Sandwich sandwich_;
-  std::vector<RigQuantity> quantities_;
-  MatrixXd known_;  // change of the positions for one of each that Sensitivities::of_known has
-  std::vector<VectorXd> joints_;
-  std::vector<MatrixXd> J_v_;
-  MatrixXd JJ_;  // mean of J_v' J_v
-};
 
 /// One budget, row by row.
 class Making {
  public:
-  Making(const BudgetInput& in, const Poses& poses, Measurand measurand)
+  Making(const BudgetInput& in, const BudgetPoses& poses, Measurand measurand)
       : in_(in),
         poses_(poses),
         by_(measurand == Measurand::kMeasured ? poses.measured() : poses.commanded()) {
@@ -409,7 +286,7 @@ class Making {
   void add_temperature();
 
   const BudgetInput& in_;
-  const Poses& poses_;
+  const BudgetPoses& poses_;
   Sensitivities by_;
   UncertaintyBudget budget_;
   double of_dials_mm2_ = 0.0;
@@ -450,7 +327,7 @@ void Making::add_temperature() {
 }  // namespace
 
 std::vector<UncertaintyBudget> uncertainty_budgets(const BudgetInput& input) {
-  const Poses poses(input);
+  const BudgetPoses poses(input);
   std::vector<UncertaintyBudget> result;
   for (const Measurand each : {Measurand::kMeasured, Measurand::kCommanded}) {
     result.push_back(Making(input, poses, each).make());

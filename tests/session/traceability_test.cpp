@@ -69,7 +69,7 @@ TEST(Adopt, ChangesTheValueAndKeepsCommentsAndEverythingElse) {
   const std::string before = replaced(
       write_rig(geometry::default_rig()), "[robot]\n", "# ours\n[robot]   # the red one\n");
   const std::string after = with_adopted(
-      before, "rig.toml", {{.key = "l11_mm", .value = 60.0417, .sd = 0.0011}}, "monday");
+      before, "rig.toml", {{.key = "l11_mm", .value = {60.0417}, .sd = 0.0011}}, "monday");
   EXPECT_THAT(after, HasSubstr("# ours\n[robot]   # the red one\n"));
   EXPECT_THAT(after, HasSubstr("l11_mm = 60.041700"));
   EXPECT_THAT(after, HasSubstr("# +- 0.002200 (k = 2), found by monday"));
@@ -89,16 +89,34 @@ TEST(Adopt, TwiceLeavesOneNoteAndTheCommentOfThePerson) {
   const std::size_t at = text.find("l12_mm");
   text.insert(text.find('\n', at), "   # by the drawing");
   for (const double value : {60.1, 60.2}) {
-    text = with_adopted(text, "rig.toml", {{.key = "l12_mm", .value = value, .sd = 0.01}}, "x");
+    text =
+        with_adopted(text, "rig.toml", {{.key = "l12_mm", .value = {value}, .sd = 0.01}}, "x");
   }
   EXPECT_THAT(text, HasSubstr("l12_mm = 60.200000   # by the drawing  # +- 0.020000"));
   EXPECT_THAT(text, Not(HasSubstr("60.1")));
 }
 
+/// A place of a dial is a list in the dial's own table, and its deviation a key that is added.
+TEST(Adopt, WritesPlacesIntoTheTableOfTheirDial) {
+  const std::string before = write_rig(geometry::default_rig());
+  const std::string after = with_adopted(
+      before, "rig.toml",
+      {{.key = "position_mm", .value = {16.04, 23.9}, .dial = "C"},
+       {.key = "position_sd_mm", .value = {0.004, 0.02}, .dial = "C"},
+       {.key = "side_mm", .value = {80.003}, .table = "cuboid"}},
+      "monday");
+  const geometry::Rig found = parse_rig(after, "rig.toml");
+  geometry::Rig expected = geometry::default_rig();
+  expected.dials[2].geometry.position_mm = {16.04, 23.9};
+  expected.dials[2].deviations.position_mm = Eigen::Vector2d(0.004, 0.02);
+  expected.cuboid.side_mm = 80.003;
+  EXPECT_EQ(write_rig(found), write_rig(expected));
+}
+
 TEST(Adopt, ATableThatCannotBeChangedIsSaid) {
   EXPECT_THROW(
       (void)with_adopted(
-          "name = \"x\"\n", "rig.toml", {{.key = "l11_mm", .value = 1.0, .sd = 0.1}}, "x"),
+          "name = \"x\"\n", "rig.toml", {{.key = "l11_mm", .value = {1.0}, .sd = 0.1}}, "x"),
       DataError);
 }
 
