@@ -44,7 +44,7 @@ class Scorer {
         projector_(fit),
         whitening_(projector_.whitening()),
         Q_(projector_.Q()),
-        back_Q_(whitening_.transposed(Q_)),
+        back_q_(whitening_.transposed(Q_)),
         simulated_(readings.simulate(fit.model, extended_)),
         dial_rows_(readings.has_dials() ? readings.model().rig().dials.size() : 0) {
     for (std::size_t d = 0; d < dial_rows_.size(); ++d) {
@@ -53,7 +53,7 @@ class Scorer {
     for (const auto& rows : dial_rows_) {
       Eigen::MatrixXd part(static_cast<Eigen::Index>(rows.size()), Q_.cols());
       for (std::size_t i = 0; i < rows.size(); ++i) {
-        part.row(static_cast<Eigen::Index>(i)) = back_Q_.row(rows[i]);
+        part.row(static_cast<Eigen::Index>(i)) = back_q_.row(rows[i]);
       }
       Q_of_dial_.push_back(std::move(part));
     }
@@ -268,7 +268,7 @@ class Scorer {
   Projector projector_;
   const Whitening& whitening_;
   const Eigen::MatrixXd& Q_;
-  Eigen::MatrixXd back_Q_;  // W'Q, for columns that are not whitened
+  Eigen::MatrixXd back_q_;  // W'Q, for columns that are not whitened
   Eigen::VectorXd simulated_;
   std::vector<std::vector<Eigen::Index>> dial_rows_;
   std::vector<Eigen::MatrixXd> Q_of_dial_;
