@@ -50,9 +50,10 @@ std::vector<simulation::Trial> plain_session(const simulation::ForwardModel& mod
       rig.robot.nominal, rig.cuboid.reference_pose_mm, rig.robot.working_mode);
   for (int i = 0; i < kAcross * kAcross && reference; ++i) {
     const int place = (i * 55) % (kAcross * kAcross);  // 55 has no divisor with 144: no order
+    const int column = place % kAcross;
+    const int row = place / kAcross;
     const Eigen::Vector2d target_mm(
-        16.0 + 24.0 * (place % kAcross) / (kAcross - 1.0),
-        30.0 + 36.0 * (place / kAcross) / (kAcross - 1.0));
+        16.0 + 24.0 * column / (kAcross - 1.0), 30.0 + 36.0 * row / (kAcross - 1.0));
     const auto q =
         geometry::inverse(rig.robot.nominal, target_mm, rig.robot.working_mode, *reference);
     if (!q) continue;

@@ -47,7 +47,8 @@ def compile_flags():
         kept = []
         skip = False
         for word in words:
-            if skip or word in ("-c", "-fpch-preprocess", entry["file"]):
+            # The last one is GCC's alone.
+            if skip or word in ("-c", "-fpch-preprocess", entry["file"], "-Wno-stringop-overflow"):
                 skip = False
             elif word == "-o":
                 skip = True

@@ -104,6 +104,7 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
 
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
+  result.rig = diagnosis::rig_as_seen(readings, found.commanding);
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),

@@ -227,6 +227,8 @@ struct ExtendedFit {
   std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
   std::optional<std::vector<MeasuredJoints>> measured_joints{};
   std::optional<geometry::Similarity> frame{};
+  /// Where this fit has the dials: the frame that it commands in. Empty in early versions.
+  std::optional<std::vector<diagnosis::RigSeen>> rig{};
 };
 
 /// One entry a reading.

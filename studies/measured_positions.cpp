@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "diagnosis/explained_positions.h"
 #include "session/trials.h"
 #include "studies/extended_command.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -55,32 +57,35 @@ bool names_the_instrument(const DiagnosisResult& diagnosis, const geometry::Rig&
   });
 }
 
-std::vector<std::optional<Eigen::VectorXd>> measured_positions(
-    const session::Session& calibrated, const session::Session& validation,
-    const DiagnosisResult* diagnosis) {
-  std::vector<std::optional<Eigen::VectorXd>> positions;
-  const std::vector<simulation::Trial> plain = session::trials_of(validation, "");
-  if (diagnosis == nullptr || !names_the_instrument(*diagnosis, calibrated.rig)) {
-    for (const simulation::Trial& trial : plain) {
-      positions.push_back(
-          trial.position_mm ? std::optional<Eigen::VectorXd>(*trial.position_mm)
-                            : std::nullopt);
-    }
-    return positions;
+PositionOfSample measured_positions(const session::Session& validation) {
+  PositionOfSample positions;
+  for (const simulation::Trial& trial : session::trials_of(validation, "")) {
+    positions.push_back(
+        trial.position_mm ? std::optional<Eigen::VectorXd>(*trial.position_mm) : std::nullopt);
   }
+  return positions;
+}
+
+PositionOfSample explained_positions(
+    const session::Session& calibrated, const session::Session& validation,
+    const DiagnosisResult& diagnosis) {
+  PositionOfSample positions;
   const simulation::ForwardModel model(calibrated.rig);
   std::vector<simulation::Trial> trials = one_after_the_other(calibrated, validation);
-  const std::size_t before = trials.size() - plain.size();
+  const std::size_t before = trials.size() - session::trials_of(validation, "").size();
   std::vector<bool> counts(trials.size(), false);
   std::fill(counts.begin() + static_cast<std::ptrdiff_t>(before), counts.end(), true);
   Readings readings(model, std::move(trials), std::move(counts));
-  if (const auto swap = exchanged_dials(*diagnosis, calibrated.rig)) {
+  if (const auto swap = exchanged_dials(diagnosis, calibrated.rig)) {
     readings = readings.with_swapped_dials(swap->dial, swap->other_dial);
   }
-  const ExtendedCommand fitted(diagnosis->extended_fit, calibrated.rig);
+  const ExtendedCommand fitted(diagnosis.extended_fit, calibrated.rig);
   readings.place_tool(fitted.model());
+  std::vector<simulation::ActiveEffect> effects = fitted.effects();
+  std::ranges::move(
+      rig_effects(calibrated.rig, diagnosis.extended_fit.rig), std::back_inserter(effects));
   const Eigen::Matrix2Xd explained = diagnosis::explained_positions(
-      readings, fitted.model(), fitted.effects(), diagnosis->extended.noise_mm);
+      readings, fitted.model(), effects, diagnosis.extended.noise_mm);
   for (std::size_t t = before; t < readings.trials().size(); ++t) {
     const Eigen::Vector2d position = explained.col(static_cast<Eigen::Index>(t));
     positions.push_back(

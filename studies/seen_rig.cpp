@@ -28,7 +28,35 @@ bool same_part(const RigQuantity& quantity, const geometry::Rig& a, const geomet
          same(a.dials[d].geometry, b.dials[d].geometry);
 }
 
+/// By name: whatever else a file states does not matter.
+std::vector<RigQuantity> all_quantities(const geometry::Rig& file) {
+  std::vector<RigQuantity> quantities = simulation::stated_quantities(file);
+  for (RigQuantity& each : simulation::claimed_quantities(file)) {
+    quantities.push_back(std::move(each));
+  }
+  return quantities;
+}
+
+/// By how much it is off, in its unit; empty: the table does not say.
+std::optional<double> off_of(const RigQuantity& quantity, const std::vector<RigSeen>& seen) {
+  const auto found = std::ranges::find(seen, quantity.name, &RigSeen::name);
+  if (found == seen.end() || !std::isfinite(found->off)) return std::nullopt;
+  return found->off;
+}
+
 }  // namespace
+
+std::vector<simulation::ActiveEffect> rig_effects(
+    const geometry::Rig& file, const std::optional<std::vector<RigSeen>>& seen) {
+  std::vector<simulation::ActiveEffect> effects;
+  if (!seen) return effects;
+  for (const RigQuantity& each : all_quantities(file)) {
+    if (const auto off = off_of(each, *seen)) {
+      effects.push_back({each.effect, each.place, {*off}});
+    }
+  }
+  return effects;
+}
 
 std::vector<RigSeen> seen_of(const diagnosis::RigFit& fit) {
   std::vector<RigSeen> result;
@@ -50,17 +78,12 @@ geometry::Rig rig_as_seen(
     const geometry::Rig& other, const geometry::Rig& file,
     const std::optional<std::vector<RigSeen>>& seen) {
   if (!seen) return other;
-  // By name and size: what the other file states of its own does not matter.
-  std::vector<RigQuantity> quantities = simulation::stated_quantities(file);
-  for (RigQuantity& each : simulation::claimed_quantities(file)) {
-    quantities.push_back(std::move(each));
-  }
+  const std::vector<RigQuantity> quantities = all_quantities(file);
   Eigen::VectorXd off = Eigen::VectorXd::Zero(std::ssize(quantities));
   for (std::size_t k = 0; k < quantities.size(); ++k) {
-    const auto found = std::ranges::find(*seen, quantities[k].name, &RigSeen::name);
-    if (found == seen->end() || !std::isfinite(found->off)) continue;
-    if (!same_part(quantities[k], other, file)) continue;
-    off[static_cast<Eigen::Index>(k)] = found->off / quantities[k].sd;
+    const auto found = off_of(quantities[k], *seen);
+    if (!found || !same_part(quantities[k], other, file)) continue;
+    off[static_cast<Eigen::Index>(k)] = *found / quantities[k].sd;
   }
   return simulation::moved_rig(other, quantities, off);
 }

@@ -9,6 +9,7 @@
 #include "calibration/observation_space.h"
 #include "diagnosis/rig_fit.h"
 #include "diagnosis/rig_seen.h"
+#include "simulation/effect.h"
 #include "simulation/trial.h"
 
 namespace sixdial::studies {
@@ -23,6 +24,10 @@ namespace sixdial::studies {
 [[nodiscard]] geometry::Rig rig_as_seen(
     const geometry::Rig& other, const geometry::Rig& file,
     const std::optional<std::vector<diagnosis::RigSeen>>& seen);
+/// Such a table as effects of a model of the file's rig: squareness and centre of the cuboid
+/// too, of which a rig cannot say anything.
+[[nodiscard]] std::vector<simulation::ActiveEffect> rig_effects(
+    const geometry::Rig& file, const std::optional<std::vector<diagnosis::RigSeen>>& seen);
 /// A space of the rig as it is seen: what is not known of it is what the fit leaves open.
 /// `trials`: of the space.
 [[nodiscard]] calibration::ObservationSpace with_rig_as_seen(

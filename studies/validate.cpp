@@ -164,18 +164,22 @@ ValidationResult validation_result(
   const bool instrument_named =
       diagnosis != nullptr && names_the_instrument(*diagnosis, calibrated.rig);
   if (instrument_named) result.inputs.positions_by = "diagnosis";
-  using Seen = std::optional<std::vector<diagnosis::RigSeen>>;
-  const auto measured_by = [&](const Seen& seen) {
-    session::Session first = calibrated, second = validation;
-    first.rig = rig_as_seen(calibrated.rig, seen);
-    second.rig = rig_as_seen(validation.rig, calibrated.rig, seen);
-    return measured_positions(first, second, diagnosis);
-  };
   // A robot is measured in the frame that it was fitted in: a calibration and a diagnosis may
   // see the dials at places a little different.
-  const auto by_calibration = measured_by(instrument_named ? diagnosis->rig : calibration.rig);
-  const bool two_rigs = diagnosis != nullptr && !instrument_named;
-  const auto by_diagnosis = two_rigs ? measured_by(diagnosis->rig) : by_calibration;
+  const auto explained = [&] {
+    return explained_positions(calibrated, validation, *diagnosis);
+  };
+  PositionOfSample by_calibration, by_diagnosis;
+  if (instrument_named) {
+    by_calibration = by_diagnosis = explained();
+  } else {
+    session::Session seen = validation;
+    seen.rig = rig_as_seen(validation.rig, calibrated.rig, calibration.rig);
+    by_calibration = by_diagnosis = measured_positions(seen);
+    const bool own_rig = diagnosis != nullptr && diagnosis->extended_fit.rig &&
+                         !diagnosis->extended_fit.rig->empty();
+    if (own_rig) by_diagnosis = explained();
+  }
   for (const CompensateBy by : request.by) {
     ValidatedWay way{.by = by, .set = validation_set(request.set, by)};
     if (is_extended(by)) {
@@ -188,7 +192,7 @@ ValidationResult validation_result(
     } else if (const MethodRow* row = calibration.method(predicting_method(calibration, by))) {
       way.predicted = row->g2;
     }
-    const auto& positions = is_extended(by) ? by_diagnosis : by_calibration;
+    const PositionOfSample& positions = is_extended(by) ? by_diagnosis : by_calibration;
     std::vector<double> errors_mm;
     for (std::size_t i = 0; i < validation.samples.size(); ++i) {
       const session::Sample& sample = validation.samples[i];

@@ -188,9 +188,11 @@ std::shared_ptr<const RobotModel> with_home(const Home& home) {
     // Pairs of joints on the base, between them pairs on the platform.
     constexpr double kPair_rad = 0.2;
     const double side = i % 2 == 0 ? 1.0 : -1.0;
+    const std::size_t base_pair = (i + 1) / 2;
+    const std::size_t platform_pair = i / 2;
     const double on_base =
-        static_cast<double>((i + 1) / 2) * 2 * std::numbers::pi / 3 + side * kPair_rad;
-    const double on_platform = static_cast<double>(i / 2) * 2 * std::numbers::pi / 3 +
+        static_cast<double>(base_pair) * 2 * std::numbers::pi / 3 + side * kPair_rad;
+    const double on_platform = static_cast<double>(platform_pair) * 2 * std::numbers::pi / 3 +
                                std::numbers::pi / 3 - side * kPair_rad;
     const auto k = static_cast<Eigen::Index>(3 * i);
     robot.nominal.segment<3>(k) << 250 * std::cos(on_base), 250 * std::sin(on_base), 0;

@@ -16,6 +16,8 @@
 #include "simulation/moved_rig.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
+#include "studies/diagnose.h"
+#include "studies/measured_positions.h"
 #include "tests/support/simulated.h"
 
 namespace sixdial::studies {
@@ -157,6 +159,49 @@ TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
     EXPECT_LT(found[k].second.sd, 1.1 * row.sd) << row.name;
     EXPECT_GT(found[k].second.sd, 0.5 * row.sd) << row.name;
   }
+}
+
+/// A validation measures the extended model in the frame that it was fitted in, the cuboid's
+/// centre included, or every place would be off by what the diagnosis found of the rig.
+TEST(SeenRig, PositionsAreMeasuredInTheFrameOfTheFit) {
+  const mock_devices::Misplaced by{.side_mm = 0.01, .squareness_rad = 1e-4, .offset_mm = 0.05};
+  geometry::Rig says = geometry::default_rig();
+  for (geometry::Dial& dial : says.dials) {
+    dial.deviations = {Eigen::Vector2d(by.along_mm, by.across_mm), by.axis_rad, std::nullopt};
+  }
+  says.cuboid.deviations = {by.side_mm, by.squareness_rad, by.offset_mm};
+  auto workshop = mock_devices::drawn_workshop(says, 12, by);
+  std::erase_if(workshop.world.effects, [](const auto& each) {
+    return !each.cause.starts_with("cuboid");  // a robot without faults: its model is the fit
+  });
+  const auto session = session::parse_session(
+      mock_devices::session_csv(
+          mock_devices::generate_session(
+              workshop.world, mock_devices::random_plan(says, 12, 100, 40)),
+          says, "2026-03-02T08:30:00.000Z"),
+      "session.csv", mock_devices::rig_toml(says), "rig.toml");
+  const DiagnosisResult diagnosed = diagnose(session, {});
+  ASSERT_TRUE(diagnosed.extended_fit.rig);
+  const PositionOfSample measured = explained_positions(session, session, diagnosed);
+  const PositionOfSample by_file = measured_positions(session);
+  const geometry::Tool tool(session.rig);
+  const std::vector<double>& model = diagnosed.extended_fit.model;
+  const Eigen::VectorXd robot =
+      Eigen::Map<const Eigen::VectorXd>(model.data(), session.rig.robot.nominal.size());
+  double sum_mm = 0.0, by_file_mm = 0.0;
+  int count = 0;
+  for (const simulation::Trial& trial : session::trials_of(session, "")) {
+    const auto i = static_cast<std::size_t>(trial.sample);
+    const auto commanded = tool.position(robot, trial.q, trial.assembly);
+    if (!commanded || !measured.at(i) || !by_file.at(i)) continue;
+    sum_mm += (*measured[i] - *commanded).norm();
+    by_file_mm += (*by_file[i] - *commanded).norm();
+    ++count;
+  }
+  ASSERT_GT(count, 100);
+  constexpr double kNoise_mm = 0.006;  // of a position: three dials with curves and noise
+  EXPECT_LT(sum_mm / count, kNoise_mm);
+  EXPECT_GT(by_file_mm / count, 3 * kNoise_mm) << "the dials hardly stand elsewhere";
 }
 
 TEST(SeenRig, EveryIdentifierFitsTheRigThatIsSeen) {
