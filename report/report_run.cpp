@@ -190,9 +190,9 @@ void add_rig(
   const auto& by_diagnosis = diagnosis != nullptr ? diagnosis->rig : std::nullopt;
   const bool diagnosed = by_diagnosis && !by_diagnosis->empty();
   const auto& rig = diagnosed ? by_diagnosis : result.rig;
-  std::string line = rig ? rig_in_words(*rig) : "";
-  if (line.empty()) line = unsaid_of_rig(session.rig);
-  if (!line.empty()) data.also.push_back({"The rig", "cautions", {std::move(line)}});
+  std::vector<std::string> lines =
+      lines_on_rig(rig, session.rig, studies::rig_uncertainty_mm(result));
+  if (!lines.empty()) data.also.push_back({"The rig", "cautions", std::move(lines)});
   if (rig && !diagnosed) data.sections.push_back(rig_seen_section(*rig));
 }
 
@@ -327,7 +327,9 @@ std::optional<studies::Conformity> conformity_of(
   if (!tolerance_mm) return std::nullopt;
   if (data.headline && (data.headline->by_tool_shift || data.measured_again)) {
     const ErrorStatistics& after = data.headline->after;
-    return studies::conformity_of_largest(session, after.max_mm, after.points, *tolerance_mm);
+    return studies::conformity_of_largest(
+        session, studies::rig_uncertainty_mm(result), after.max_mm, after.points,
+        *tolerance_mm);
   }
   const bool alone = best.by == studies::CompensateBy::kKinematics;
   return studies::conformity_of(

@@ -61,12 +61,29 @@ std::optional<double> position_uncertainty_mm(
   return std::sqrt(variance_mm2 * times);
 }
 
+double rig_uncertainty_mm(const CalibrationResult& result) {
+  double variance_mm2 = 0.0;
+  if (!result.uncertainty_budgets) return 0.0;
+  for (const UncertaintyBudget& budget : *result.uncertainty_budgets) {
+    if (budget.measurand != Measurand::kMeasured) continue;
+    for (const BudgetRow& row : budget.rows) {
+      const bool of_rig =
+          row.source == BudgetSource::kFittedAlong || row.source == BudgetSource::kRig;
+      if (of_rig && row.state == BudgetState::kCounted) {
+        variance_mm2 += std::pow(row.contribution_mm, 2);
+      }
+    }
+  }
+  return std::sqrt(variance_mm2);
+}
+
 std::optional<Conformity> conformity_of(
     const CalibrationResult& result, const session::Session& session, double tolerance_mm,
     std::string_view wanted) {
   const std::optional<std::size_t> method =
       row_of(result, wanted.empty() ? std::string_view(result.result_method) : wanted);
   if (!method) return std::nullopt;
+  const double of_rig_mm = rig_uncertainty_mm(result);
   for (const std::string set : {"G2", "G1"}) {
     Conformity out{
         .tolerance_mm = tolerance_mm, .set = set, .validated = set == std::string("G2")};
@@ -79,7 +96,8 @@ std::optional<Conformity> conformity_of(
           position_uncertainty_mm(session.rig, session.samples.at(sample));
       judge(
           out, each.residual_mm[*method]->norm(),
-          u_mm ? geometry::kCoverage * *u_mm : std::numeric_limits<double>::quiet_NaN());
+          u_mm ? geometry::kCoverage * std::hypot(*u_mm, of_rig_mm)
+               : std::numeric_limits<double>::quiet_NaN());
     }
     if (out.points == 0) continue;
     if (out.rejected > 0) {
@@ -93,7 +111,8 @@ std::optional<Conformity> conformity_of(
 }
 
 Conformity conformity_of_largest(
-    const session::Session& session, double largest_mm, int points, double tolerance_mm) {
+    const session::Session& session, double of_rig_mm, double largest_mm, int points,
+    double tolerance_mm) {
   Conformity out{
       .tolerance_mm = tolerance_mm,
       .set = "G2",
@@ -104,7 +123,8 @@ Conformity conformity_of_largest(
     const auto u_mm = sample.set == "G2" ? position_uncertainty_mm(session.rig, sample)
                                          : std::optional<double>();
     if (!u_mm) continue;
-    out.expanded_mm = std::fmax(out.expanded_mm, geometry::kCoverage * *u_mm);
+    out.expanded_mm =
+        std::fmax(out.expanded_mm, geometry::kCoverage * std::hypot(*u_mm, of_rig_mm));
   }
   out.decision = decide(largest_mm, out.expanded_mm, tolerance_mm);
   out.accepted = out.decision == Decision::kAccepted ? points : 0;

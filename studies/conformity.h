@@ -28,13 +28,18 @@ namespace sixdial::studies {
 [[nodiscard]] std::optional<double> position_uncertainty_mm(
     const geometry::Rig& rig, const session::Sample& sample);
 
+/// What the rig's geometry adds to that for every position alike: what is stated of it, or what
+/// a fit along left open; 0 where nothing is [mm].
+[[nodiscard]] double rig_uncertainty_mm(const CalibrationResult& result);
+
 /// `method` empty: the delivered one. Empty for an unknown method, or without points of it.
 [[nodiscard]] std::optional<Conformity> conformity_of(
     const CalibrationResult& result, const session::Session& session, double tolerance_mm,
     std::string_view method = {});
 /// Where only the largest error of some points is known: each of them is at most that, with the
-/// largest uncertainty that a position of G2 has.
+/// largest uncertainty that a position of G2 has. `of_rig_mm`: rig_uncertainty_mm.
 [[nodiscard]] Conformity conformity_of_largest(
-    const session::Session& session, double largest_mm, int points, double tolerance_mm);
+    const session::Session& session, double of_rig_mm, double largest_mm, int points,
+    double tolerance_mm);
 
 }  // namespace sixdial::studies

@@ -34,11 +34,11 @@ std::string one_joint(const JointByHand& joint) {
 std::string move_words(const MoveByHand& move) {
   std::string text;
   if (move.target_mm) {
-    constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+    constexpr std::array<std::string_view, 3> kXyz{"x", "y", "z"};
     text = "Move the tool to ";
     for (Eigen::Index i = 0; i < move.target_mm->size(); ++i) {
       text += fmt::format(
-          "{}{} {:.3f}", i == 0 ? "" : ", ", kAxes.at(static_cast<std::size_t>(i)),
+          "{}{} {:.3f}", i == 0 ? "" : ", ", kXyz.at(static_cast<std::size_t>(i)),
           (*move.target_mm)[i]);
     }
     text += " mm: ";

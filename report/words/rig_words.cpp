@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "geometry/coverage.h"
 #include "report/words/diagnosis_words.h"
 
 namespace sixdial::report {
@@ -36,6 +38,24 @@ std::string unsaid_of_rig(const geometry::Rig& rig) {
   return "The rig file does not say how well the places of the dials are known; real ones are "
          "known to 0.03 to 0.1 mm. Positions and their uncertainties here take the places as "
          "exact.";
+}
+
+std::vector<std::string> lines_on_rig(
+    const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig,
+    double of_rig_mm) {
+  std::vector<std::string> lines;
+  std::string line = seen ? rig_in_words(*seen) : "";
+  if (line.empty()) line = unsaid_of_rig(rig);
+  if (!line.empty()) lines.push_back(std::move(line));
+  if (of_rig_mm > 0.0) {
+    lines.push_back(fmt::format(
+        "Where the dials and the cuboid stand makes every position here uncertain by U = "
+        "{:.3f} "
+        "mm (k = 2), mostly all of them alike: the errors above do not show it, a tolerance "
+        "counts it.",
+        geometry::kCoverage * of_rig_mm));
+  }
+  return lines;
 }
 
 }  // namespace sixdial::report

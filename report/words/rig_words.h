@@ -1,6 +1,7 @@
 // How a rig stands to what its file states, in a sentence.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,10 @@ namespace sixdial::report {
 /// That nobody said how well the dials' places are known; empty where somebody did, and where
 /// there are no dials.
 [[nodiscard]] std::string unsaid_of_rig(const geometry::Rig& rig);
+/// One of the two, and how uncertain all positions are together. `of_rig_mm`: standard
+/// uncertainty that the rig's geometry gives them (studies::rig_uncertainty_mm).
+[[nodiscard]] std::vector<std::string> lines_on_rig(
+    const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig,
+    double of_rig_mm);
 
 }  // namespace sixdial::report
