@@ -130,9 +130,13 @@ def run_tidy(path, flags, source):
 
 
 def own_findings(text):
-    """One by one, without those inside of libraries: the analyser follows calls into them and doubts their code."""
+    """One by one, without those inside of libraries: the analyser follows calls into them and doubts their code.
+
+    And without shadowed names: in company they are another source's, and every build asks g++ for them (-Wshadow).
+    """
     parts = re.split(r"(?m)^(?=\S+:\d+:\d+: (?:error|warning): )", text)
-    return [part for part in parts if part.strip() and not part.startswith("/usr/")]
+    return [part for part in parts
+            if part.strip() and not part.startswith("/usr/") and "[clang-diagnostic-shadow" not in part]
 
 
 def read_group(group, flags):
