@@ -35,7 +35,7 @@ SourceUnit unit_of(const BudgetRow& row) {
 std::string share_of(const BudgetRow& row) {
   switch (row.state) {
     case BudgetState::kCounted:
-      return fmt::format("{} %", fixed(kPercent * row.share, 1));
+      return fmt::format("{}\u00A0%", fixed(kPercent * row.share, 1));
     case BudgetState::kExact:
       return "stated as exact";
     case BudgetState::kNotStated:
@@ -43,7 +43,7 @@ std::string share_of(const BudgetRow& row) {
     case BudgetState::kContained:
       return "within the fit";
     case BudgetState::kPart:
-      return fmt::format("({} %)", fixed(kPercent * row.share, 1));
+      return fmt::format("({}\u00A0%)", fixed(kPercent * row.share, 1));
   }
   return "";
 }
@@ -79,7 +79,7 @@ Table budget_table(const UncertaintyBudget& budget) {
         {std::move(words), Cell{}, Cell{}, Cell{}, Cell{}, number(kUm_per_mm * mm, 2),
          std::move(share)});
   };
-  add_sum("Combined standard uncertainty, k = 1", budget.combined_mm, "100 %");
+  add_sum("Combined standard uncertainty, k = 1", budget.combined_mm, "100\u00A0%");
   table.main_row = table.rows.size();
   add_sum("Expanded uncertainty " + expanded_title(), budget.expanded_mm, "");
   const bool has_parts = std::ranges::any_of(

@@ -62,7 +62,7 @@ std::string plain_words(const studies::BudgetRow& row, Measurand measurand) {
     case BudgetSource::kRig:
       return row.of;
     case BudgetSource::kFittedAlong:
-      return "what the fit leaves open of the rig and of the dials' curves, together";
+      return "what is left open of the rig and of the dials' curves";
     case BudgetSource::kOpen:
       return "what the poses leave open, held at nominal";
     case BudgetSource::kFit:

@@ -9,6 +9,8 @@
 
 #include <array>
 #include <fstream>
+#include <memory>
+#include <stdexcept>
 
 #include "session/csv.h"
 #include "tests/support/figure.h"
@@ -63,6 +65,21 @@ int ended(pid_t pid) {
   return status;
 }
 
+/// A child that a test which fails halfway does not leave running: it would hold the test's
+/// output open, and whoever runs the tests would wait for it.
+struct Child {
+  explicit Child(pid_t of) : pid(of) {}
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    if (pid > 0 && ::waitpid(pid, nullptr, WNOHANG) == 0) {
+      ::kill(pid, SIGKILL);
+      ::waitpid(pid, nullptr, 0);
+    }
+  }
+  pid_t pid;
+};
+
 TEST(SocketActivation, TheHandedOverSocketIsServedAndNeverTakenAway) {
   TempDirectory directory;
   const auto path = directory.path() / "handed-over";
@@ -71,6 +88,7 @@ TEST(SocketActivation, TheHandedOverSocketIsServedAndNeverTakenAway) {
     // The client comes first: systemd starts the service for it.
     LineClient client(path);
     const pid_t pid = start_with_socket(socket, directory.path());
+    const Child launched(pid);
     EXPECT_EQ(client.call("hello")["result"]["service"], "sixdiald") << "run " << run;
     EXPECT_FALSE(std::filesystem::exists(directory.path() / "own"))
         << "it must not make a socket of its own besides";
@@ -102,10 +120,20 @@ TEST(SocketActivation, SystemdsOwnLauncherStartsItForItsFirstClient) {
         database.c_str(), "--socket", own.c_str(), "--log-level", "error", nullptr);
     ::_exit(99);
   }
+  const Child launched(pid);
   ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path); }));
   EXPECT_FALSE(std::filesystem::exists(database)) << "it starts for a client, not before";
-  LineClient client(path);
-  EXPECT_EQ(client.call("hello")["result"]["service"], "sixdiald");
+  // The file is there a moment before anybody listens.
+  std::unique_ptr<LineClient> client;
+  ASSERT_TRUE(eventually([&] {
+    try {
+      client = std::make_unique<LineClient>(path);
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+    return true;
+  })) << session::read_file(said);
+  EXPECT_EQ(client->call("hello")["result"]["service"], "sixdiald");
   EXPECT_TRUE(std::filesystem::exists(database));
   EXPECT_FALSE(std::filesystem::exists(own));
   ::kill(pid, SIGTERM);
