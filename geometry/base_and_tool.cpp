@@ -121,7 +121,10 @@ std::optional<BaseAndTool> register_base_and_tool(
   take(Vector3d::Zero());
   for (const double length_mm : kLengths_mm) {
     for (int direction = 0; direction < 27; ++direction) {
-      const Vector3d along(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
+      const int x = direction % 3 - 1;
+      const int y = direction / 3 % 3 - 1;
+      const int z = direction / 9 - 1;
+      const Vector3d along(x, y, z);
       if (along.isZero()) continue;
       take(length_mm * along.normalized());
     }
