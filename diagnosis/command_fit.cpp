@@ -48,11 +48,10 @@ Eigen::MatrixXd covariance_with_structure(
 
 JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   const JointFit& extended = named.extended;
-  JointFit fit = named.unknown.empty()
-                     ? extended
-                     : fit_jointly(
-                           readings, extended.model, extended.effects, nullptr,
-                           random_columns(readings.count(), named.background));
+  JointFit fit = named.unknown.empty() ? extended
+                                       : fit_jointly(
+                                             readings, extended.model, extended.effects,
+                                             nullptr, named.dial_columns(readings.count()));
   const JointFit& structured = named.unknown.empty() ? fit : extended;
   const Eigen::MatrixXd curves = error_curves(readings);
   const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);

@@ -130,7 +130,9 @@ class Diagnoser {
   void confirm_on_g1() {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
-    if (enough_g1_ && (!found().findings.empty() || found().swap || found().rig_geometry)) {
+    const bool anything = !found().findings.empty() || found().swap || found().rig_geometry ||
+                          !found().dial_curves.empty();
+    if (enough_g1_ && anything) {
       // An exchange has to show itself there too.
       Readings on_g1 =
           (found().swap ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
@@ -138,6 +140,11 @@ class Diagnoser {
     }
     result_.rig = rig_as_seen(readings_, found().extended);
     result_.rig_confirmed = alone_ && alone_->rig_geometry;
+    for (DialCurve& each : result_.named.dial_curves) {
+      each.on_g1 =
+          alone_ && std::ranges::find(alone_->dial_curves, each.dial, &DialCurve::dial) !=
+                        alone_->dial_curves.end();
+    }
     result_.noise = noise_of(readings_, found().extended);
   }
 

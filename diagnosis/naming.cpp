@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/dial_curve.h"
 #include "diagnosis/dials_alone.h"
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
@@ -126,27 +127,45 @@ void drop_needless(const Search& search, const NamingSettings& settings, Explana
   }
 }
 
-/// Other smooth functions that would do about as well as those that were chosen.
+/// Other smooth functions that would do about as well as number i that was chosen.
 std::vector<UnknownCandidate> rivals_of_unknown(
-    const Readings& readings, const Search& search, const Explanation& found) {
+    const Readings& readings, const Search& search, const Explanation& found, std::size_t i) {
   std::vector<UnknownCandidate> result;
-  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
-    if (found.unknown[i].is_background()) continue;
-    const Explanation less = search.without_unknown(found, i);
-    const auto same = [&](const UnknownCandidate& each) {
-      return each.covariates == found.unknown[i].covariates &&
-             each.enters == found.unknown[i].enters;
-    };
-    auto rivals = score_unknown(readings, less.fit);
-    const auto own = std::find_if(rivals.begin(), rivals.end(), same);
-    if (own == rivals.end()) continue;
-    const double least = own->evidence - kUnknownTie;
-    for (UnknownCandidate& rival : rivals) {
-      if (!same(rival) && !rival.is_background() && rival.evidence > least)
-        result.push_back(std::move(rival));
-    }
+  const Explanation less = search.without_unknown(found, i);
+  const auto same = [&](const UnknownCandidate& each) {
+    return each.covariates == found.unknown[i].covariates &&
+           each.enters == found.unknown[i].enters;
+  };
+  auto rivals = score_unknown(readings, less.fit);
+  const auto own = std::find_if(rivals.begin(), rivals.end(), same);
+  if (own == rivals.end()) return result;
+  const double least = own->evidence - kUnknownTie;
+  for (UnknownCandidate& rival : rivals) {
+    if (!same(rival) && !rival.is_background() && rival.evidence > least)
+      result.push_back(std::move(rival));
   }
   return result;
+}
+
+/// Sorts the smooth functions: what the makers of the dials allow, a dial's curve beyond that,
+/// and what has no name.
+void tell_smooth_apart(
+    const Readings& readings, const Search& search, const NamingSettings& settings,
+    const Explanation& found, NamedCauses& result) {
+  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    const UnknownCandidate& each = found.unknown[i];
+    if (each.is_background()) {
+      result.background.push_back(each);
+      continue;
+    }
+    auto rivals = rivals_of_unknown(readings, search, found, i);
+    if (auto curve = dial_curve_of(readings, search, settings, found, i, rivals)) {
+      result.dial_curves.push_back(std::move(*curve));
+      continue;
+    }
+    result.unknown.push_back(each);
+    std::ranges::move(rivals, std::back_inserter(result.unknown_rivals));
+  }
 }
 
 /// Name number i with its evidence and all that would do about as well in its place.
@@ -270,10 +289,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   hold_against_dials(search, settings, found);
   const auto exchanges = search.exchange_twos(found);
   const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
-  for (const UnknownCandidate& each : found.unknown) {
-    (each.is_background() ? result.background : result.unknown).push_back(each);
-  }
-  result.unknown_rivals = rivals_of_unknown(readings, search, found);
+  tell_smooth_apart(readings, search, settings, found, result);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
@@ -286,6 +302,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
     finding.unknown_log_odds = slow->log_odds;
   }
   doubt_beside_structure(readings, found, result.findings);
+  doubt_beside_curves(readings, found, result);
   result.gross = gross_readings(readings, found.fit);
   result.evidence = found.evidence;
   result.extended = std::move(found.fit);
@@ -295,6 +312,13 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
 }  // namespace
 
 bool Finding::of_a_part() const { return left_out > kMostLeftOut; }
+bool DialCurve::of_a_part() const { return left_out > kMostLeftOut; }
+
+Eigen::MatrixXd NamedCauses::dial_columns(Eigen::Index readings) const {
+  std::vector<UnknownCandidate> of_dials = background;
+  for (const DialCurve& each : dial_curves) of_dials.push_back(each.smooth);
+  return random_columns(readings, of_dials);
+}
 
 std::vector<std::string> NamedCauses::depends_on() const {
   std::vector<std::string> result;
@@ -318,8 +342,7 @@ double log_odds_of_exactness(
     const Readings& claimed, const NamedCauses& opened, const NamingSettings& settings) {
   const JointFit& with = opened.extended;
   const JointFit without = fit_jointly(
-      claimed, with.model, with.effects, &with,
-      random_columns(claimed.count(), opened.background));
+      claimed, with.model, with.effects, &with, opened.dial_columns(claimed.count()));
   return without.log_likelihood - with.log_likelihood + settings.name_preference;
 }
 
@@ -374,7 +397,9 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   NamedCauses result = identify_from(readings, as_measured, settings);
   // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
   // are tried: the noise first, or the names first.
-  if (result.findings.empty() && result.unknown.empty()) return result;
+  if (result.findings.empty() && result.unknown.empty() && result.dial_curves.empty()) {
+    return result;
+  }
   // Names that leave nothing but the noise that the rig file says, alike at all dials: a noise
   // of one dial would have had to be left.
   const bool nothing_left = result.unknown.empty() &&

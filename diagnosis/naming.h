@@ -57,6 +57,30 @@ struct Finding {
   }
 };
 
+/// A smooth error of one dial over its own reading, beyond what its maker allows
+/// (dial_curve.h).
+struct DialCurve {
+  std::size_t dial = 0;
+  UnknownCandidate smooth;                           // with its columns
+  Eigen::VectorXd error_mm{};                        // of each reading; 0 at the other dials
+  double evidence = 0.0;                             // log evidence lost without it
+  double half_span_mm = 0.0, half_span_sd_mm = 0.0;  // over the readings that were taken
+  double rms_mm = 0.0;                               // about its mean
+  double limit_mm = 0.0;                             // accuracy_mm of the dial
+  std::vector<Rival> tied_with{};
+  bool tied_with_nothing = false;
+  std::vector<std::string> tied_with_unknown{};  // as Finding's
+  double unknown_log_odds = 0.0;
+  bool settled = true;
+  double left_out = 0.0;
+  bool on_g1 = false;  // G1 alone shows it too; filled by diagnose()
+  [[nodiscard]] bool of_a_part() const;
+  [[nodiscard]] bool certain() const {
+    return settled && !of_a_part() && tied_with.empty() && !tied_with_nothing &&
+           tied_with_unknown.empty();
+  }
+};
+
 struct GrossReading {
   int row = 0;
   double size_mm = 0.0;
@@ -77,7 +101,11 @@ struct NamedCauses {
   std::optional<double> rig_geometry;
   /// What the dials' makers allow, as far as it shows: part of the fit, and no finding.
   std::vector<UnknownCandidate> background;
-  /// Covariates of both, each once.
+  /// Part of the fit as well, and a finding each; not among `unknown`.
+  std::vector<DialCurve> dial_curves;
+  /// Columns of what the dials do of their own: `background` and `dial_curves`.
+  [[nodiscard]] Eigen::MatrixXd dial_columns(Eigen::Index readings) const;
+  /// Covariates of `unknown` and `unknown_rivals`, each once.
   [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;
   std::optional<Hypothesis> swap;

@@ -32,11 +32,11 @@ constexpr double kMostOfAWorkshop = 3.0;
 
 void UnknownSearch::along(
     const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
-    const Eigen::MatrixXd& stage, int functions) {
+    const Eigen::MatrixXd& stage, int functions, const std::vector<Box>& boxes) {
   const auto u = scaled(covariate);
   if (!u) return;
   begin({name}, enters);
-  for (const Box& box : boxes_along()) {
+  for (const Box& box : boxes) {
     geometry::check_end();
     const Eigen::MatrixXd basis = basis_of(readings_.of_used(*u), box.half_width, functions);
     Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());

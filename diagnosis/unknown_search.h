@@ -25,7 +25,8 @@ class UnknownSearch {
   /// f(covariate), one for each column of the stage.
   void along(
       const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
-      const Eigen::MatrixXd& stage, int functions);
+      const Eigen::MatrixXd& stage, int functions,
+      const std::vector<Box>& boxes = boxes_along());
 
   /// f(x, y), one for each column of the stage.
   void over(

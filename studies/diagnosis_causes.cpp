@@ -14,22 +14,24 @@ using diagnosis::Readings;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<Rival> rivals_of(const diagnosis::Finding& finding) {
+/// Of a finding or of a dial's curve.
+template <class Found>
+std::vector<Rival> rivals_of(const Found& found) {
   std::vector<Rival> rivals;
-  for (const diagnosis::Rival& each : finding.tied_with) {
+  for (const diagnosis::Rival& each : found.tied_with) {
     rivals.push_back({.id = id_of(each.hypothesis), .log_odds = each.log_odds});
   }
-  if (!finding.tied_with_unknown.empty()) {
+  if (!found.tied_with_unknown.empty()) {
     rivals.push_back(
         {.kind = RivalKind::kUnknown,
-         .depends_on = finding.tied_with_unknown,
-         .log_odds = finding.unknown_log_odds});
+         .depends_on = found.tied_with_unknown,
+         .log_odds = found.unknown_log_odds});
   }
-  if (finding.tied_with_nothing) {
-    rivals.push_back({.kind = RivalKind::kNothing, .log_odds = finding.evidence});
+  if (found.tied_with_nothing) {
+    rivals.push_back({.kind = RivalKind::kNothing, .log_odds = found.evidence});
   }
-  if (!finding.settled) rivals.push_back({.kind = RivalKind::kUnsettled});
-  if (finding.of_a_part()) rivals.push_back({.kind = RivalKind::kLeftOut});
+  if (!found.settled) rivals.push_back({.kind = RivalKind::kUnsettled});
+  if (found.of_a_part()) rivals.push_back({.kind = RivalKind::kLeftOut});
   return rivals;
 }
 
@@ -153,6 +155,28 @@ void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosi
     cause.estimate.push_back({moved[i].name, moved[i].unit, moved[i].off, moved[i].sd});
   }
   causes.push_back(std::move(cause));
+}
+
+void add_dial_curves(
+    std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
+    const Readings& readings) {
+  for (const diagnosis::DialCurve& each : found.named.dial_curves) {
+    const bool confirmed = each.on_g1 && each.certain();
+    causes.push_back(
+        {.kind = CauseKind::kDialCurve,
+         .id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))},
+         .tied_with = rivals_of(each),
+         .estimate =
+             {{"half_span", "mm", each.half_span_mm, each.half_span_sd_mm},
+              {"rms", "mm", each.rms_mm, kNan},
+              {"limit", "mm", each.limit_mm, kNan}},
+         .delta_bic = 2 * each.evidence,
+         .gain_mm = kNan,
+         .standing = confirmed ? Standing::kConfirmed : Standing::kSuspected,
+         .on_g1 = each.on_g1,
+         .g2_log_odds = kNan,
+         .visible_ratio = each.rms_mm / found.noise.sigma_mm});
+  }
 }
 
 void add_data_faults(

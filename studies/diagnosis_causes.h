@@ -26,6 +26,10 @@ namespace sixdial::studies {
 
 /// The rig's geometry as one cause, where the file claims what the readings contradict.
 void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
+/// One for each dial whose own curve goes beyond accuracy_mm.
+void add_dial_curves(
+    std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
+    const diagnosis::Readings& readings);
 
 /// Outliers and stale readings as causes of their own, where there are such. Of so many
 /// readings in all: more than a few gross ones are not certain to be just that.

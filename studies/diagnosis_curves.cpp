@@ -382,6 +382,22 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
   return unless_empty(std::move(curve));
 }
 
+std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
+    const diagnosis::DialCurve& curve) const {
+  const Shape shape{Shape::Shows::kReading, CurveAxis::kReading, Shape::Groups::kNone, true};
+  const Part part{curve.error_mm, data_.after.residual_mm + curve.error_mm};
+  SignatureCurve drawn{
+      .quantity = Quantity::kResidual,
+      .along = {.axis = CurveAxis::kReading},
+      .is_function = true,
+      .panels = {
+          {.of = CurvePanelOf::kDial,
+           .dial = data_.readings.model().rig().dials[curve.dial].id,
+           .groups = dial_groups(
+               static_cast<int>(curve.dial), shape, data_.readings.measured_mm(), part)}}};
+  return unless_empty(std::move(drawn));
+}
+
 std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   const Readings& readings = data_.readings;
   LeftSorter sorter(data_);

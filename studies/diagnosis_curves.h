@@ -32,6 +32,9 @@ class DiagnosisCurves {
   /// Of exchanged dials: readings as they came against what the simulation says.
   [[nodiscard]] std::optional<SignatureCurve> signature_of_swap(
       const diagnosis::Hypothesis& swap) const;
+  /// Of a dial's own curve over its reading.
+  [[nodiscard]] std::optional<SignatureCurve> signature_of_curve(
+      const diagnosis::DialCurve& curve) const;
   /// Along each number in ten classes of equally many readings, and by kind of arrival, travel
   /// and dial; those only that vary.
   [[nodiscard]] std::vector<LeftAlong> left_along() const;

@@ -33,6 +33,7 @@ enum class CauseKind {
   kOutliers,       // single readings far from everything else
   kStaleReadings,  // a reading handed over a second time, after the tool had moved
   kRigGeometry,    // dials and cuboid are not where and as the rig file claims
+  kDialCurve,      // a dial's scale is uneven beyond its maker's limit
 };
 enum class Certainty { kCertain, kTied };
 enum class Standing {

@@ -6,10 +6,11 @@
 namespace sixdial::mock_devices {
 
 extern constinit const CauseRow base_drift, creep, cuboid_offset, cuboid_size,
-    cuboid_squareness, dial_bend, dial_cyclic, dial_gain, dial_hysteresis, dial_lean,
-    dial_mount, dial_swap, frame_skew, joint_backlash, joint_compliance, joint_eccentricity,
-    joint_fifth_harmonic, joint_gain, joint_second_harmonic, link_thermal_growth, outliers,
-    passive_clearance, random_walk, stale_reading, step, time_sinusoid, tip_radius, xy_field;
+    cuboid_squareness, dial_bend, dial_curve, dial_cyclic, dial_gain, dial_hysteresis,
+    dial_lean, dial_mount, dial_swap, frame_skew, joint_backlash, joint_compliance,
+    joint_eccentricity, joint_fifth_harmonic, joint_gain, joint_second_harmonic,
+    link_thermal_growth, outliers, passive_clearance, random_walk, stale_reading, step,
+    time_sinusoid, tip_radius, xy_field;
 
 namespace {
 
@@ -20,7 +21,8 @@ constexpr std::array kCauses{
     &cuboid_size, &cuboid_squareness, &cuboid_offset, &tip_radius, &dial_gain, &dial_lean,
     &dial_mount, &dial_hysteresis, &dial_cyclic, &dial_swap, &step, &outliers, &stale_reading,
     // outside of the catalogue of diagnosis
-    &xy_field, &random_walk, &time_sinusoid, &joint_fifth_harmonic, &creep, &dial_bend};
+    &xy_field, &random_walk, &time_sinusoid, &joint_fifth_harmonic, &creep, &dial_bend,
+    &dial_curve};
 
 }  // namespace
 

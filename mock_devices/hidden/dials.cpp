@@ -18,6 +18,10 @@ constexpr NumberName kCyclic[] = {
     {.name = "amplitude_mm", .scaling = Scaling::kAlike},
     {.name = "period_mm"},
     {.name = "phase_rad", .otherwise = 0.0}};
+constexpr NumberName kCurve[] = {
+    {.name = "rms_mm", .scaling = Scaling::kAlike},
+    {.name = "length_mm", .otherwise = 6.0},
+    {.name = "seed", .otherwise = 1.0}};
 
 }  // namespace
 
@@ -125,6 +129,32 @@ extern constinit const CauseRow dial_bend{
         [](const ReadyEffect& e, const Moment&, double displacement_mm, int) {
           constexpr double kMiddle_mm = 16.0;
           return e.p[0] * std::pow((displacement_mm - kMiddle_mm) / 10.0, 2);
+        }};
+
+// A scale that is uneven all along, far beyond what a maker allows: worn, dropped, or dirty.
+extern constinit const CauseRow dial_curve{
+    .id = "dial_curve",
+    .places = each_dial,
+    .in_catalogue = false,
+    .least = 1e-2,
+    .most = 1e-1,
+    .amplitude = "rms [mm]",
+    .numbers = kCurve,
+    .draw =
+        [](const Draw& draw) {
+          const double length_mm = draw.random.uniform(29, 3.0, 9.0);
+          return std::vector<double>{draw.amplitude, length_mm, draw.seed()};
+        },
+    .covariate =
+        [](std::string_view where) { return "dial " + std::string(where) + " reading"; },
+    .prepare =
+        [](ReadyEffect& e, const Eigen::Vector2d&) {
+          e.field = std::make_shared<const SmoothField>(
+              SmoothField::of_length(e.p[0], e.p[1], static_cast<std::uint64_t>(e.p[2])));
+        },
+    .error_mm =
+        [](const ReadyEffect& e, const Moment&, double displacement_mm, int) {
+          return e.field->at({displacement_mm, 0.0}).x();
         }};
 
 }  // namespace sixdial::mock_devices

@@ -14,13 +14,15 @@ constexpr EffectParameter kParameters[] = {
     {"period", "mm", 5.0},
 };
 
-// Frequencies between one wave over what the dial read and the finest that 100 readings can
-// hold apart: a part of a longer wave is not a periodic error that anybody could tell.
+// Frequencies between two waves over what the dial read and the finest that 100 readings can
+// hold apart. What does not come again within the readings is not seen to be periodic: one
+// wave, with a scale and a shift beside it, describes nearly any smooth curve.
 std::vector<double> periods(
     const geometry::Rig& rig, std::span<const Circumstance> samples, const Place& place) {
   const auto dial = static_cast<std::size_t>(place.dial);
   const double travel_mm = rig.dials[dial].geometry.travel_mm;
   constexpr double kShortest_mm = 0.8;
+  constexpr double kFewestWaves = 2.0;
   double low_mm = travel_mm;
   double high_mm = 0.0;
   for (const Circumstance& each : samples) {
@@ -29,7 +31,8 @@ std::vector<double> periods(
     low_mm = std::min(low_mm, reading_mm);
     high_mm = std::max(high_mm, reading_mm);
   }
-  const double longest_mm = std::clamp(high_mm - low_mm, kShortest_mm, travel_mm);
+  const double longest_mm =
+      std::clamp((high_mm - low_mm) / kFewestWaves, kShortest_mm, travel_mm);
   const double step = 1.0 / (3.0 * travel_mm);
   std::vector<double> result;
   for (double frequency = 1.0 / longest_mm; frequency <= 1.0 / kShortest_mm;

@@ -245,6 +245,13 @@ std::string said_of(const diagnosis::Finding& finding) {
 void judge_unknown(
     const diagnosis::NamedCauses& verdict, const std::optional<std::string>& right,
     Outcome& outcome) {
+  for (const diagnosis::DialCurve& curve : verdict.dial_curves) {
+    const std::string& own = curve.smooth.covariates.front();
+    outcome.said +=
+        fmt::format("CURVE({}, {:.1f}, {:.4f} mm) ", own, curve.evidence, curve.half_span_mm);
+    outcome.unknown = outcome.unknown || own == right;
+    outcome.wrong = outcome.wrong || (curve.certain() && own != right);
+  }
   if (verdict.unknown.empty()) return;
   outcome.said += fmt::format(
       "UNKNOWN({:.1f}, {}:", verdict.unknown.front().evidence, verdict.unknown.front().enters);
@@ -281,7 +288,8 @@ void judge(
     outcome.wrong = outcome.wrong || !std::ranges::any_of(outcome.truth, is_of_rig);
   }
   outcome.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
-                     verdict.swap.has_value() || verdict.rig_geometry.has_value();
+                     !verdict.dial_curves.empty() || verdict.swap.has_value() ||
+                     verdict.rig_geometry.has_value();
   const bool only =
       verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size() &&
       !verdict.rig_geometry;

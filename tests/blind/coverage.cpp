@@ -295,7 +295,8 @@ void judge_diagnosis(const Drawn& drawn, Covered& covered) {
     }
   }
   covered.false_alarm =
-      effects.empty() && (!found.causes.empty() || !found.named.unknown.empty());
+      effects.empty() && (!found.causes.empty() || !found.named.unknown.empty() ||
+                          !found.named.dial_curves.empty());
   if (!effects.empty()) count_gain(drawn, found, held_out, covered);
 }
 

@@ -81,7 +81,8 @@ AtLimit tried(
   diagnosis::Readings readings(model, bench.session_with({effect}, seed));
   const diagnosis::NamedCauses verdict = diagnosis::name_causes(readings);
   result.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
-                    verdict.swap.has_value() || verdict.rig_geometry.has_value();
+                    !verdict.dial_curves.empty() || verdict.swap.has_value() ||
+                    verdict.rig_geometry.has_value();
   for (const diagnosis::Finding& finding : verdict.findings) {
     const bool own = finding.hypothesis == hypothesis;
     bool in_set = own;

@@ -236,16 +236,21 @@ TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
   ASSERT_EQ(diagnosed["state"], "done") << diagnosed;
   const Json verdict = whole_result(client, diagnosed["result"]);
   // The first sample has no last move: its readings may stand out.
-  std::vector<std::string> named;
+  const auto name_of = [](const Json& id) {
+    return id.value("cause", "") + "@" + id.value("where", "");
+  };
+  int names = 0;
+  std::vector<std::string> named_or_tied;
   for (const Json& cause : verdict["causes"]) {
-    if (cause["where"] != "samples") {
-      named.push_back(
-          cause["cause"].get<std::string>() + "@" + cause["where"].get<std::string>());
-    }
+    if (cause["where"] == "samples") continue;
+    ++names;
+    named_or_tied.push_back(name_of(cause));
+    for (const Json& rival : cause["tied_with"]) named_or_tied.push_back(name_of(rival));
   }
-  // One session of fifty may have a name too many: its noise is drawn by the machine's timing.
-  ASSERT_THAT(named, ::testing::Contains(std::string(GetParam().named)));
-  ASSERT_LE(named.size(), 2U);
+  // The noise is drawn by the machine's timing: of a hundred such sessions two give a set that
+  // holds the name, as eccentricity and second harmonic over half a radian are alike.
+  ASSERT_THAT(named_or_tied, ::testing::Contains(std::string(GetParam().named))) << verdict;
+  ASSERT_LE(names, 2);
 
   const Json target = client.call(
       "compensate.target", {{"session", "demo"},

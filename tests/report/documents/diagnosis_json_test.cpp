@@ -9,6 +9,7 @@
 
 #include "report/words/diagnosis_axes.h"
 #include "report/words/diagnosis_verdict.h"
+#include "report/words/diagnosis_words.h"
 #include "studies/error.h"
 #include "tests/support/paths.h"
 
@@ -54,6 +55,24 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
   EXPECT_EQ(doubtful.gross_readings.size(), 4U);
   const DiagnosisVerdict verdict = verdict_in_words(doubtful);
   EXPECT_EQ(verdict.found[0].cause, 0U);
+}
+
+TEST(DiagnosisDocument, KeepsADialsCurveAndSaysHowWideItIs) {
+  studies::DiagnosisResult result = diagnosis_from_json(document_of("09"));
+  result.causes = {
+      {.kind = studies::CauseKind::kDialCurve,
+       .id = {"dial_curve", "C"},
+       .estimate = {
+           {"half_span", "mm", 0.031, 0.001},
+           {"rms", "mm", 0.017, 0.0},
+           {"limit", "mm", 0.006, 0.0}}}};
+  const studies::DiagnosisResult again = diagnosis_from_json(to_json(result));
+  ASSERT_EQ(again.causes.size(), 1U);
+  EXPECT_EQ(again.causes[0].kind, studies::CauseKind::kDialCurve);
+  EXPECT_THAT(verdict_in_words(again).title, HasSubstr("uneven scale of dial C"));
+  const std::string size = size_in_words(again.causes[0]);
+  EXPECT_THAT(size, HasSubstr("up to 0.0310 ± 0.0010 mm either way"));
+  EXPECT_THAT(size, HasSubstr("its limit is 0.0060 mm"));
 }
 
 TEST(DiagnosisDocument, KeepsTheRigAsTheDataSeeItAndSaysSo) {

@@ -1,0 +1,83 @@
+// A dial whose scale is uneven far beyond its maker's limit: which dial, how wide, how it bends
+// and which robot are drawn. It is found as what it is, and gets no other name: one wave with a
+// scale and a shift beside it describes nearly any smooth curve.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "diagnosis/naming.h"
+#include "mock_devices/session_generator.h"
+#include "tests/blind/challenge.h"
+
+namespace sixdial::blind {
+namespace {
+
+constexpr int kSessions = 6;
+
+struct Verdict {
+  diagnosis::NamedCauses names;
+  std::string dial;
+  std::string said;
+};
+
+/// One session with a curve of that rms at a drawn dial.
+Verdict diagnosed(std::uint64_t seed, double rms_mm) {
+  std::mt19937_64 engine(seed);
+  mock_devices::World world;
+  world.robot = mock_devices::drawn_robot(world.rig, seed);
+  world.seed = seed;
+  world.dials.hysteresis_mm = 0.0;
+  world.dials.curve_mm = 0.0;
+  const std::string dial = world.rig.dials[engine() % world.rig.dials.size()].id;
+  world.effects = {mock_devices::make_effect(world.rig, "dial_curve", dial, rms_mm, seed)};
+  const auto session =
+      mock_devices::generate_session(world, mock_devices::random_plan(world.rig, seed));
+  const simulation::ForwardModel model(world.rig);
+  diagnosis::Readings readings(model, trials_of(world.rig, session));
+  Verdict verdict{diagnosis::name_causes(readings), dial, ""};
+  for (const diagnosis::Finding& each : verdict.names.findings) {
+    verdict.said += each.hypothesis.name() + (each.certain() ? " " : "~ ");
+  }
+  for (const diagnosis::DialCurve& each : verdict.names.dial_curves) {
+    verdict.said += "curve of " + world.rig.dials[each.dial].id + " ";
+  }
+  for (const std::string& each : verdict.names.depends_on()) verdict.said += "? " + each + " ";
+  return verdict;
+}
+
+TEST(UnevenDial, IsNamedAndNothingElseIs) {
+  int named = 0;
+  for (std::uint64_t seed = 1; seed <= kSessions; ++seed) {
+    std::mt19937_64 engine(seed * 977);
+    const double rms_mm =
+        0.015 * std::pow(6.0, std::uniform_real_distribution<double>(0.0, 1.0)(engine));
+    const Verdict verdict = diagnosed(seed, rms_mm);
+    SCOPED_TRACE(
+        "seed " + std::to_string(seed) + ": " + verdict.dial + " " + std::to_string(rms_mm) +
+        " mm, said " + verdict.said);
+    for (const diagnosis::Finding& each : verdict.names.findings) {
+      EXPECT_FALSE(each.certain()) << each.hypothesis.name();
+    }
+    for (const diagnosis::DialCurve& each : verdict.names.dial_curves) {
+      EXPECT_EQ(geometry::default_rig().dials[each.dial].id, verdict.dial);
+      EXPECT_GT(each.half_span_mm, each.limit_mm);
+      EXPECT_LT(each.half_span_mm, 4 * rms_mm);
+      named += each.certain() ? 1 : 0;
+    }
+  }
+  // One of twenty lets so many readings look gross that no name is certain.
+  EXPECT_GE(named, kSessions - 1);
+}
+
+TEST(UnevenDial, WithinItsLimitIsNoFinding) {
+  constexpr double kRms_mm = 0.002;  // a span of about 0.004 mm either way; 0.006 are allowed
+  for (std::uint64_t seed = 21; seed <= 23; ++seed) {
+    const Verdict verdict = diagnosed(seed, kRms_mm);
+    EXPECT_TRUE(verdict.names.dial_curves.empty()) << seed << " said " << verdict.said;
+  }
+}
+
+}  // namespace
+}  // namespace sixdial::blind
