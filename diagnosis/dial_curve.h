@@ -1,23 +1,20 @@
-// A dial whose scale is uneven by more than its maker allows: a smooth function of its own
-// reading which no effect of the catalogue explains as well.
+// What the smooth functions of an explanation are: what the makers of the dials allow, a dial
+// whose scale is uneven by more than that, or something that has no name.
 #pragma once
-
-#include <optional>
-#include <vector>
 
 #include "diagnosis/explanation.h"
 
 namespace sixdial::diagnosis {
 
-/// `rivals`: the smooth functions that would do about as well as number `i` of `found.unknown`.
-/// Empty where that function is none of a dial's own reading, or may be within the dial's
-/// accuracy_mm: it stays without a name then.
-[[nodiscard]] std::optional<DialCurve> dial_curve_of(
+/// Sorts `found.unknown` into background, dial_curves, unknown and unknown_rivals of `result`.
+/// A function of one dial's own reading is a curve of the dial if its span is for sure beyond
+/// accuracy_mm; within it, it stays without a name.
+void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, std::size_t i, const std::vector<UnknownCandidate>& rivals);
+    const Explanation& found, NamedCauses& result);
 
-/// What stands at a dial beside an unnamed or named function of the same dial's reading may be
-/// a part of it: tied with it.
+/// What stands at a dial beside a smooth function of the same dial's reading may be a part of
+/// it: tied with it.
 void doubt_beside_curves(
     const Readings& readings, const Explanation& found, NamedCauses& names);
 

@@ -1,6 +1,7 @@
 #include "diagnosis/naming.h"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <utility>
 
@@ -127,47 +128,6 @@ void drop_needless(const Search& search, const NamingSettings& settings, Explana
   }
 }
 
-/// Other smooth functions that would do about as well as number i that was chosen.
-std::vector<UnknownCandidate> rivals_of_unknown(
-    const Readings& readings, const Search& search, const Explanation& found, std::size_t i) {
-  std::vector<UnknownCandidate> result;
-  const Explanation less = search.without_unknown(found, i);
-  const auto same = [&](const UnknownCandidate& each) {
-    return each.covariates == found.unknown[i].covariates &&
-           each.enters == found.unknown[i].enters;
-  };
-  auto rivals = score_unknown(readings, less.fit);
-  const auto own = std::find_if(rivals.begin(), rivals.end(), same);
-  if (own == rivals.end()) return result;
-  const double least = own->evidence - kUnknownTie;
-  for (UnknownCandidate& rival : rivals) {
-    if (!same(rival) && !rival.is_background() && rival.evidence > least)
-      result.push_back(std::move(rival));
-  }
-  return result;
-}
-
-/// Sorts the smooth functions: what the makers of the dials allow, a dial's curve beyond that,
-/// and what has no name.
-void tell_smooth_apart(
-    const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, NamedCauses& result) {
-  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
-    const UnknownCandidate& each = found.unknown[i];
-    if (each.is_background()) {
-      result.background.push_back(each);
-      continue;
-    }
-    auto rivals = rivals_of_unknown(readings, search, found, i);
-    if (auto curve = dial_curve_of(readings, search, settings, found, i, rivals)) {
-      result.dial_curves.push_back(std::move(*curve));
-      continue;
-    }
-    result.unknown.push_back(each);
-    std::ranges::move(rivals, std::back_inserter(result.unknown_rivals));
-  }
-}
-
 /// Name number i with its evidence and all that would do about as well in its place.
 Finding finding_of(
     const Search& search, const NamingSettings& settings, const Explanation& found,
@@ -221,24 +181,23 @@ Finding finding_of(
   return finding;
 }
 
-/// Something that changes slowly and is in no column looks like several names at once: growth
-/// by a temperature that rises as well, a drift, a step where these do not fit. All such names
-/// together are held against something smooth that nobody named.
-/// What the smooth explanation lacks in evidence, and what it depends on; empty if it took
-/// their place, or if they are fewer than two, which finding_of asks by themselves.
-struct SlowRival {
+/// What is smooth and in no column looks like several names at once: a slow change like growth
+/// by a temperature that rises as well, a drift, a step where these do not fit; a dial's curve
+/// like a scale, a shift and a wave. All such names together are held against something smooth
+/// that nobody named. What the smooth explanation lacks in evidence, and what it depends on;
+/// empty if it took their place, or if they are fewer than two, which finding_of asks by
+/// themselves.
+struct SmoothRival {
   double log_odds = 0.0;
   std::vector<std::string> covariates;
 };
-bool is_slow(const Hypothesis& name) {
-  constexpr unsigned kSlow = simulation::kTime | simulation::kTemperature;
-  return name.effect->in_time || (name.effect->needs & kSlow) != 0;
-}
-std::optional<SlowRival> hold_against_slow_change(const Search& search, Explanation& found) {
+using TakesName = std::function<bool(const Hypothesis&)>;
+std::optional<SmoothRival> hold_together(
+    const Search& search, Explanation& found, const TakesName& takes) {
   Explanation others = found;
   std::erase_if(others.unknown, [](const auto& each) { return !each.is_background(); });
   for (std::size_t i = others.chosen.size(); i-- > 0;) {
-    if (is_slow(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
+    if (takes(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
   }
   if (others.chosen.size() + 1 >= found.chosen.size()) return std::nullopt;
   Explanation smooth = search.with_unknown(others);
@@ -247,7 +206,32 @@ std::optional<SlowRival> hold_against_slow_change(const Search& search, Explanat
     found = std::move(smooth);
     return std::nullopt;
   }
-  return SlowRival{found.evidence - smooth.evidence, smooth.unknown.back().covariates};
+  return SmoothRival{found.evidence - smooth.evidence, smooth.unknown.back().covariates};
+}
+
+bool is_slow(const Hypothesis& name) {
+  constexpr unsigned kSlow = simulation::kTime | simulation::kTemperature;
+  return name.effect->in_time || (name.effect->needs & kSlow) != 0;
+}
+
+/// Names that are held together, and what a smooth function in their place is given back of the
+/// preference for names.
+struct KindOfNames {
+  TakesName takes;
+  double given_back = 0.0;
+};
+/// Slow changes, and the names of each dial: its curve is a name too.
+std::vector<KindOfNames> kinds_of_names(
+    const Readings& readings, const NamingSettings& settings) {
+  std::vector<KindOfNames> kinds{{is_slow}};
+  const std::size_t dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  for (std::size_t d = 0; d < dials; ++d) {
+    const auto takes = [d](const Hypothesis& name) {
+      return name.place.dial == static_cast<int>(d) && !name.effect->is_step;
+    };
+    kinds.push_back({takes, settings.name_preference});
+  }
+  return kinds;
 }
 
 /// Where something smooth was needed, and more than noise is left all the same, the readings
@@ -288,18 +272,25 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   }
   hold_against_dials(search, settings, found);
   const auto exchanges = search.exchange_twos(found);
-  const std::optional<SlowRival> slow = hold_against_slow_change(search, found);
+  std::vector<std::pair<TakesName, SmoothRival>> smooth_rivals;
+  for (const KindOfNames& kind : kinds_of_names(readings, settings)) {
+    if (auto rival = hold_together(search, found, kind.takes)) {
+      rival->log_odds -= kind.given_back;
+      smooth_rivals.emplace_back(kind.takes, std::move(*rival));
+    }
+  }
   tell_smooth_apart(readings, search, settings, found, result);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
   }
   tie_alike_sets(readings, search, settings, found, exchanges, result.findings);
-  for (Finding& finding : result.findings) {
-    if (!slow || slow->log_odds >= settings.tie_log_odds || !is_slow(finding.hypothesis)) {
-      continue;
+  for (const auto& [takes, smooth] : smooth_rivals) {
+    if (smooth.log_odds >= settings.tie_log_odds) continue;
+    for (Finding& finding : result.findings) {
+      if (!takes(finding.hypothesis)) continue;
+      finding.tied_with_unknown = smooth.covariates;
+      finding.unknown_log_odds = smooth.log_odds;
     }
-    finding.tied_with_unknown = slow->covariates;
-    finding.unknown_log_odds = slow->log_odds;
   }
   doubt_beside_structure(readings, found, result.findings);
   doubt_beside_curves(readings, found, result);

@@ -213,11 +213,14 @@ TEST_F(Faults, AHungUpGaugeBoxClosesItsConnectionsAndTakesNewOnesLater) {
 TEST_F(Faults, ANoiseByteChangesOneByteOfTheReply) {
   Port mw(Port::serial(path("mw")));
   rig_.order_fault("A", {.fault = Fault::kFrozen, .count = 0});
+  mw.send("C1\r\n");
+  const std::string good =
+      mw.read_until([](const std::string& s) { return s.ends_with("\r\n"); });
+  // A frozen dial's reply is as long each time; its bytes come one by one.
   const auto ask_mw = [&] {
     mw.send("C1\r\n");
-    return mw.read_until([](const std::string& s) { return s.size() >= 17; });
+    return mw.read_until([&](const std::string& s) { return s.size() >= good.size(); });
   };
-  const std::string good = ask_mw();
   rig_.order_fault("A", {.fault = Fault::kNoiseByte});
   const std::string noisy = ask_mw();
   ASSERT_EQ(good.size(), noisy.size());

@@ -69,9 +69,9 @@ TEST(DiagnosisDocument, KeepsADialsCurveAndSaysHowWideItIs) {
   const studies::DiagnosisResult again = diagnosis_from_json(to_json(result));
   ASSERT_EQ(again.causes.size(), 1U);
   EXPECT_EQ(again.causes[0].kind, studies::CauseKind::kDialCurve);
-  EXPECT_THAT(verdict_in_words(again).title, HasSubstr("uneven scale of dial C"));
+  EXPECT_THAT(verdict_in_words(again).title, HasSubstr("Uneven scale of dial C"));
   const std::string size = size_in_words(again.causes[0]);
-  EXPECT_THAT(size, HasSubstr("up to 0.0310 ± 0.0010 mm either way"));
+  EXPECT_THAT(size, HasSubstr("up to 0.0310 mm ± 0.0020 mm either way"));  // k = 2
   EXPECT_THAT(size, HasSubstr("its limit is 0.0060 mm"));
 }
 
