@@ -140,12 +140,27 @@ class Diagnoser {
     }
     result_.rig = rig_as_seen(readings_, found().extended);
     result_.rig_confirmed = alone_ && alone_->rig_geometry;
-    for (DialCurve& each : result_.named.dial_curves) {
-      each.on_g1 =
-          alone_ && std::ranges::find(alone_->dial_curves, each.dial, &DialCurve::dial) !=
-                        alone_->dial_curves.end();
-    }
+    confirm_curves();
     result_.noise = noise_of(readings_, found().extended);
+  }
+
+  /// A dial's curve is confirmed where G1 alone names it and G2 alone shows that something
+  /// smooth goes by that dial's reading.
+  void confirm_curves() {
+    std::vector<DialCurve>& curves = result_.named.dial_curves;
+    if (curves.empty() || !alone_ || sides_->judged.count() < fewest_) return;
+    const Readings& g2 = sides_->judged;
+    const JointFit fit = fit_jointly(g2, found().extended.model, found().extended.effects);
+    const std::vector<UnknownCandidate> seen = score_unknown(g2, fit);
+    for (DialCurve& curve : curves) {
+      curve.on_g1 = std::ranges::find(alone_->dial_curves, curve.dial, &DialCurve::dial) !=
+                    alone_->dial_curves.end();
+      const auto own = std::ranges::find_if(seen, [&](const UnknownCandidate& each) {
+        return each.enters == curve.smooth.enters && each.covariates == curve.smooth.covariates;
+      });
+      if (own != seen.end()) curve.g2_log_odds = own->evidence;
+      curve.confirmed = curve.on_g1 && curve.g2_log_odds > kConfirms && curve.certain();
+    }
   }
 
   void describe_remainder() {

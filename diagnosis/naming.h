@@ -73,7 +73,10 @@ struct DialCurve {
   double unknown_log_odds = 0.0;
   bool settled = true;
   double left_out = 0.0;
-  bool on_g1 = false;  // G1 alone shows it too; filled by diagnose()
+  // Filled by diagnose(), as Cause's: G1 alone shows it too, and so does G2 alone.
+  bool on_g1 = false;
+  double g2_log_odds = 0.0;
+  bool confirmed = false;
   [[nodiscard]] bool of_a_part() const;
   [[nodiscard]] bool certain() const {
     return settled && !of_a_part() && tied_with.empty() && !tied_with_nothing &&

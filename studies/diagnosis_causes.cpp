@@ -161,7 +161,6 @@ void add_dial_curves(
     std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
     const Readings& readings) {
   for (const diagnosis::DialCurve& each : found.named.dial_curves) {
-    const bool confirmed = each.on_g1 && each.certain();
     causes.push_back(
         {.kind = CauseKind::kDialCurve,
          .id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))},
@@ -172,9 +171,9 @@ void add_dial_curves(
               {"limit", "mm", each.limit_mm, kNan}},
          .delta_bic = 2 * each.evidence,
          .gain_mm = kNan,
-         .standing = confirmed ? Standing::kConfirmed : Standing::kSuspected,
+         .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
          .on_g1 = each.on_g1,
-         .g2_log_odds = kNan,
+         .g2_log_odds = each.g2_log_odds,
          .visible_ratio = each.rms_mm / found.noise.sigma_mm});
   }
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/naming.h"
+#include "diagnosis/diagnosis.h"
 #include "mock_devices/session_generator.h"
 #include "tests/blind/challenge.h"
 
@@ -24,8 +24,8 @@ struct Verdict {
   std::string said;
 };
 
-/// One session with a curve of that rms at a drawn dial.
-Verdict diagnosed(std::uint64_t seed, double rms_mm) {
+/// A rig with a curve of that rms at a drawn dial, and nothing else.
+mock_devices::World world_of(std::uint64_t seed, double rms_mm) {
   std::mt19937_64 engine(seed);
   mock_devices::World world;
   world.robot = mock_devices::drawn_robot(world.rig, seed);
@@ -34,6 +34,12 @@ Verdict diagnosed(std::uint64_t seed, double rms_mm) {
   world.dials.curve_mm = 0.0;
   const std::string dial = world.rig.dials[engine() % world.rig.dials.size()].id;
   world.effects = {mock_devices::make_effect(world.rig, "dial_curve", dial, rms_mm, seed)};
+  return world;
+}
+
+Verdict diagnosed(std::uint64_t seed, double rms_mm) {
+  const mock_devices::World world = world_of(seed, rms_mm);
+  const std::string& dial = world.effects.front().where;
   const auto session =
       mock_devices::generate_session(world, mock_devices::random_plan(world.rig, seed));
   const simulation::ForwardModel model(world.rig);
@@ -80,6 +86,38 @@ TEST(UnevenDial, IsNamedAndNothingElseIs) {
   // name, in two the dial was called noisy.
   EXPECT_GE(seen, kSessions - 1);
   EXPECT_GE(named, kSessions / 2);
+}
+
+TEST(UnevenDial, IsConfirmedWhereBothSetsShowIt) {
+  constexpr std::uint64_t kSeed = 2;
+  mock_devices::World world = world_of(kSeed, 0.03);
+  const auto plan = mock_devices::random_plan(world.rig, kSeed);
+  auto session = mock_devices::generate_session(world, plan);
+  const auto dial = static_cast<std::size_t>(
+      std::ranges::find(world.rig.dials, world.effects.front().where, &geometry::Dial::id) -
+      world.rig.dials.begin());
+  world.effects.clear();
+  const auto healthy = mock_devices::generate_session(world, plan);
+  const simulation::ForwardModel model(world.rig);
+  std::vector<bool> in_g2;
+  for (const auto& row : session.rows) in_g2.push_back(row.planned.set == "G2");
+  const diagnosis::DiagnosisSettings quick{
+      .null_draws = 0, .with_gain = false, .with_limits = false};
+
+  const auto both = diagnosis::diagnose(model, trials_of(world.rig, session), in_g2, quick);
+  ASSERT_EQ(both.named.dial_curves.size(), 1U);
+  EXPECT_EQ(both.named.dial_curves[0].dial, dial);
+  EXPECT_TRUE(both.named.dial_curves[0].on_g1);
+  EXPECT_TRUE(both.named.dial_curves[0].confirmed);
+
+  // The dial was repaired before G2 was measured: no session that confirms a curve.
+  for (std::size_t i = 0; i < session.rows.size(); ++i) {
+    if (in_g2[i]) session.rows[i].dial_mm[dial] = healthy.rows[i].dial_mm[dial];
+  }
+  const auto first = diagnosis::diagnose(model, trials_of(world.rig, session), in_g2, quick);
+  for (const diagnosis::DialCurve& each : first.named.dial_curves) {
+    EXPECT_FALSE(each.confirmed) << each.g2_log_odds;
+  }
 }
 
 TEST(UnevenDial, WithinItsLimitIsNoFinding) {
