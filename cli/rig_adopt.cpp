@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -14,6 +16,7 @@
 #include "report/documents/calibration_json.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
+#include "session/sha256.h"
 #include "studies/seen_rig.h"
 
 namespace sixdial::cli {
@@ -46,6 +49,38 @@ Found found_result(Cli& cli, const std::string& subject) {
 /// With --only: where the dials stand, and the side of the cuboid.
 constexpr std::string_view kDials = "dials";
 
+/// Places of dials that were found count from the file that the calibration read.
+void refuse_another_file(
+    const Found& found, const std::string& text, const std::string& rig_file) {
+  const std::string& read = found.result.inputs.rig_hash;
+  if (read.empty() || read == "sha256:" + session::sha256(text)) return;
+  throw service::Error(
+      service::ErrorCode::kInvalidParams,
+      fmt::format(
+          "{} is not the rig file that {} was calibrated with: the places of the dials that "
+          "were found count from that one",
+          rig_file, found.from),
+      {{"param", "--rig"}},
+      "Give the session's own rig file (sixdial export writes it), or take parameters of the "
+      "robot alone, with --only.");
+}
+
+/// The standard deviation to write: what is common to dials stays common in the readings, but a
+/// rig file knows each figure by itself. n figures of a kind, taken as independent with sqrt(n)
+/// times their standard deviation, are never better known together than they are, and none is
+/// less well known than was stated.
+double sd_to_write(const diagnosis::RigSeen& row, const std::vector<diagnosis::RigSeen>& all) {
+  const auto kind_of = [](const std::string& name) {
+    const std::size_t at = name.find(" of dial ");
+    if (at == std::string::npos) return name;
+    const std::size_t end = name.find(' ', at + std::string_view(" of dial ").size());
+    return name.substr(0, at) + (end == std::string::npos ? "" : name.substr(end));
+  };
+  const auto of_kind = std::ranges::count_if(
+      all, [&](const auto& each) { return kind_of(each.name) == kind_of(row.name); });
+  return std::min(row.known_sd, row.sd * std::sqrt(static_cast<double>(of_kind)));
+}
+
 /// Where the dials were found, as well as that is known now. The parameters hold for these
 /// places: who takes the ones takes the others.
 std::vector<session::AdoptedFigure> dials_of(
@@ -57,7 +92,8 @@ std::vector<session::AdoptedFigure> dials_of(
   const geometry::Rig seen = studies::rig_as_seen(rig, result.rig);
   const auto sd_of = [&](const std::string& name) -> std::optional<double> {
     const auto row = std::ranges::find(*result.rig, name, &diagnosis::RigSeen::name);
-    return row == result.rig->end() ? std::nullopt : std::optional(row->sd);
+    return row == result.rig->end() ? std::nullopt
+                                    : std::optional(sd_to_write(*row, *result.rig));
   };
   const auto add = [&](const std::string& dial, const std::string& key,
                        std::vector<double> value) {
@@ -121,6 +157,20 @@ service::ExitCode adopt(Cli& cli, const AdoptOptions& options) {
   const geometry::Rig rig = session::parse_rig(text, options.rig_file);
   const Found found = found_result(cli, options.subject);
   const std::vector<session::AdoptedFigure> figures = figures_of(found, rig, options.only);
+  const bool of_dials = std::ranges::any_of(
+      figures, [](const session::AdoptedFigure& each) { return !(each.sd > 0.0); });
+  if (of_dials) refuse_another_file(found, text, options.rig_file);
+  if (!of_dials && std::ranges::find(options.only, kDials) != options.only.end()) {
+    throw service::Error(
+        service::ErrorCode::kInvalidParams,
+        fmt::format("{} found no places of dials", found.from), {{"param", "--only"}},
+        "State in the rig file how well they are known (position_sd_mm), and calibrate again.");
+  }
+  if (!of_dials && found.result.rig && !found.result.rig->empty()) {
+    cli.console.note(
+        "The parameters hold for the places of the dials that were found with them: take "
+        "\"dials\" too.");
+  }
   const std::string adopted = session::with_adopted(
       text, options.rig_file, figures,
       fmt::format("{}, {}", found.from, found.result.created_utc.substr(0, 10)));

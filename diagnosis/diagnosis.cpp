@@ -167,6 +167,7 @@ class Diagnoser {
     add_dependence();
     // Something smooth without a name counts as left over.
     result_.commanding = command_fit(readings_, found());
+    result_.commanding_rig = rig_as_seen(readings_, result_.commanding);
     const JointFit& names = result_.commanding;
     add_parameters();
     result_.not_testable = found().not_testable;

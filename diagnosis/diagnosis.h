@@ -98,6 +98,7 @@ struct Diagnosis {
   bool rig_confirmed = false;  // G1 alone contradicts the file's claim too
   std::vector<GainRow> gain;   // empty without points to judge on
   JointFit commanding;         // what the robot is commanded by (command_fit.h)
+  std::vector<RigSeen> commanding_rig;  // by that fit, opened parts of a silent file too
   /// What a residual model learned of all that `commanding` leaves; empty without a table of
   /// the gain.
   std::optional<calibration::TrainedResidual> on_top;

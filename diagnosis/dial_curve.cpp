@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "diagnosis/covariate.h"
+#include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -24,96 +27,114 @@ std::optional<std::size_t> dial_of(const Readings& readings, const UnknownCandid
   return std::nullopt;
 }
 
-/// What is told of a curve by its errors; they are known to `variance` mm^2 at worst.
-void measure(DialCurve& curve, const Readings& readings, double variance) {
-  const auto& rows = readings.rows_of_dial(curve.dial);
-  const Eigen::VectorXd own = curve.error_mm(rows);
-  // The dial's zero is nobody's: half of the span is what no zero could take away.
-  curve.half_span_mm = (own.maxCoeff() - own.minCoeff()) / 2;
-  curve.half_span_sd_mm = std::sqrt(variance / 2);
-  curve.rms_mm = std::sqrt((own.array() - own.mean()).square().mean());
-}
-
-/// `rivals`: smooth functions that would do about as well as number `i` of `found.unknown`.
-/// Empty where that function is none of a dial's own reading, or may be within the dial's
-/// accuracy_mm.
-std::optional<DialCurve> dial_curve_of(
-    const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, std::size_t i, const std::vector<UnknownCandidate>& rivals) {
-  const UnknownCandidate& smooth = found.unknown[i];
-  const auto dial = dial_of(readings, smooth);
-  if (!dial) return std::nullopt;
-  DialCurve curve{.dial = *dial, .smooth = smooth};
-
-  Eigen::Index first = readings.nuisance().cols();
-  for (std::size_t k = 0; k < i; ++k) first += found.unknown[k].columns.cols();
-  const auto own = smooth.columns.cols();
-  const auto u = found.fit.u.segment(first, own);
-  const auto u_sd = found.fit.u_sd_mm.segment(first, own);
-  curve.error_mm = Eigen::VectorXd::Zero(readings.count());
-  double variance = 0.0;
-  for (const Eigen::Index row : readings.rows_of_dial(*dial)) {
-    const auto c = found.fit.random.row(row).segment(first, own);
-    curve.error_mm[row] = c.dot(u);
-    variance = std::max(variance, c.transpose().cwiseProduct(u_sd).squaredNorm());
-  }
-  measure(curve, readings, variance);
-  curve.limit_mm = readings.model().rig().dials[*dial].accuracy_mm;
-  constexpr double kForSure = 2.0;  // standard deviations
-  if (!(curve.half_span_mm - kForSure * curve.half_span_sd_mm > curve.limit_mm)) {
-    return std::nullopt;
-  }
-
-  const Explanation less = search.without_unknown(found, i);
-  curve.evidence = found.evidence - less.evidence;
-  if (!rivals.empty()) curve.tied_with_unknown = rivals.front().covariates;
-  for (const Explanation& named : search.instead_of_unknown(found, i, less, kTies)) {
-    const double odds = found.evidence - named.evidence;
-    if (odds >= settings.tie_log_odds) continue;
-    curve.tied_with.push_back(
-        {named.chosen.back().candidate.hypothesis, named.fit.effects.back(), odds});
-  }
-  curve.tied_with_nothing = curve.evidence < settings.tie_log_odds;
-  curve.settled = found.fit.converged;
-  curve.left_out = found.fit.left_out();
-  return curve;
-}
+/// The rivals of a smooth function, and what the function itself is worth beside them.
+struct Rivals {
+  double own = 0.0;
+  std::vector<UnknownCandidate> others;
+};
 
 /// Other smooth functions that would do about as well as number i that was chosen.
-std::vector<UnknownCandidate> rivals_of_unknown(
+Rivals rivals_of_unknown(
     const Readings& readings, const Search& search, const Explanation& found, std::size_t i) {
-  std::vector<UnknownCandidate> result;
+  Rivals result;
   const Explanation less = search.without_unknown(found, i);
   const auto same = [&](const UnknownCandidate& each) {
     return each.covariates == found.unknown[i].covariates &&
            each.enters == found.unknown[i].enters;
   };
   auto rivals = score_unknown(readings, less.fit);
-  const auto own = std::find_if(rivals.begin(), rivals.end(), same);
+  const auto own = std::ranges::find_if(rivals, same);
   if (own == rivals.end()) return result;
-  const double least = own->evidence - kUnknownTie;
+  result.own = own->evidence;
   for (UnknownCandidate& rival : rivals) {
-    if (!same(rival) && !rival.is_background() && rival.evidence > least)
-      result.push_back(std::move(rival));
+    if (!same(rival) && !rival.is_background() && rival.evidence > result.own - kUnknownTie)
+      result.others.push_back(std::move(rival));
   }
   return result;
 }
 
-/// Two smooth functions of one dial's reading are one curve.
-void add(std::vector<DialCurve>& curves, DialCurve curve, const Readings& readings) {
-  const auto same = std::ranges::find(curves, curve.dial, &DialCurve::dial);
-  if (same == curves.end()) {
-    curves.push_back(std::move(curve));
-    return;
+/// The error of each reading by the smooth functions `group` of one dial, and how wide it is.
+DialCurve curve_of(
+    const Readings& readings, const Explanation& found, std::size_t dial,
+    const std::vector<std::size_t>& group) {
+  const auto& rows = readings.rows_of_dial(dial);
+  DialCurve curve{.dial = dial, .smooth = found.unknown[group.front()]};
+  curve.limit_mm = readings.model().rig().dials[dial].accuracy_mm;
+  curve.error_mm = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(readings.count());
+  std::vector<UnknownCandidate> parts;
+  for (const std::size_t i : group) {
+    parts.push_back(found.unknown[i]);
+    Eigen::Index first = readings.nuisance().cols();
+    for (std::size_t k = 0; k < i; ++k) first += found.unknown[k].columns.cols();
+    const Eigen::Index own = found.unknown[i].columns.cols();
+    const auto u = found.fit.u.segment(first, own);
+    const auto u_sd = found.fit.u_sd_mm.segment(first, own);
+    for (const Eigen::Index row : rows) {
+      const Eigen::VectorXd c = found.fit.random.row(row).segment(first, own);
+      curve.error_mm[row] += c.dot(u);
+      variance[row] += c.cwiseProduct(u_sd).squaredNorm();
+    }
   }
-  const auto variance = [](const DialCurve& of) {
-    return 2 * of.half_span_sd_mm * of.half_span_sd_mm;
-  };
-  same->error_mm += curve.error_mm;
-  measure(*same, readings, variance(*same) + variance(curve));
-  same->smooth.columns = random_columns(readings.count(), {same->smooth, curve.smooth});
-  same->evidence += curve.evidence;
-  std::ranges::move(curve.tied_with, std::back_inserter(same->tied_with));
+  curve.smooth.columns = random_columns(readings.count(), parts);
+
+  // The dial's zero is nobody's: half of the span is what no zero could take away. Both ends
+  // may be off in opposite directions.
+  std::optional<Eigen::Index> low;
+  std::optional<Eigen::Index> high;
+  for (const Eigen::Index row : rows) {
+    if (!(found.fit.weight[row] > kGoodWeight)) continue;
+    if (!low || curve.error_mm[row] < curve.error_mm[*low]) low = row;
+    if (!high || curve.error_mm[row] > curve.error_mm[*high]) high = row;
+  }
+  if (!low || !high) return curve;
+  curve.half_span_mm = (curve.error_mm[*high] - curve.error_mm[*low]) / 2;
+  curve.half_span_sd_mm = (std::sqrt(variance[*high]) + std::sqrt(variance[*low])) / 2;
+  const Eigen::VectorXd own = curve.error_mm(rows);
+  curve.rms_mm = std::sqrt((own.array() - own.mean()).square().mean());
+  return curve;
+}
+
+bool is_for_sure_beyond_limit(const DialCurve& curve) {
+  constexpr double kForSure = 2.0;  // standard deviations
+  return curve.half_span_mm - kForSure * curve.half_span_sd_mm > curve.limit_mm;
+}
+
+/// Evidence, and all that would do about as well.
+void weigh(
+    const Readings& readings, const Search& search, const NamingSettings& settings,
+    const Explanation& found, const std::vector<std::size_t>& group, DialCurve& curve) {
+  Explanation without = found;
+  for (std::size_t k = group.size(); k-- > 0;) {
+    without = search.without_unknown(without, group[k]);
+  }
+  curve.evidence = found.evidence - without.evidence;
+  curve.tied_with_nothing = curve.evidence < settings.tie_log_odds;
+  for (const std::size_t i : group) {
+    const Rivals rivals = rivals_of_unknown(readings, search, found, i);
+    for (const UnknownCandidate& each : rivals.others) {
+      const double odds = rivals.own - each.evidence;
+      const bool nearer = curve.tied_with_unknown.empty() || odds < curve.unknown_log_odds;
+      if (odds >= settings.tie_log_odds || !nearer) continue;
+      curve.tied_with_unknown = each.covariates;
+      curve.unknown_log_odds = odds;
+    }
+    const Explanation less = search.without_unknown(found, i);
+    for (const Explanation& named : search.instead_of_unknown(found, i, less, kTies)) {
+      const double odds = found.evidence - named.evidence;
+      if (odds >= settings.tie_log_odds) continue;
+      curve.tied_with.push_back(
+          {named.chosen.back().candidate.hypothesis, named.fit.effects.back(), odds});
+    }
+  }
+  curve.settled = found.fit.converged;
+  curve.left_out = found.fit.left_out();
+}
+
+/// A part of a smooth function of the dial's reading: neither a jump in time nor what goes by
+/// the direction of the plunger.
+bool may_be_part_of_curve(const simulation::Effect& effect) {
+  return !effect.is_step && effect.plot.groups != simulation::Groups::kPlungerDirection;
 }
 
 }  // namespace
@@ -121,19 +142,27 @@ void add(std::vector<DialCurve>& curves, DialCurve curve, const Readings& readin
 void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,
     const Explanation& found, NamedCauses& result) {
+  std::map<std::size_t, std::vector<std::size_t>> of_dial;
+  for (std::size_t i = 0; i < found.unknown.size(); ++i) {
+    if (const auto dial = dial_of(readings, found.unknown[i])) of_dial[*dial].push_back(i);
+  }
+  std::set<std::size_t> named;
+  for (const auto& [dial, group] : of_dial) {
+    DialCurve curve = curve_of(readings, found, dial, group);
+    if (!is_for_sure_beyond_limit(curve)) continue;
+    weigh(readings, search, settings, found, group, curve);
+    result.dial_curves.push_back(std::move(curve));
+    named.insert(group.begin(), group.end());
+  }
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
     const UnknownCandidate& each = found.unknown[i];
     if (each.is_background()) {
       result.background.push_back(each);
-      continue;
+    } else if (!named.contains(i)) {
+      result.unknown.push_back(each);
+      Rivals rivals = rivals_of_unknown(readings, search, found, i);
+      std::ranges::move(rivals.others, std::back_inserter(result.unknown_rivals));
     }
-    auto rivals = rivals_of_unknown(readings, search, found, i);
-    if (auto curve = dial_curve_of(readings, search, settings, found, i, rivals)) {
-      add(result.dial_curves, std::move(*curve), readings);
-      continue;
-    }
-    result.unknown.push_back(each);
-    std::ranges::move(rivals, std::back_inserter(result.unknown_rivals));
   }
 }
 
@@ -144,6 +173,7 @@ void doubt_beside_curves(
     if (!dial) continue;
     for (Finding& finding : names.findings) {
       if (finding.hypothesis.place.dial != static_cast<int>(*dial)) continue;
+      if (!may_be_part_of_curve(*finding.hypothesis.effect)) continue;
       if (!finding.tied_with_unknown.empty()) continue;
       finding.tied_with_unknown = smooth.covariates;
       finding.unknown_log_odds = 0.0;  // what has no form of its own can have any part of it

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/covariate.h"
 #include "diagnosis/dial_curve.h"
 #include "diagnosis/dials_alone.h"
 #include "diagnosis/exchanged_dials.h"
@@ -192,21 +193,32 @@ struct SmoothRival {
   std::vector<std::string> covariates;
 };
 using TakesName = std::function<bool(const Hypothesis&)>;
+/// Names that are held together.
+struct KindOfNames {
+  TakesName takes;
+  std::string covariate{};  // that the smooth function must have; empty: any
+  double given_back = 0.0;  // of the preference for names, where that function is a name too
+};
 std::optional<SmoothRival> hold_together(
-    const Search& search, Explanation& found, const TakesName& takes) {
+    const Search& search, Explanation& found, const KindOfNames& kind) {
   Explanation others = found;
   std::erase_if(others.unknown, [](const auto& each) { return !each.is_background(); });
   for (std::size_t i = others.chosen.size(); i-- > 0;) {
-    if (takes(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
+    if (kind.takes(others.chosen[i].candidate.hypothesis)) others = search.without(others, i);
   }
   if (others.chosen.size() + 1 >= found.chosen.size()) return std::nullopt;
   Explanation smooth = search.with_unknown(others);
   if (smooth.unknown_findings() == 0) return std::nullopt;
+  const auto of_kind = std::ranges::find_if(smooth.unknown, [&](const auto& each) {
+    return !each.is_background() &&
+           (kind.covariate.empty() || each.covariates == std::vector{kind.covariate});
+  });
+  if (of_kind == smooth.unknown.end()) return std::nullopt;
   if (smooth.evidence > found.evidence) {
     found = std::move(smooth);
     return std::nullopt;
   }
-  return SmoothRival{found.evidence - smooth.evidence, smooth.unknown.back().covariates};
+  return SmoothRival{found.evidence - smooth.evidence - kind.given_back, of_kind->covariates};
 }
 
 bool is_slow(const Hypothesis& name) {
@@ -214,22 +226,19 @@ bool is_slow(const Hypothesis& name) {
   return name.effect->in_time || (name.effect->needs & kSlow) != 0;
 }
 
-/// Names that are held together, and what a smooth function in their place is given back of the
-/// preference for names.
-struct KindOfNames {
-  TakesName takes;
-  double given_back = 0.0;
-};
 /// Slow changes, and the names of each dial: its curve is a name too.
 std::vector<KindOfNames> kinds_of_names(
     const Readings& readings, const NamingSettings& settings) {
   std::vector<KindOfNames> kinds{{is_slow}};
-  const std::size_t dials = readings.has_dials() ? readings.model().rig().dials.size() : 0;
+  const auto& rig = readings.model().rig();
+  const std::size_t dials = readings.has_dials() ? rig.dials.size() : 0;
   for (std::size_t d = 0; d < dials; ++d) {
     const auto takes = [d](const Hypothesis& name) {
       return name.place.dial == static_cast<int>(d) && !name.effect->is_step;
     };
-    kinds.push_back({takes, settings.name_preference});
+    const std::string own =
+        dependence_name({.on = DependsOn::kReading, .dial = rig.dials[d].id});
+    kinds.push_back({takes, own, settings.name_preference});
   }
   return kinds;
 }
@@ -238,14 +247,16 @@ std::vector<KindOfNames> kinds_of_names(
 /// hold a structure that neither names nor smooth functions describe: each name may be a part
 /// of it.
 void doubt_beside_structure(
-    const Readings& readings, const Explanation& found, std::vector<Finding>& findings) {
+    const Readings& readings, const Explanation& found, NamedCauses& result) {
   const bool described = found.fit.s_mm < kMakersWord * readings.rig_noise_mm();
   if (found.unknown.empty() || described) return;
-  for (Finding& finding : findings) {
-    if (!finding.tied_with_unknown.empty()) continue;
-    finding.tied_with_unknown = found.unknown.front().covariates;
-    finding.unknown_log_odds = 0.0;  // nobody can weigh what has no description
-  }
+  const auto doubt = [&](auto& each) {
+    if (!each.tied_with_unknown.empty()) return;
+    each.tied_with_unknown = found.unknown.front().covariates;
+    each.unknown_log_odds = 0.0;  // nobody can weigh what has no description
+  };
+  std::ranges::for_each(result.findings, doubt);
+  std::ranges::for_each(result.dial_curves, doubt);
 }
 
 /// With the noise of each dial taken as given.
@@ -271,14 +282,15 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
     Refinement(search, settings, found).run();
   }
   hold_against_dials(search, settings, found);
-  const auto exchanges = search.exchange_twos(found);
+  auto exchanges = search.exchange_twos(found);
+  const std::size_t names = found.chosen.size();
   std::vector<std::pair<TakesName, SmoothRival>> smooth_rivals;
   for (const KindOfNames& kind : kinds_of_names(readings, settings)) {
-    if (auto rival = hold_together(search, found, kind.takes)) {
-      rival->log_odds -= kind.given_back;
+    if (auto rival = hold_together(search, found, kind)) {
       smooth_rivals.emplace_back(kind.takes, std::move(*rival));
     }
   }
+  if (found.chosen.size() != names) exchanges = search.exchange_twos(found);
   tell_smooth_apart(readings, search, settings, found, result);
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     result.findings.push_back(finding_of(search, settings, found, i));
@@ -292,7 +304,7 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
       finding.unknown_log_odds = smooth.log_odds;
     }
   }
-  doubt_beside_structure(readings, found, result.findings);
+  doubt_beside_structure(readings, found, result);
   doubt_beside_curves(readings, found, result);
   result.gross = gross_readings(readings, found.fit);
   result.evidence = found.evidence;

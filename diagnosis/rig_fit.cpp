@@ -21,6 +21,8 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostTrials = 1500;  // as a diagnosis draws
 constexpr std::uint64_t kSeed = 1;         // of which these are
+// A free mount brings an unknown angle with each sample.
+constexpr std::size_t kMostFreeTrials = 600;
 
 struct Fitted {
   JointFit fit;
@@ -72,8 +74,9 @@ std::optional<RigFit> fit_rig(
   by_dials.instrument.kind = "dials_on_cuboid";
   const simulation::ForwardModel model(by_dials);
   std::vector<simulation::Trial> all(trials.begin(), trials.end());
-  const std::vector<bool> drawn =
-      drawn_samples(all, std::vector<bool>(all.size(), false), kMostTrials, kSeed);
+  const std::vector<bool> drawn = drawn_samples(
+      all, std::vector<bool>(all.size(), false),
+      rig.cuboid.mount == geometry::Mount::kFree ? kMostFreeTrials : kMostTrials, kSeed);
   Readings readings(model, std::move(all), drawn);
   if (!readings.has_dials() || readings.count() <= 2 * model.nominal().size()) {
     return std::nullopt;

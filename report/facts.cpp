@@ -111,7 +111,7 @@ std::vector<Fit> fits_of(
     fits.push_back(fit_of_diagnosis(
         result, *diagnosis, "robot_alone", "diagnosis, robot alone", &ParameterChange::baseline,
         &ParameterChange::baseline_sd));
-    if (!diagnosis->extended_fit.effects.empty()) {
+    if (std::ranges::any_of(diagnosis->causes, &studies::FoundCause::is_in_fit)) {
       fits.push_back(fit_of_diagnosis(
           result, *diagnosis, "with_causes", "diagnosis, with the causes",
           &ParameterChange::extended, &ParameterChange::extended_sd));

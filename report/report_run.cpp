@@ -191,7 +191,7 @@ void add_rig(
   const bool diagnosed = by_diagnosis && !by_diagnosis->empty();
   const auto& rig = diagnosed ? by_diagnosis : result.rig;
   std::vector<std::string> lines =
-      lines_on_rig(rig, session.rig, studies::rig_uncertainty_mm(result));
+      lines_on_rig(rig, session.rig, studies::rig_uncertainty(result));
   if (!lines.empty()) data.also.push_back({"The rig", "cautions", std::move(lines)});
   if (rig && !diagnosed) data.sections.push_back(rig_seen_section(*rig));
 }
@@ -216,7 +216,8 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
   }
   const bool tied =
       std::ranges::any_of(diagnosis->causes, [](const studies::FoundCause& cause) {
-        return cause.certainty() == studies::Certainty::kTied;
+        return cause.kind == studies::CauseKind::kEffect &&
+               cause.certainty() == studies::Certainty::kTied;
       });
   if (tied) {
     data.to_do.push_back(fmt::format(
@@ -328,8 +329,7 @@ std::optional<studies::Conformity> conformity_of(
   if (data.headline && (data.headline->by_tool_shift || data.measured_again)) {
     const ErrorStatistics& after = data.headline->after;
     return studies::conformity_of_largest(
-        session, studies::rig_uncertainty_mm(result), after.max_mm, after.points,
-        *tolerance_mm);
+        session, studies::rig_uncertainty(result), after.max_mm, after.points, *tolerance_mm);
   }
   const bool alone = best.by == studies::CompensateBy::kKinematics;
   return studies::conformity_of(

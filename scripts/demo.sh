@@ -37,7 +37,7 @@ wait_for() {  # what, command ...: up to a minute
 sixdial() { "$bin/sixdial" --socket "$socket" "$@"; }
 
 start=$(date -u +%Y-%m-%dT%H:%M:%S.000Z)
-say "Mock rig as rigs are: dials 0.03 to 0.1 mm beside where the rig file says, each with an error curve; the paper's Table 2"
+say "Mock rig as rigs are: dials misplaced (standard deviation 0.03 mm along, 0.1 mm across the axis), each with an error curve; the paper's Table 2"
 echo "   robot with small faults, a smooth error of 0.02 mm rms and a hidden backlash; clock x$speed"
 "$bin/sixdial-mock-rig" --speed "$speed" --start-time "$start" --robot table2 --seed 2021 \
   --workshop --warp 0.02 --hide joint_backlash:joint2:0.0006 >"$out/mock-rig.json" 2>"$out/mock-rig.log" &

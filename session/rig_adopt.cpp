@@ -77,9 +77,9 @@ std::string changed(
 /// "A" of a line `id = "A"`; empty: it is another one.
 std::string id_of(const std::string& line) {
   if (key_of(line) != "id") return "";
-  const std::size_t open = line.find('"');
-  return open == std::string::npos ? ""
-                                   : line.substr(open + 1, line.find('"', open + 1) - open - 1);
+  const std::size_t open = line.find_first_of("\"'");
+  if (open == std::string::npos) return "";
+  return line.substr(open + 1, line.find(line[open], open + 1) - open - 1);
 }
 
 /// Lines [first, last) of the figure's table, without its head; empty: there is no such table.
@@ -127,6 +127,7 @@ std::string with_adopted(
     std::string_view rig_text, const std::string& file_name,
     const std::vector<AdoptedFigure>& figures, const std::string& from) {
   std::vector<std::string> lines = lines_of(rig_text);
+  if (!lines.empty() && !lines.back().ends_with('\n')) lines.back() += '\n';
   for (const AdoptedFigure& figure : figures) {
     const auto [first, last] = lines_of_table(lines, figure);
     std::size_t at = first;

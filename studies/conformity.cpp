@@ -43,12 +43,13 @@ Decision decide(double error, double expanded, double tolerance) {
 }
 
 std::optional<double> position_uncertainty_mm(
-    const geometry::Rig& rig, const session::Sample& sample) {
+    const geometry::Rig& rig, const session::Sample& sample, bool with_limits) {
   const simulation::Trial trial = session::trial_of(rig, sample);
   const Eigen::MatrixXd& C = trial.position_covariance;
   if (C.size() == 0 || !(C.diagonal().minCoeff() > 0.0)) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(C, Eigen::EigenvaluesOnly);
   const double variance_mm2 = axes.eigenvalues().maxCoeff();
+  if (!with_limits) return std::sqrt(variance_mm2);
   // C is of the scatter alone. The limits of error are added in the same proportion, by the
   // dial for which they matter most: never too small.
   double times = 1.0;
@@ -61,9 +62,10 @@ std::optional<double> position_uncertainty_mm(
   return std::sqrt(variance_mm2 * times);
 }
 
-double rig_uncertainty_mm(const CalibrationResult& result) {
+SharedUncertainty rig_uncertainty(const CalibrationResult& result) {
+  SharedUncertainty shared;
   double variance_mm2 = 0.0;
-  if (!result.uncertainty_budgets) return 0.0;
+  if (!result.uncertainty_budgets) return shared;
   for (const UncertaintyBudget& budget : *result.uncertainty_budgets) {
     if (budget.measurand != Measurand::kMeasured) continue;
     for (const BudgetRow& row : budget.rows) {
@@ -71,10 +73,12 @@ double rig_uncertainty_mm(const CalibrationResult& result) {
           row.source == BudgetSource::kFittedAlong || row.source == BudgetSource::kRig;
       if (of_rig && row.state == BudgetState::kCounted) {
         variance_mm2 += std::pow(row.contribution_mm, 2);
+        shared.holds_curves |= row.source == BudgetSource::kFittedAlong;
       }
     }
   }
-  return std::sqrt(variance_mm2);
+  shared.mm = std::sqrt(variance_mm2);
+  return shared;
 }
 
 std::optional<Conformity> conformity_of(
@@ -83,7 +87,7 @@ std::optional<Conformity> conformity_of(
   const std::optional<std::size_t> method =
       row_of(result, wanted.empty() ? std::string_view(result.result_method) : wanted);
   if (!method) return std::nullopt;
-  const double of_rig_mm = rig_uncertainty_mm(result);
+  const SharedUncertainty of_rig = rig_uncertainty(result);
   for (const std::string set : {"G2", "G1"}) {
     Conformity out{
         .tolerance_mm = tolerance_mm, .set = set, .validated = set == std::string("G2")};
@@ -92,11 +96,11 @@ std::optional<Conformity> conformity_of(
           *method < each.residual_mm.size() && each.residual_mm[*method].has_value();
       if (each.set != set || !known) continue;
       const auto sample = static_cast<std::size_t>(each.sample);
-      const std::optional<double> u_mm =
-          position_uncertainty_mm(session.rig, session.samples.at(sample));
+      const std::optional<double> u_mm = position_uncertainty_mm(
+          session.rig, session.samples.at(sample), !of_rig.holds_curves);
       judge(
           out, each.residual_mm[*method]->norm(),
-          u_mm ? geometry::kCoverage * std::hypot(*u_mm, of_rig_mm)
+          u_mm ? geometry::kCoverage * std::hypot(*u_mm, of_rig.mm)
                : std::numeric_limits<double>::quiet_NaN());
     }
     if (out.points == 0) continue;
@@ -111,8 +115,8 @@ std::optional<Conformity> conformity_of(
 }
 
 Conformity conformity_of_largest(
-    const session::Session& session, double of_rig_mm, double largest_mm, int points,
-    double tolerance_mm) {
+    const session::Session& session, const SharedUncertainty& of_rig, double largest_mm,
+    int points, double tolerance_mm) {
   Conformity out{
       .tolerance_mm = tolerance_mm,
       .set = "G2",
@@ -120,11 +124,12 @@ Conformity conformity_of_largest(
       .largest_mm = largest_mm,
       .expanded_mm = std::numeric_limits<double>::quiet_NaN()};
   for (const session::Sample& sample : session.samples) {
-    const auto u_mm = sample.set == "G2" ? position_uncertainty_mm(session.rig, sample)
-                                         : std::optional<double>();
+    const auto u_mm = sample.set == "G2"
+                          ? position_uncertainty_mm(session.rig, sample, !of_rig.holds_curves)
+                          : std::optional<double>();
     if (!u_mm) continue;
     out.expanded_mm =
-        std::fmax(out.expanded_mm, geometry::kCoverage * std::hypot(*u_mm, of_rig_mm));
+        std::fmax(out.expanded_mm, geometry::kCoverage * std::hypot(*u_mm, of_rig.mm));
   }
   out.decision = decide(largest_mm, out.expanded_mm, tolerance_mm);
   out.accepted = out.decision == Decision::kAccepted ? points : 0;

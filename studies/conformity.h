@@ -24,22 +24,27 @@ namespace sixdial::studies {
 
 /// Standard uncertainty of the measured position of a sample, in its worst direction [mm]: what
 /// the dials scatter, and their makers' limits of error as a rectangle (GUM 4.3.7). Empty where
-/// nobody knows it.
+/// nobody knows it. `with_limits` false: the scatter alone.
 [[nodiscard]] std::optional<double> position_uncertainty_mm(
-    const geometry::Rig& rig, const session::Sample& sample);
+    const geometry::Rig& rig, const session::Sample& sample, bool with_limits = true);
 
-/// What the rig's geometry adds to that for every position alike: what is stated of it, or what
-/// a fit along left open; 0 where nothing is [mm].
-[[nodiscard]] double rig_uncertainty_mm(const CalibrationResult& result);
+/// What all positions share, root mean square over G1.
+struct SharedUncertainty {
+  double mm = 0.0;  // k = 1; 0: nothing is stated of the rig
+  /// The rig was fitted along: the dials' curves are within it, and counted once.
+  bool holds_curves = false;
+};
+/// Of the rig's geometry: what is stated of it, or what a fit along left open.
+[[nodiscard]] SharedUncertainty rig_uncertainty(const CalibrationResult& result);
 
 /// `method` empty: the delivered one. Empty for an unknown method, or without points of it.
 [[nodiscard]] std::optional<Conformity> conformity_of(
     const CalibrationResult& result, const session::Session& session, double tolerance_mm,
     std::string_view method = {});
 /// Where only the largest error of some points is known: each of them is at most that, with the
-/// largest uncertainty that a position of G2 has. `of_rig_mm`: rig_uncertainty_mm.
+/// largest uncertainty that a position of G2 has.
 [[nodiscard]] Conformity conformity_of_largest(
-    const session::Session& session, double of_rig_mm, double largest_mm, int points,
-    double tolerance_mm);
+    const session::Session& session, const SharedUncertainty& of_rig, double largest_mm,
+    int points, double tolerance_mm);
 
 }  // namespace sixdial::studies

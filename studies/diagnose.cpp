@@ -52,8 +52,11 @@ Eigen::VectorXd left_without_the_unknown(
     const Readings& readings, const diagnosis::NamedCauses& named) {
   const diagnosis::JointFit& after = named.extended;
   if (named.unknown.empty()) return after.residual_mm;
-  if (after.effects.empty()) return named.baseline.residual_mm;
-  return diagnosis::fit_jointly(readings, after.model, after.effects, &after).residual_mm;
+  if (after.effects.empty() && named.dial_curves.empty()) return named.baseline.residual_mm;
+  // A dial's curve is a named cause: its columns stay.
+  return diagnosis::fit_jointly(
+             readings, after.model, after.effects, &after, named.dial_columns(readings.count()))
+      .residual_mm;
 }
 
 double rms_of_good(const DiagnosedReadings& data) {
@@ -104,7 +107,7 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
 
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
-  result.rig = diagnosis::rig_as_seen(readings, found.commanding);
+  result.rig = found.commanding_rig;
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),

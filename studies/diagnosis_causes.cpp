@@ -174,7 +174,10 @@ void add_dial_curves(
          .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
          .on_g1 = each.on_g1,
          .g2_log_odds = each.g2_log_odds,
-         .visible_ratio = each.rms_mm / found.noise.sigma_mm});
+         .visible_ratio =
+             std::sqrt(
+                 each.error_mm.squaredNorm() / static_cast<double>(each.error_mm.size())) /
+             found.noise.sigma_mm});
   }
 }
 

@@ -130,6 +130,10 @@ struct FoundCause {
   double visible_ratio = 0.0;  // RMS of what only it explains, over the noise
   std::optional<SignatureCurve> signature{};
 
+  /// Part of the fit with the causes.
+  [[nodiscard]] bool is_in_fit() const {
+    return kind == CauseKind::kEffect || kind == CauseKind::kDialCurve;
+  }
   [[nodiscard]] Certainty certainty() const {
     return tied_with.empty() ? Certainty::kCertain : Certainty::kTied;
   }

@@ -353,7 +353,7 @@ std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
   figure.id = "left_by_covariate";
   figure.title = "What is left by joint angle, position, time, temperature and reading";
   const double noise_mm = result.noise.sigma_mm;
-  const bool causes = !result.extended_fit.effects.empty();
+  const bool causes = std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit);
   say_left(figure, causes, !result.unexplained.depends_on.empty());
   figure.table = left_table(result);
   for (const studies::LeftAlong& each : result.left_along) {
@@ -376,7 +376,7 @@ std::optional<report::Figure> shift_figure(const DiagnosisResult& result) {
   if (!(largest_mm > 0.0)) return std::nullopt;
   report::Figure figure;
   figure.id = "tool_shift";
-  const bool causes = !result.extended_fit.effects.empty();
+  const bool causes = std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit);
   figure.chart.panels.push_back(
       shift_panel(shifts, shifts.before_mm, "robot alone", kMeasuredStyle, largest_mm));
   const double before_mm = mean_length(shifts.before_mm);

@@ -206,7 +206,8 @@ Section left_section(const DiagnosisResult& result) {
       .id = "left", .heading = "What is left, and whether that is noise", .in_annex = true};
   section.blocks.emplace_back(fmt::format(
       "Noise of a reading: {}. What the good readings leave{}: {} rms.", noise_in_words(result),
-      result.extended_fit.effects.empty() ? "" : " after the causes",
+      std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit) ? " after the causes"
+                                                                          : "",
       millimetres(result.unexplained.rms_mm)));
   if (auto figure = left_figure(result)) section.blocks.emplace_back(std::move(*figure));
   if (auto figure = shift_figure(result)) section.blocks.emplace_back(std::move(*figure));

@@ -47,14 +47,17 @@ const WordsOfKind* words_of_kind(CauseKind kind) {
       WordsOfKind{
           CauseKind::kDialCurve,
           "uneven scale of a dial",
-          {.signature = "One dial's residual follows a smooth curve over its own reading, "
-                        "wider than its "
-                        "maker allows. It does not repeat like a wave and is no straight line.",
+          {.signature =
+               "One dial's residual follows a smooth curve over its own reading, wider than "
+               "accuracy_mm of the rig file allows. No wave that repeats within the readings, "
+               "no scale and no lean describes it as well.",
            .consequence =
-               "None on parts. Positions that use this dial are off by as much as its curve.",
+               "None on parts. Positions that use this dial are off by as much as its curve, "
+               "also those that a model is judged by and learns from.",
            .advice =
                "Check the dial against gauge blocks over its whole travel and compare with its "
-               "certificate; clean it, have it repaired, or replace it."}},
+               "certificate; clean it, have it repaired, or replace it; then measure again. If "
+               "its maker allows more, enter that as accuracy_mm."}},
       WordsOfKind{
           CauseKind::kOutliers,
           "gross reading errors",
@@ -93,8 +96,8 @@ std::string rig_size(const FoundCause& cause) {
 std::string curve_size(const FoundCause& cause) {
   const Estimate& span = cause.estimate.at(0);
   return fmt::format(
-      "up to {} either way over the readings that were taken, {:.4f} mm rms; its limit is "
-      "{:.4f} mm",
+      "up to {} either way over the readings that were taken, {:.4f} mm rms; accuracy_mm "
+      "allows {:.4f} mm",
       quantity_in_words(span.value, span.sd, span.unit), cause.estimate.at(1).value,
       cause.estimate.at(2).value);
 }

@@ -7,6 +7,7 @@
 
 #include "geometry/coverage.h"
 #include "report/words/diagnosis_words.h"
+#include "simulation/rig_quantities.h"
 
 namespace sixdial::report {
 
@@ -19,7 +20,7 @@ std::string rig_in_words(const std::vector<diagnosis::RigSeen>& rig) {
   if (worst == nullptr) return "";
   constexpr double kWithin = 3.0;  // one of some thirty may be off by that
   const std::string size = fmt::format(
-      "{} {}, {:.1f} times its stated standard deviation", worst->name,
+      "{} {} (k = 2), {:.1f} times its stated standard deviation", worst->name,
       quantity_in_words(worst->off, worst->sd, worst->unit), worst->ratio());
   return worst->ratio() <= kWithin
              ? fmt::format("The rig stands within what its file states; off by most: {}.", size)
@@ -40,20 +41,33 @@ std::string unsaid_of_rig(const geometry::Rig& rig) {
          "exact.";
 }
 
+std::string unfitted_rig(
+    const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig) {
+  const bool fitted = seen && !seen->empty();
+  const bool by_dials = rig.instrument.kind == "dials_on_cuboid";
+  if (fitted || !by_dials || simulation::stated_quantities(rig).empty()) return "";
+  return "The rig file states how well its dials stand, but they could not be fitted along "
+         "with "
+         "the robot (too few readings, or the fit did not settle): their places are taken as "
+         "the file has them.";
+}
+
 std::vector<std::string> lines_on_rig(
     const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig,
-    double of_rig_mm) {
+    const studies::SharedUncertainty& of_rig) {
   std::vector<std::string> lines;
   std::string line = seen ? rig_in_words(*seen) : "";
   if (line.empty()) line = unsaid_of_rig(rig);
+  if (line.empty()) line = unfitted_rig(seen, rig);
   if (!line.empty()) lines.push_back(std::move(line));
-  if (of_rig_mm > 0.0) {
+  if (of_rig.mm > 0.0) {
     lines.push_back(fmt::format(
-        "Where the dials and the cuboid stand makes every position here uncertain by U = "
-        "{:.3f} "
-        "mm (k = 2), mostly all of them alike: the errors above do not show it, a tolerance "
-        "counts it.",
-        geometry::kCoverage * of_rig_mm));
+        "What is not known of the rig's geometry{} gives a measured position U = {:.3f} mm (k "
+        "= "
+        "2, root mean square over G1). Most of it is common to all positions, so the errors "
+        "above do not show it; U of a tolerance holds it.",
+        of_rig.holds_curves ? " and of the dials' error curves" : "",
+        geometry::kCoverage * of_rig.mm));
   }
   return lines;
 }

@@ -7,6 +7,7 @@
 
 #include "diagnosis/rig_seen.h"
 #include "geometry/rig.h"
+#include "studies/conformity.h"
 
 namespace sixdial::report {
 
@@ -16,10 +17,12 @@ namespace sixdial::report {
 /// That nobody said how well the dials' places are known; empty where somebody did, and where
 /// there are no dials.
 [[nodiscard]] std::string unsaid_of_rig(const geometry::Rig& rig);
-/// One of the two, and how uncertain all positions are together. `of_rig_mm`: standard
-/// uncertainty that the rig's geometry gives them (studies::rig_uncertainty_mm).
+/// That the file states something, but nothing was fitted along with the robot; else empty.
+[[nodiscard]] std::string unfitted_rig(
+    const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig);
+/// One of the three, and how uncertain all positions are together.
 [[nodiscard]] std::vector<std::string> lines_on_rig(
     const std::optional<std::vector<diagnosis::RigSeen>>& seen, const geometry::Rig& rig,
-    double of_rig_mm);
+    const studies::SharedUncertainty& of_rig);
 
 }  // namespace sixdial::report

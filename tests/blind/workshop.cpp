@@ -211,6 +211,11 @@ void judge(
   if (!verdict.gross.empty()) {
     outcome.said += fmt::format("{} gross readings ", verdict.gross.size());
   }
+  for (const diagnosis::DialCurve& each : verdict.dial_curves) {
+    // All curves of a workshop are within the makers' limits.
+    outcome.said += fmt::format("curve of dial {} ", each.dial);
+    outcome.wrong = outcome.wrong || each.certain();
+  }
   outcome.rig_geometry = verdict.rig_geometry.has_value();
   if (verdict.rig_geometry) {
     outcome.said += fmt::format("rig_geometry({:.1f}) ", *verdict.rig_geometry);

@@ -113,6 +113,20 @@ TEST(Adopt, WritesPlacesIntoTheTableOfTheirDial) {
   EXPECT_EQ(write_rig(found), write_rig(expected));
 }
 
+TEST(Adopt, AddsKeysBehindALastLineWithoutAnEnd) {
+  std::string before = write_rig(geometry::default_rig());
+  for (std::size_t at = 0; (at = before.find("\"F\"", at)) != std::string::npos;) {
+    before.replace(at, 3, "'F'");
+  }
+  while (before.ends_with('\n')) before.pop_back();
+  const std::string after = with_adopted(
+      before, "rig.toml", {{.key = "position_sd_mm", .value = {0.004, 0.02}, .dial = "F"}},
+      "monday");
+  EXPECT_EQ(
+      parse_rig(after, "rig.toml").dials[5].deviations.position_mm,
+      Eigen::Vector2d(0.004, 0.02));
+}
+
 TEST(Adopt, ATableThatCannotBeChangedIsSaid) {
   EXPECT_THROW(
       (void)with_adopted(

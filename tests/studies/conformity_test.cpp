@@ -77,7 +77,7 @@ TEST(Conformity, ACalibrationIsJudgedByTheRequestElseByTheRigFile) {
 
 TEST(Conformity, WhereOnlyTheLargestErrorIsKnownEachPointIsAtMostThat) {
   const session::Session session = stored_session();
-  const Conformity kept = conformity_of_largest(session, 0.0, 0.01, 50, 1.0);
+  const Conformity kept = conformity_of_largest(session, {}, 0.01, 50, 1.0);
   EXPECT_EQ(kept.decision, Decision::kAccepted);
   EXPECT_EQ(kept.accepted, 50);
   double largest_mm = 0.0;
@@ -87,8 +87,8 @@ TEST(Conformity, WhereOnlyTheLargestErrorIsKnownEachPointIsAtMostThat) {
         std::max(largest_mm, 2.0 * position_uncertainty_mm(session.rig, sample).value_or(0.0));
   }
   EXPECT_EQ(kept.expanded_mm, largest_mm);
-  EXPECT_EQ(conformity_of_largest(session, 0.0, 2.0, 50, 1.0).decision, Decision::kRejected);
-  EXPECT_EQ(conformity_of_largest(session, 0.0, 1.0, 50, 1.0).decision, Decision::kUndecided);
+  EXPECT_EQ(conformity_of_largest(session, {}, 2.0, 50, 1.0).decision, Decision::kRejected);
+  EXPECT_EQ(conformity_of_largest(session, {}, 1.0, 50, 1.0).decision, Decision::kUndecided);
 }
 
 TEST(Conformity, FittedPointsAcceptNothing) {

@@ -154,7 +154,7 @@ TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
   const CalibrationResult calibrated =
       calibrate(session, {.method = "lm", .tolerance_mm = kTolerance_mm});
   EXPECT_LT(calibrated.method("lm")->g2->max_mm, kTolerance_mm);
-  EXPECT_GT(2 * rig_uncertainty_mm(calibrated), 0.02);
+  EXPECT_GT(2 * rig_uncertainty(calibrated).mm, 0.02);
   EXPECT_EQ(calibrated.conformity.value().decision, Decision::kUndecided);
   const ComparisonResult compared = compare(session, {.methods = {"lm"}});
   const auto& found = compared.methods.back().robot.value().parameters;

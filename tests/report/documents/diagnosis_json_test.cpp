@@ -72,7 +72,7 @@ TEST(DiagnosisDocument, KeepsADialsCurveAndSaysHowWideItIs) {
   EXPECT_THAT(verdict_in_words(again).title, HasSubstr("Uneven scale of dial C"));
   const std::string size = size_in_words(again.causes[0]);
   EXPECT_THAT(size, HasSubstr("up to 0.0310 mm ± 0.0020 mm either way"));  // k = 2
-  EXPECT_THAT(size, HasSubstr("its limit is 0.0060 mm"));
+  EXPECT_THAT(size, HasSubstr("accuracy_mm allows 0.0060 mm"));
 }
 
 TEST(DiagnosisDocument, KeepsTheRigAsTheDataSeeItAndSaysSo) {
