@@ -61,8 +61,9 @@ void refuse_another_file(
           "were found count from that one",
           rig_file, found.from),
       {{"param", "--rig"}},
-      "Give the session's own rig file (sixdial export writes it), or take parameters of the "
-      "robot alone, with --only.");
+      "Give the session's own rig file (\"sixdial session export SESSION FOLDER\" writes it), "
+      "or take "
+      "parameters of the robot alone, with --only.");
 }
 
 /// The standard deviation to write: what is common to dials stays common in the readings, but a
