@@ -5,13 +5,17 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "diagnosis/readings.h"
 #include "geometry/rig.h"
 #include "geometry/units.h"
+#include "report/words/diagnosis_words.h"
 #include "simulation/effect.h"
 
 namespace sixdial::report {
@@ -281,6 +285,26 @@ std::string hidden(const Book& book, const Effect& effect, const Place& place) {
   return text;
 }
 
+/// What a diagnosis can find besides: it has no formula that would be searched for.
+std::string findings_without_effect() {
+  constexpr std::array kKinds{
+      std::pair{studies::CauseKind::kRigGeometry, "rig_geometry"},
+      std::pair{studies::CauseKind::kDialCurve, "dial_curve"},
+      std::pair{studies::CauseKind::kOutliers, "outliers"},
+      std::pair{studies::CauseKind::kStaleReadings, "stale_reading"}};
+  std::string page =
+      "\n## Findings without a formula\n\nThese are named as well. They have no shape that is "
+      "known beforehand, so none is searched for.\n";
+  for (const auto& [kind, cause] : kKinds) {
+    const CauseTexts texts = texts_of(studies::FoundCause{.kind = kind});
+    page += fmt::format(
+        "\n<a id=\"{0}\"></a>\n\n### {1} (`{0}`)\n\n| | |\n|---|---|\n| how it shows | {2} |\n"
+        "| effect on parts | {3} |\n| what to do | {4} |\n",
+        cause, kind_in_words(kind), texts.signature, texts.consequence, texts.advice);
+  }
+  return page;
+}
+
 }  // namespace
 
 std::string causes_markdown() {
@@ -329,7 +353,7 @@ std::string causes_markdown() {
       page += fmt::format("| and the network? | {} |\n", effect->why_not_learned);
     }
   }
-  return page;
+  return page + findings_without_effect();
 }
 
 }  // namespace sixdial::report

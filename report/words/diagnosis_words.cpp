@@ -116,6 +116,11 @@ std::string named(const HypothesisId& id) {
   return effect != nullptr ? simulation::in_words_at(*effect, id.where) : id.cause;
 }
 
+std::string kind_in_words(CauseKind kind) {
+  const WordsOfKind* words = words_of_kind(kind);
+  return words != nullptr ? std::string(words->in_words) : "";
+}
+
 std::string named(const FoundCause& cause) {
   const WordsOfKind* fault = words_of_kind(cause.kind);
   if (cause.kind == CauseKind::kDialCurve) return "uneven scale of dial " + cause.id.where;

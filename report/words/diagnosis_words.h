@@ -14,6 +14,8 @@ namespace sixdial::report {
 [[nodiscard]] std::string named(const studies::HypothesisId& id);
 [[nodiscard]] std::string named(const studies::FoundCause& cause);
 [[nodiscard]] std::string named(const studies::Rival& rival);
+/// "the rig's own geometry": what is no effect of the catalogue, at no place; else empty.
+[[nodiscard]] std::string kind_in_words(studies::CauseKind kind);
 
 /// What can be said of a cause wherever it is found; views of constant text.
 struct CauseTexts {
