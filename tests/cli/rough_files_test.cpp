@@ -24,7 +24,6 @@ namespace {
 
 using testing::eventually;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using testing::TempDirectory;
 
 const std::string kBin = test_paths::bin_dir();

@@ -227,7 +227,8 @@ TEST_F(Importing, FilesBesideEachOtherAreColumnsOfTheSameRows) {
       this->session(import_files({joints, write("p.txt", "a\tc\td\n1\t2\t3\n4\t5\t6\n")}, how));
   ASSERT_EQ(session.samples.size(), 2U);
   EXPECT_EQ(position_of(session.samples[1], 0).value()[0], 4.0);
-  EXPECT_THROW(import_files({joints, write("p.txt", "a\tc\td\n1\t2\t3\n")}, how), DataError);
+  EXPECT_THROW(
+      (void)import_files({joints, write("p.txt", "a\tc\td\n1\t2\t3\n")}, how), DataError);
 }
 
 TEST_F(Importing, SaysWhatIsWrongWithAMap) {
@@ -261,7 +262,7 @@ TEST_F(Importing, SaysWhatIsWrongWithAMap) {
     EXPECT_THAT(refused.what(), HasSubstr("every map needs it"));
   }
   const ImportMap lacks = map(kPosition, "[[column]]\nfrom = \"J1\"\nto = \"pan_rad\"\n");
-  EXPECT_THROW(import_files({write("a.csv", "J1,x\n1,2\n")}, lacks), DataError);
+  EXPECT_THROW((void)import_files({write("a.csv", "J1,x\n1,2\n")}, lacks), DataError);
 }
 
 TEST_F(Importing, GuessesAFirstMapAndSaysWhy) {
@@ -293,9 +294,9 @@ TEST(ImportTable, IsReadFromUtf16AndWithBlanks) {
   EXPECT_EQ(number_in("1,5", ','), 1.5);
   EXPECT_FALSE(number_in("1.5.2", '.'));
   EXPECT_FALSE(number_in("1.000,5", ','));
-  EXPECT_THROW(read_table("", "a.txt", {}), DataError);
-  EXPECT_THROW(read_table("a: [", "a.yaml", {}), DataError);
-  EXPECT_THROW(read_table("5", "a.yaml", {}), DataError);
+  EXPECT_THROW((void)read_table("", "a.txt", {}), DataError);
+  EXPECT_THROW((void)read_table("a: [", "a.yaml", {}), DataError);
+  EXPECT_THROW((void)read_table("5", "a.yaml", {}), DataError);
 }
 
 }  // namespace
