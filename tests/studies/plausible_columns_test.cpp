@@ -10,7 +10,6 @@
 namespace sixdial::studies {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
