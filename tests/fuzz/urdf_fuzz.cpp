@@ -31,6 +31,7 @@ Eigen::Vector3d tool_of(const RobotModel& robot) {
 
 // liburdfdom's links own their children: of a file whose links hang on each other in a circle
 // and that has no root it throws the model away itself, and these links stay.
+// NOLINTNEXTLINE(readability-identifier-naming): the sanitizer's own name
 extern "C" const char* __lsan_default_suppressions() { return "leak:urdf::parseURDF\n"; }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

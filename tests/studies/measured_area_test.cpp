@@ -20,7 +20,8 @@ session::Session grid_session() {
   session.rig = geometry::default_rig();
   const geometry::Tool tool(session.rig);
   for (int i = 0; i < 25; ++i) {
-    const Eigen::Vector2d target_mm(16.0 + 5.0 * (i % 5), 35.0 + 5.0 * (i / 5));
+    const int row = i / 5;
+    const Eigen::Vector2d target_mm(16.0 + 5.0 * (i % 5), 35.0 + 5.0 * row);
     session::Sample sample;
     sample.set = "G1";
     sample.point = i;
