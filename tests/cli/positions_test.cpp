@@ -11,10 +11,14 @@
 
 #include "cli/cli.h"
 #include "mock_devices/session_generator.h"
+#include "tests/support/command_line.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
 namespace {
+
+using testing::Outcome;
+using testing::sixdial;
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -74,11 +78,6 @@ void write_tracker_session(const std::filesystem::path& folder) {
   }
 }
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
 class PositionsOnly : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -86,18 +85,6 @@ class PositionsOnly : public ::testing::Test {
     write_tracker_session(folder_);
   }
 
-  static Outcome sixdial(std::vector<std::string> words) {
-    words.insert(words.begin(), "sixdial");
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
-    std::ostringstream out;
-    std::ostringstream err;
-    Outcome outcome;
-    outcome.code = cli::run(static_cast<int>(arguments.size()), arguments.data(), out, err);
-    outcome.out = out.str();
-    outcome.err = err.str();
-    return outcome;
-  }
   static std::string text_of(const std::filesystem::path& file) {
     std::ifstream in(file);
     return {std::istreambuf_iterator<char>(in), {}};

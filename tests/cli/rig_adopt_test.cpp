@@ -10,10 +10,14 @@
 #include "cli/cli.h"
 #include "mock_devices/session_generator.h"
 #include "session/rig_file.h"
+#include "tests/support/command_line.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
 namespace {
+
+using testing::Outcome;
+using testing::sixdial;
 
 using ::testing::HasSubstr;
 using testing::TempDirectory;
@@ -38,22 +42,6 @@ class RigAdopt : public ::testing::Test {
     ASSERT_TRUE(std::filesystem::exists(result_)) << calibrated.err;
   }
 
-  struct Outcome {
-    int code = -1;
-    std::string out, err;
-  };
-  static Outcome sixdial(std::vector<std::string> words) {
-    words.insert(words.begin(), "sixdial");
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
-    std::ostringstream out;
-    std::ostringstream err;
-    Outcome outcome;
-    outcome.code = cli::run(static_cast<int>(arguments.size()), arguments.data(), out, err);
-    outcome.out = out.str();
-    outcome.err = err.str();
-    return outcome;
-  }
   [[nodiscard]] Outcome adopt(
       const std::filesystem::path& rig, const std::string& output,
       const std::vector<std::string>& more = {}) const {

@@ -16,11 +16,15 @@
 #include "cli/cli.h"
 #include "cli/printable.h"
 #include "session/csv.h"
+#include "tests/support/command_line.h"
 #include "tests/support/paths.h"
 #include "tests/support/rig_for_tests.h"
 
 namespace sixdial::cli {
 namespace {
+
+using testing::Outcome;
+using testing::sixdial;
 
 using testing::eventually;
 using ::testing::HasSubstr;
@@ -28,24 +32,6 @@ using testing::TempDirectory;
 
 const std::string kBin = test_paths::bin_dir();
 const std::string kBundle = test_paths::test_data() + "/session_00";
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome sixdial(std::vector<std::string> words) {
-  words.insert(words.begin(), "sixdial");
-  std::vector<const char*> arguments;
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  std::ostringstream out;
-  std::ostringstream err;
-  Outcome outcome;
-  outcome.code = cli::run(static_cast<int>(arguments.size()), arguments.data(), out, err);
-  outcome.out = out.str();
-  outcome.err = err.str();
-  return outcome;
-}
 
 int exit_code_of(const std::string& shell_command) {
   const int status = std::system(shell_command.c_str());
