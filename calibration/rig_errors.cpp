@@ -120,7 +120,7 @@ MatrixXd rig_errors(
       if (!plain.run(at, trials[t], circumstances[t], scene, off)) {
         return VectorXd::Constant(dials, std::nan(""));
       }
-      return Eigen::Map<const VectorXd>(scene.reading_mm.data(), dials);
+      return Eigen::Map<const VectorXd>(scene.reading.data(), dials);
     };
     const VectorXd there = seen(nullptr);
     MatrixXd readings(dials, count);

@@ -20,11 +20,10 @@ JointFit doubtful_start() {
 }
 
 JointFit fit_baseline(const Readings& readings) {
-  JointFit best = fit_jointly(readings, readings.model().nominal(), {});
+  JointFit best = fit_jointly(readings, readings.nominal(), {});
   if (!readings.has_dials() || !looks_wrong(readings, best)) return best;
   for (std::size_t dial = 0; dial < readings.model().rig().dials.size(); ++dial) {
-    const JointFit others =
-        fit_jointly(readings.without_dial(dial), readings.model().nominal(), {});
+    const JointFit others = fit_jointly(readings.without_dial(dial), readings.nominal(), {});
     JointFit fit = fit_jointly(readings, others.model, {}, &others);
     if (fit.log_likelihood > best.log_likelihood) best = std::move(fit);
   }

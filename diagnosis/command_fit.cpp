@@ -4,6 +4,7 @@
 
 #include "calibration/reading_errors.h"
 #include "diagnosis/eliminated.h"
+#include "diagnosis/joint_curve.h"
 #include "diagnosis/normal_inverse.h"
 #include "diagnosis/unnamed.h"
 
@@ -52,7 +53,13 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
                                        : fit_jointly(
                                              readings, extended.model, extended.effects,
                                              nullptr, named.dial_columns(readings.count()));
-  const JointFit& structured = named.unknown.empty() ? fit : extended;
+  // The curves become a part of the model; beside them only what the dials do stays random.
+  if (!named.joint_curves.empty()) {
+    fit = with_joint_curves(
+        readings, fit, named.joint_curves, named.dial_columns(readings.count()));
+  }
+  const bool same = named.unknown.empty() && named.joint_curves.empty();
+  const JointFit& structured = same ? fit : extended;
   const Eigen::MatrixXd curves = error_curves(readings);
   const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);
   Eigen::MatrixXd bends(readings.count(), curves.cols() + unnamed.cols());

@@ -14,6 +14,7 @@ constexpr std::string_view kReading = " reading";
 constexpr std::array kPlain{
     std::pair{DependsOn::kToolX, std::string_view("x")},
     std::pair{DependsOn::kToolY, std::string_view("y")},
+    std::pair{DependsOn::kToolZ, std::string_view("z")},
     std::pair{DependsOn::kCuboidAngle, std::string_view("gamma")},
     std::pair{DependsOn::kTime, std::string_view("time")},
     std::pair{DependsOn::kTemperature, std::string_view("temperature")}};

@@ -16,6 +16,7 @@ enum class DependsOn {
   kJointAngle,
   kToolX,
   kToolY,
+  kToolZ,
   kCuboidAngle,
   kTime,
   kTemperature,
@@ -28,8 +29,8 @@ struct DependsOnWhat {
   std::string dial{};  // of kReading: its id
 };
 
-/// "x", "gamma", "time", "temperature", "approach2", "dial C reading"; "theta" and the number
-/// of a joint.
+/// "x", "z", "gamma", "time", "temperature", "approach2", "dial C reading"; "theta" and the
+/// number of a joint.
 [[nodiscard]] std::string dependence_name(const DependsOnWhat& what);
 /// Empty: no name of these.
 [[nodiscard]] std::optional<DependsOnWhat> dependence_from(std::string_view name);

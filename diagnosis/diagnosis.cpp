@@ -131,7 +131,7 @@ class Diagnoser {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
     const bool anything = !found().findings.empty() || found().swap || found().rig_geometry ||
-                          !found().dial_curves.empty();
+                          !found().dial_curves.empty() || !found().joint_curves.empty();
     if (enough_g1_ && anything) {
       // An exchange has to show itself there too.
       Readings on_g1 =
@@ -144,22 +144,33 @@ class Diagnoser {
     result_.noise = noise_of(readings_, found().extended);
   }
 
-  /// A dial's curve is confirmed where G1 alone names it and G2 alone shows that something
-  /// smooth goes by that dial's reading.
+  /// A curve is confirmed where G1 alone names it and G2 alone shows that something smooth goes
+  /// by that dial's reading, or that joint's value.
   void confirm_curves() {
-    std::vector<DialCurve>& curves = result_.named.dial_curves;
-    if (curves.empty() || !alone_ || sides_->judged.count() < fewest_) return;
+    std::vector<DialCurve>& dials = result_.named.dial_curves;
+    std::vector<JointCurve>& joints = result_.named.joint_curves;
+    if ((dials.empty() && joints.empty()) || !alone_) return;
+    if (sides_->judged.count() < fewest_) return;
     const Readings& g2 = sides_->judged;
     const JointFit fit = fit_jointly(g2, found().extended.model, found().extended.effects);
     const std::vector<UnknownCandidate> seen = score_unknown(g2, fit);
-    for (DialCurve& curve : curves) {
-      curve.on_g1 = std::ranges::find(alone_->dial_curves, curve.dial, &DialCurve::dial) !=
-                    alone_->dial_curves.end();
+    const auto confirm = [&](OwnCurve& curve, bool on_g1) {
+      curve.on_g1 = on_g1;
       const auto own = std::ranges::find_if(seen, [&](const UnknownCandidate& each) {
         return each.enters == curve.smooth.enters && each.covariates == curve.smooth.covariates;
       });
       if (own != seen.end()) curve.g2_log_odds = own->evidence;
       curve.confirmed = curve.on_g1 && curve.g2_log_odds > kConfirms && curve.certain();
+    };
+    for (DialCurve& curve : dials) {
+      confirm(
+          curve, std::ranges::find(alone_->dial_curves, curve.dial, &DialCurve::dial) !=
+                     alone_->dial_curves.end());
+    }
+    for (JointCurve& curve : joints) {
+      confirm(curve, std::ranges::any_of(alone_->joint_curves, [&](const JointCurve& each) {
+                return each.place.joint == curve.place.joint;
+              }));
     }
   }
 
@@ -190,8 +201,8 @@ class Diagnoser {
     GainStudy study;
     // Whether G2 shows a cause too does not depend on the table that the user may leave out.
     if (enough_g1_ && (settings_.with_gain || !found().findings.empty())) {
-      GainQuestion question{
-          readings_, *sides_, std::nullopt, found().baseline, found().extended};
+      GainQuestion question{readings_,        *sides_,          std::nullopt,
+                            found().baseline, found().extended, found().joint_curves};
       if (found().swap) question.as_measured = split(measured_);
       GainSettings how;
       how.draws = settings_.gain_draws;
@@ -256,7 +267,7 @@ class Diagnoser {
 
   void add_parameters() {
     const simulation::ForwardModel& model = readings_.model();
-    const simulation::ModelVector nominal = model.nominal();
+    const simulation::ModelVector nominal = readings_.nominal();
     const JointFit& baseline = found().baseline;
     const JointFit& extended = result_.commanding;
     const auto sd = [](const JointFit& fit, Eigen::Index i) {
@@ -264,7 +275,8 @@ class Diagnoser {
     };
     for (Eigen::Index i = 0; i < model.parameter_count(); ++i) {
       // Those of the instrument have no part in positions.
-      if (i >= model.robot_parameter_count() && !readings_.has_dials()) continue;
+      const bool of_robot = i < model.robot_parameter_count();
+      if (!of_robot && readings_.of() == Readings::Of::kPositions) continue;
       const auto& info = model.parameters()[static_cast<std::size_t>(i)];
       result_.parameters.push_back(
           {info.name, info.unit, nominal[i], baseline.model[i], sd(baseline, i),

@@ -18,13 +18,14 @@ Eigen::Index odd_one(
     const Readings& readings, const JointFit& here, const ToolColumns& columns,
     Eigen::Index first, Eigen::Index rows, const Eigen::VectorXd& weight, double noise_mm) {
   // Two coordinates and a turn take three readings.
-  constexpr double kFewestToJudge = 4.5;
-  if (weight.segment(first, rows).sum() < kFewestToJudge) return -1;
+  constexpr double kToSpare = 1.5;
+  const Eigen::Index axes = readings.axes();
+  if (weight.segment(first, rows).sum() < static_cast<double>(axes) + 1.0 + kToSpare) return -1;
   const bool turns = columns.turn.size() > 0;
-  Eigen::MatrixXd A(rows, turns ? 3 : 2);
-  A.leftCols(2) = columns.shift.middleRows(first, rows);
+  Eigen::MatrixXd A(rows, axes + (turns ? 1 : 0));
+  A.leftCols(axes) = columns.shift.middleRows(first, rows);
   constexpr double kLever_mm = 40.0;
-  if (turns) A.col(2) = columns.turn.segment(first, rows) / kLever_mm;
+  if (turns) A.col(axes) = columns.turn.segment(first, rows) / kLever_mm;
   Eigen::Index worst = -1;
   double most = kGrossSigma * noise_mm;
   for (Eigen::Index row = 0; row < rows; ++row) {
@@ -49,7 +50,7 @@ Eigen::Index odd_one(
 
 }  // namespace
 
-Eigen::Matrix2Xd explained_positions(
+Eigen::MatrixXd explained_positions(
     const Readings& readings, const simulation::ModelVector& model,
     const std::vector<simulation::ActiveEffect>& effects, double noise_mm) {
   JointFit fit;
@@ -67,13 +68,13 @@ Eigen::Matrix2Xd explained_positions(
     const Eigen::Index odd = odd_one(readings, here, columns, first, rows, weight, fit.s_mm);
     if (odd >= 0) weight[odd] = 0.0;
   }
-  Eigen::Matrix2Xd position = tool_shift(readings, here, here.residual_mm, weight);
+  Eigen::MatrixXd position = tool_shift(readings, here, here.residual_mm, weight);
   const simulation::ExtendedModel extended(readings.model(), effects);
   for (std::size_t t = 0; t < trials.size(); ++t) {
     simulation::Scene scene;
     const auto ran = extended.run(model, trials[t], readings.circumstances()[t], scene);
     if (ran) {
-      position.col(static_cast<Eigen::Index>(t)) += scene.p_WE;
+      position.col(static_cast<Eigen::Index>(t)) += scene.p_WE.head(readings.axes());
     } else {
       position.col(static_cast<Eigen::Index>(t))
           .setConstant(std::numeric_limits<double>::quiet_NaN());

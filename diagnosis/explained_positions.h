@@ -11,7 +11,7 @@ namespace sixdial::diagnosis {
 /// By trial [mm], NaN where the readings do not tell. The model's own tool position is only
 /// where the search starts: it has to be near. Of five or more readings the one that
 /// contradicts the others is left out.
-[[nodiscard]] Eigen::Matrix2Xd explained_positions(
+[[nodiscard]] Eigen::MatrixXd explained_positions(
     const Readings& readings, const simulation::ModelVector& model,
     const std::vector<simulation::ActiveEffect>& effects, double noise_mm);
 

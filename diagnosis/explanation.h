@@ -47,6 +47,7 @@ class Search {
   /// are hardly any gross readings.
   [[nodiscard]] std::vector<Candidate> scored_with_gross(const Explanation& with) const;
 
+  [[nodiscard]] const Readings& readings() const { return readings_; }
   [[nodiscard]] const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
   /// Some effects of an explanation, by number, at other places of the same kind instead.
   [[nodiscard]] Explanation at_places(

@@ -38,12 +38,12 @@ GainStudy fits_on_g1(const GainQuestion& question) {
   const JointFit& extended = question.extended;
   GainStudy study;
   study.calibrated = fit_jointly(g1, question.baseline.model, {}, &question.baseline);
-  study.extended = extended.effects.empty() ? study.calibrated : extended_on(g1, extended);
+  study.extended = extended_on(g1, extended, question.joint_curves, study.calibrated);
   for (std::size_t i = 0; i < extended.effects.size(); ++i) {
     // Also from the start: beside the causes that stay, readings that only this one explains
     // look gross, and a fit that starts there leaves them out.
     JointFit from_here =
-        fit_jointly(g1, study.extended.model, less(extended.effects, i), &study.extended);
+        fit_jointly(g1, study.extended.model, less(study.extended.effects, i), &study.extended);
     JointFit afresh = fit_jointly(g1, question.baseline.model, less(study.extended.effects, i));
     study.without.push_back(
         afresh.log_likelihood > from_here.log_likelihood ? std::move(afresh)
@@ -116,7 +116,7 @@ std::vector<Judged> judged_models(
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(measured.judged.count());
   const Side as_measured{measured, exchanged ? ones : weight};
   const Side set_right{question.explained, weight};
-  const auto nominal_model = measured.fitted.model().nominal();
+  const auto nominal_model = measured.fitted.nominal();
   const JointFit calibrated =
       exchanged ? fit_jointly(measured.fitted, nominal_model, {}) : study.calibrated;
   JointFit nominal = calibrated;
@@ -139,7 +139,8 @@ std::vector<Judged> judged_models(
   add(GainModel::kNominal, as_measured, nominal);
   add(GainModel::kCalibrated, as_measured, calibrated);
   add_with_network(GainModel::kCalibrated, as_measured, calibrated);
-  if (question.extended.effects.empty() && !exchanged) return result;
+  const bool nothing = question.extended.effects.empty() && question.joint_curves.empty();
+  if (nothing && !exchanged) return result;
   add(GainModel::kExtended, set_right, study.extended);
   add_with_network(GainModel::kExtended, set_right, study.extended);
   for (std::size_t i = 0; i < study.without.size(); ++i) {

@@ -12,7 +12,7 @@ bool touches_near_edge(
     const geometry::Rig& rig, std::size_t dial, const simulation::Scene& at) {
   const geometry::DialGeometry& geometry = rig.dials[dial].geometry;
   const auto contact = geometry::contact_on_face(
-      geometry, {at.p_WE, at.gamma_rad}, at.side_mm,
+      geometry, {at.p_WE.head<2>(), at.gamma_rad}, at.side_mm,
       geometry::face_towards(geometry, at.gamma_rad));
   constexpr double kTips = 2.0;  // radii of the tip: the pose is not known to less
   return std::abs(contact.along_mm) > at.side_mm / 2 - kTips * geometry.tip_radius_mm;

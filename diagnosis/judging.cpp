@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/joint_curve.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -55,7 +56,9 @@ JointFit applied(const Readings& readings, const JointFit& fitted) {
   return result;
 }
 
-JointFit extended_on(const Readings& fitted, const JointFit& extended) {
+namespace {
+
+JointFit named_effects_on(const Readings& fitted, const JointFit& extended) {
   JointFit fit = fit_jointly(fitted, extended.model, extended.effects);
   const std::vector<bool> unknown = not_determined(fitted, fit);
   if (std::ranges::find(unknown, true) == unknown.end()) return fit;
@@ -71,6 +74,15 @@ JointFit extended_on(const Readings& fitted, const JointFit& extended) {
     if (unknown[i]) without.effects[i].x = effects[i].x;
   }
   return without;
+}
+
+}  // namespace
+
+JointFit extended_on(
+    const Readings& fitted, const JointFit& extended, const std::vector<JointCurve>& curves,
+    const JointFit& plain) {
+  return with_joint_curves(
+      fitted, extended.effects.empty() ? plain : named_effects_on(fitted, extended), curves);
 }
 
 Eigen::VectorXd weights_to_judge(
@@ -108,7 +120,7 @@ std::vector<std::size_t> poses_to_judge(
 std::optional<calibration::TrainedResidual> trained_on(
     const Readings& readings, const JointFit& fit, std::uint64_t seed,
     const std::stop_token& stop) {
-  const Eigen::Matrix2Xd shift = tool_shift(readings, fit, fit.residual_mm, fit.weight);
+  const Eigen::MatrixXd shift = tool_shift(readings, fit, fit.residual_mm, fit.weight);
   std::vector<std::size_t> usable;
   for (std::size_t t = 0; t < readings.trials().size(); ++t) {
     const Eigen::Index rows = readings.first_row(t + 1) - readings.first_row(t);
@@ -121,7 +133,7 @@ std::optional<calibration::TrainedResidual> trained_on(
   if (usable.size() < kFewest) return std::nullopt;
   Eigen::MatrixXd q(
       static_cast<Eigen::Index>(usable.size()), readings.trials()[usable[0]].q.size());
-  Eigen::MatrixXd target(q.rows(), 2);
+  Eigen::MatrixXd target(q.rows(), readings.axes());
   for (std::size_t i = 0; i < usable.size(); ++i) {
     q.row(static_cast<Eigen::Index>(i)) = readings.trials()[usable[i]].q.transpose();
     target.row(static_cast<Eigen::Index>(i)) =
@@ -138,7 +150,7 @@ Judged judged_on(
     const calibration::TrainedResidual* network) {
   const Readings& test = side.readings.judged;
   const JointFit here = applied(test, fit);
-  const Eigen::Matrix2Xd shift = tool_shift(test, here, here.residual_mm, side.weight);
+  const Eigen::MatrixXd shift = tool_shift(test, here, here.residual_mm, side.weight);
   Judged result{
       GainModel::kNominal,
       network != nullptr,
@@ -149,12 +161,14 @@ Judged judged_on(
   const ToolColumns columns = tool_columns(test, here);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const std::size_t t = poses[i];
-    Eigen::Vector2d error = shift.col(static_cast<Eigen::Index>(t));
+    const Eigen::Index first = test.first_row(t);
+    const Eigen::Index rows = test.first_row(t + 1) - first;
+    Eigen::VectorXd error = shift.col(static_cast<Eigen::Index>(t));
+    // Fewer channels than axes: the error is what they show of it.
+    if (rows < test.axes()) error = here.residual_mm.segment(first, rows);
     if (network) {
-      const Eigen::Vector2d said = network->correction(test.trials()[t].q);
+      const Eigen::VectorXd said = network->correction(test.trials()[t].q);
       error -= said;
-      const Eigen::Index first = test.first_row(t);
-      const Eigen::Index rows = test.first_row(t + 1) - first;
       result.residual_mm.segment(first, rows) -= columns.shift.middleRows(first, rows) * said;
     }
     result.error_mm[static_cast<Eigen::Index>(i)] = error.norm();

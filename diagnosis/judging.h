@@ -24,7 +24,10 @@ inline constexpr std::string_view kModelOnTop = "anfis";
 /// Robot and causes of `extended` fitted to a part of the readings. A cause that this part
 /// cannot determine gets the size 0: the size from all readings would have been learned from
 /// those that are judged.
-[[nodiscard]] JointFit extended_on(const Readings& fitted, const JointFit& extended);
+/// Joints' curves are fitted anew and come last. `plain`: what it is without causes.
+[[nodiscard]] JointFit extended_on(
+    const Readings& fitted, const JointFit& extended, const std::vector<JointCurve>& curves,
+    const JointFit& plain);
 
 /// 0 for each judged reading that `extended`, the fit to all of the session, calls gross and
 /// that is more than five standard deviations off, else 1. Every model is judged on the same

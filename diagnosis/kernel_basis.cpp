@@ -1,7 +1,10 @@
 #include "diagnosis/kernel_basis.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "simulation/smooth_function.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -26,10 +29,22 @@ std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values) {
 Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count) {
   Eigen::MatrixXd basis(u.size(), count);
   for (int j = 0; j < count; ++j) {
-    basis.col(j) = ((u.array() + half_width) * (kPi * (j + 1) / (2 * half_width))).sin() /
-                   std::sqrt(half_width);
+    basis.col(j) =
+        u.unaryExpr([&](double at) { return simulation::box_sine(at, half_width, j); });
   }
   return basis;
+}
+
+Eigen::VectorXd kernel_values(const Kernel& kernel, double at) {
+  const double middle = (kernel.low + kernel.high) / 2;
+  const double half = (kernel.high - kernel.low) / 2;
+  const double u = std::clamp((at - middle) / half, -1.0, 1.0);
+  Eigen::VectorXd result(kernel.size.size());
+  for (Eigen::Index k = 0; k < result.size(); ++k) {
+    const int j = kernel.functions[static_cast<std::size_t>(k)];
+    result[k] = kernel.size[k] * simulation::box_sine(u, kernel.half_width, j);
+  }
+  return result;
 }
 
 double spectrum(int j, double half_width, double length) {
@@ -38,17 +53,25 @@ double spectrum(int j, double half_width, double length) {
   return length * std::exp(-0.5 * omega * omega * length * length);
 }
 
-Eigen::MatrixXd prominent(const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread) {
+std::vector<Eigen::Index> prominent(
+    const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread) {
   constexpr double kLeastShare = 1e-4;
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseProduct(spread);
-  Eigen::MatrixXd result(columns.rows(), columns.cols());
-  Eigen::Index kept = 0;
+  std::vector<Eigen::Index> result;
   for (Eigen::Index j = 0; j < columns.cols(); ++j) {
-    if (size[j] > kLeastShare * size.maxCoeff()) {
-      result.col(kept++) = columns.col(j) * spread[j];
-    }
+    if (size[j] > kLeastShare * size.maxCoeff()) result.push_back(j);
   }
-  return result.leftCols(kept);
+  return result;
+}
+
+Eigen::MatrixXd scaled_columns(
+    const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread,
+    const std::vector<Eigen::Index>& which) {
+  Eigen::MatrixXd result(columns.rows(), std::ssize(which));
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    result.col(static_cast<Eigen::Index>(k)) = columns.col(which[k]) * spread[which[k]];
+  }
+  return result;
 }
 
 }  // namespace sixdial::diagnosis

@@ -18,14 +18,29 @@ struct Box {
 /// For a function of one covariate.
 [[nodiscard]] const std::vector<Box>& boxes_along();
 
+/// A smooth function of one covariate that enters at one place, told well enough to compute its
+/// columns anew for other readings.
+struct Kernel {
+  double low = 0.0, high = 0.0;  // of the covariate
+  double half_width = 0.0;       // of the box, in half ranges
+  std::vector<int> functions{};  // that have a column
+  Eigen::VectorXd size{};        // what the basis function of each column is multiplied by
+};
+
 /// Covariate scaled to [-1, 1]; empty if it does not vary.
 [[nodiscard]] std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values);
 /// Samples x count.
 [[nodiscard]] Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count);
+/// What each column of a kernel is where its covariate has this value; at the ends beyond them.
+[[nodiscard]] Eigen::VectorXd kernel_values(const Kernel& kernel, double at);
 /// Spectral density of a kernel at basis function j.
 [[nodiscard]] double spectrum(int j, double half_width, double length);
-/// Columns scaled by their spread, without those that could not be seen.
-[[nodiscard]] Eigen::MatrixXd prominent(
+/// Which columns, scaled by their spread, could be seen beside the largest.
+[[nodiscard]] std::vector<Eigen::Index> prominent(
     const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread);
+/// These columns, scaled by their spread.
+[[nodiscard]] Eigen::MatrixXd scaled_columns(
+    const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread,
+    const std::vector<Eigen::Index>& which);
 
 }  // namespace sixdial::diagnosis

@@ -72,13 +72,15 @@ class Folds {
     if (question_.as_measured) measured = split(question_.as_measured->fitted, fold, out);
     const FittedAndJudged& as_measured = measured ? *measured : here;
     const Eigen::VectorXd ones = Eigen::VectorXd::Ones(as_measured.judged.count());
-    add(GainModel::kCalibrated, {as_measured, measured ? ones : weight}, poses,
-        fit_jointly(
-            as_measured.fitted,
-            measured ? as_measured.fitted.model().nominal() : question_.baseline.model, {},
-            measured ? nullptr : &question_.baseline));
-    if (!extended.effects.empty() || measured) {
-      add(GainModel::kExtended, {here, weight}, poses, extended_on(here.fitted, extended));
+    const JointFit plain = fit_jointly(
+        as_measured.fitted, measured ? as_measured.fitted.nominal() : question_.baseline.model,
+        {}, measured ? nullptr : &question_.baseline);
+    add(GainModel::kCalibrated, {as_measured, measured ? ones : weight}, poses, plain);
+    if (!extended.effects.empty() || measured || !question_.joint_curves.empty()) {
+      const JointFit set_right =
+          measured ? fit_jointly(here.fitted, question_.baseline.model, {}) : plain;
+      add(GainModel::kExtended, {here, weight}, poses,
+          extended_on(here.fitted, extended, question_.joint_curves, set_right));
     }
     return true;
   }

@@ -7,12 +7,12 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/covariate.h"
-#include "diagnosis/dial_curve.h"
 #include "diagnosis/dials_alone.h"
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
 #include "diagnosis/growing.h"
+#include "diagnosis/own_curve.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/tied_sets.h"
@@ -129,6 +129,24 @@ void drop_needless(const Search& search, const NamingSettings& settings, Explana
   }
 }
 
+/// A name has to explain clearly more than the same computed from a wrong quantity.
+void hold_against_sham(
+    const Search& search, const NamingSettings& settings, const Explanation& less,
+    Finding& finding) {
+  const simulation::Effect& effect = *finding.hypothesis.effect;
+  if (effect.sham == nullptr) return;
+  const auto evidence = [&](const simulation::Effect& which) {
+    const std::vector<Candidate> found =
+        score_all(search.readings(), less.fit, {{&which, finding.hypothesis.place}});
+    return found.empty() ? 0.0 : std::max(0.0, found.front().evidence);
+  };
+  const double odds = evidence(effect) - evidence(*effect.sham);
+  if (odds >= settings.tie_log_odds || !finding.tied_with_unknown.empty()) return;
+  finding.tied_with_unknown = {
+      dependence_name({.on = DependsOn::kJointAngle, .joint = finding.hypothesis.place.joint})};
+  finding.unknown_log_odds = odds;
+}
+
 /// Name number i with its evidence and all that would do about as well in its place.
 Finding finding_of(
     const Search& search, const NamingSettings& settings, const Explanation& found,
@@ -163,6 +181,7 @@ Finding finding_of(
   if (finding.evidence > kNever / 2) {
     finding.evidence = found.fit.log_likelihood - less.fit.log_likelihood;
   }
+  hold_against_sham(search, settings, bare, finding);
   // A rival may do without what the dials do in the name's place, or need it.
   std::vector<Explanation> rivals = search.instead_of(found, i, bare, kTies);
   if (dials)
@@ -257,6 +276,7 @@ void doubt_beside_structure(
   };
   std::ranges::for_each(result.findings, doubt);
   std::ranges::for_each(result.dial_curves, doubt);
+  std::ranges::for_each(result.joint_curves, doubt);
 }
 
 /// With the noise of each dial taken as given.
@@ -315,12 +335,22 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
 }  // namespace
 
 bool Finding::of_a_part() const { return left_out > kMostLeftOut; }
-bool DialCurve::of_a_part() const { return left_out > kMostLeftOut; }
+bool OwnCurve::of_a_part() const { return left_out > kMostLeftOut; }
 
 Eigen::MatrixXd NamedCauses::dial_columns(Eigen::Index readings) const {
   std::vector<UnknownCandidate> of_dials = background;
   for (const DialCurve& each : dial_curves) of_dials.push_back(each.smooth);
   return random_columns(readings, of_dials);
+}
+
+Eigen::MatrixXd NamedCauses::own_columns(Eigen::Index readings) const {
+  Eigen::MatrixXd result = dial_columns(readings);
+  for (const JointCurve& each : joint_curves) {
+    const Eigen::Index before = result.cols();
+    result.conservativeResize(Eigen::NoChange, before + each.smooth.columns.cols());
+    result.rightCols(each.smooth.columns.cols()) = each.smooth.columns;
+  }
+  return result;
 }
 
 std::vector<std::string> NamedCauses::depends_on() const {
@@ -345,7 +375,7 @@ double log_odds_of_exactness(
     const Readings& claimed, const NamedCauses& opened, const NamingSettings& settings) {
   const JointFit& with = opened.extended;
   const JointFit without = fit_jointly(
-      claimed, with.model, with.effects, &with, opened.dial_columns(claimed.count()));
+      claimed, with.model, with.effects, &with, opened.own_columns(claimed.count()));
   return without.log_likelihood - with.log_likelihood + settings.name_preference;
 }
 
@@ -400,7 +430,8 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   NamedCauses result = identify_from(readings, as_measured, settings);
   // A noisy dial looks like a cause at that dial, which then leaves no noise to be seen. Both
   // are tried: the noise first, or the names first.
-  if (result.findings.empty() && result.unknown.empty() && result.dial_curves.empty()) {
+  const bool curves = !result.dial_curves.empty() || !result.joint_curves.empty();
+  if (result.findings.empty() && result.unknown.empty() && !curves) {
     return result;
   }
   // Names that leave nothing but the noise that the rig file says, alike at all dials: a noise

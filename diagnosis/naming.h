@@ -57,16 +57,13 @@ struct Finding {
   }
 };
 
-/// A smooth error of one dial over its own reading, beyond what its maker allows
-/// (dial_curve.h).
-struct DialCurve {
-  std::size_t dial = 0;
-  UnknownCandidate smooth;                           // with its columns
-  Eigen::VectorXd error_mm{};                        // of each reading; 0 at the other dials
-  double evidence = 0.0;                             // log evidence lost without it
-  double half_span_mm = 0.0, half_span_sd_mm = 0.0;  // over the readings that were taken
-  double rms_mm = 0.0;                               // about its mean
-  double limit_mm = 0.0;                             // accuracy_mm of the dial
+/// A smooth error that goes by the own value of what errs (own_curve.h).
+struct OwnCurve {
+  UnknownCandidate smooth;                     // with its columns
+  double evidence = 0.0;                       // log evidence lost without it
+  double half_span = 0.0, half_span_sd = 0.0;  // over the readings that were taken
+  double rms = 0.0;                            // about its mean
+  Eigen::VectorXd in_readings_mm{};            // what it does to each
   std::vector<Rival> tied_with{};
   bool tied_with_nothing = false;
   std::vector<std::string> tied_with_unknown{};  // as Finding's
@@ -82,6 +79,20 @@ struct DialCurve {
     return settled && !of_a_part() && tied_with.empty() && !tied_with_nothing &&
            tied_with_unknown.empty();
   }
+};
+/// Of one dial over its own reading, beyond what its maker allows [mm].
+struct DialCurve : OwnCurve {
+  std::size_t dial = 0;
+  double limit_mm = 0.0;  // accuracy_mm of the dial
+};
+/// Of one joint over its own value [rad, or mm of a prismatic one].
+struct JointCurve : OwnCurve {
+  simulation::Place place{};
+  std::vector<UnknownCandidate> parts{};  // with their kernels; `smooth` has all columns
+  /// The best that the same joint's error does as a function of another joint's value: what
+  /// flexibility alone gains. Log evidence, as that of the first part in `own_evidence`.
+  double sham_evidence = 0.0;
+  double own_evidence = 0.0;
 };
 
 struct GrossReading {
@@ -106,8 +117,11 @@ struct NamedCauses {
   std::vector<UnknownCandidate> background;
   /// Part of the fit as well, and a finding each; not among `unknown`.
   std::vector<DialCurve> dial_curves;
+  std::vector<JointCurve> joint_curves;
   /// Columns of what the dials do of their own: `background` and `dial_curves`.
   [[nodiscard]] Eigen::MatrixXd dial_columns(Eigen::Index readings) const;
+  /// These, and those of the joints' curves.
+  [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index readings) const;
   /// Covariates of `unknown` and `unknown_rivals`, each once.
   [[nodiscard]] std::vector<std::string> depends_on() const;
   std::vector<GrossReading> gross;

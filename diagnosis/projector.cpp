@@ -12,10 +12,12 @@ using simulation::ExtendedModel;
 using simulation::ModelVector;
 
 int linear_count(const simulation::Effect& effect) {
+  if (effect.is_curve) return 0;  // its coefficients are no parameters of a fit
   return static_cast<int>(effect.parameters.size()) - (effect.searched ? 1 : 0);
 }
 
 int fitted_count(const simulation::Effect& effect) {
+  if (effect.is_curve) return 0;
   return static_cast<int>(effect.parameters.size()) -
          (effect.searched && !effect.searched_change ? 1 : 0);
 }

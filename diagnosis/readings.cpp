@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -14,6 +15,19 @@ namespace sixdial::diagnosis {
 namespace {
 
 constexpr double kFinestNoise_mm = 1e-6;
+// Of an angle that nobody knows the deviation of.
+constexpr double kUsualLever_mm = 500.0;
+
+/// The lever that makes an angle's deviation that of a length.
+double lever_mm(const geometry::InstrumentModel& instrument) {
+  double length_mm = 0.0;
+  double angle_rad = 0.0;
+  for (const geometry::ChannelInfo& channel : instrument.channels) {
+    double& most = channel.unit == "rad" ? angle_rad : length_mm;
+    most = std::max(most, channel.sd);
+  }
+  return length_mm > 0 && angle_rad > 0 ? length_mm / angle_rad : kUsualLever_mm;
+}
 /// Long sessions: looked at every so many samples.
 void check_end_at(std::size_t trial) {
   constexpr std::size_t kEvery = 256;
@@ -32,44 +46,95 @@ Readings::Readings(
   std::vector<Eigen::Index> places;
   for (const bool each : counts_) places.push_back(each ? places_++ : -1);
   place_of_trial_ = std::make_shared<const std::vector<Eigen::Index>>(std::move(places));
-  for (const auto& trial : *trials_) {
-    has_dials_ = has_dials_ || std::any_of(
-                                   trial.reading.begin(), trial.reading.end(),
-                                   [](const auto& reading) { return reading.has_value(); });
+  const bool has_readings = std::ranges::any_of(*trials_, [](const simulation::Trial& trial) {
+    return std::ranges::any_of(
+        trial.reading, [](const auto& reading) { return reading.has_value(); });
+  });
+  if (has_readings) of_ = model.rig().on_cuboid() ? Of::kDials : Of::kChannels;
+  axes_ = model.rig().on_cuboid() ? 2 : model.robot().axes;
+  if (of_ != Of::kPositions) channels_ = model.instrument().channels.size();
+  for (const geometry::ChannelInfo& channel : model.instrument().channels) {
+    per_unit_.push_back(channel.unit == "rad" ? lever_mm(model.instrument()) : 1.0);
   }
-  if (has_dials_) channels_ = model.rig().dials.size();
   choose_rows();
-  place_tool(model.nominal());
-  for (std::size_t d = 0; has_dials_ && d < model.rig().dials.size(); ++d) {
+  set_nominal();
+  place_tool(nominal_);
+  for (std::size_t d = 0; of_ != Of::kPositions && d < channels_; ++d) {
     noise_of_dial_.push_back(rig_noise_of(d));
   }
   set_noise();
 }
 
+/// What nobody knows of the instrument starts where the samples put it.
+void Readings::set_nominal() {
+  nominal_ = model_->nominal();
+  const geometry::InstrumentModel& instrument = model_->instrument();
+  if (of_ != Of::kChannels || !instrument.kind->start) return;
+  const geometry::RobotModel& robot = model_->robot();
+  const Eigen::Index of_robot = model_->robot_parameter_count();
+  std::vector<std::vector<geometry::Pose<double>>> frames;
+  std::vector<std::size_t> reached;
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
+    const simulation::Trial& trial = (*trials_)[t];
+    if (trial.reading.size() != channels_) continue;
+    std::vector<geometry::Pose<double>> X(robot.frames.size());
+    if (!robot.forward(nominal_.head(of_robot), trial.q, trial.assembly, X)) continue;
+    frames.push_back(std::move(X));
+    reached.push_back(t);
+  }
+  std::vector<geometry::SeenSample> seen;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    seen.push_back({frames[i], (*trials_)[reached[i]].reading});
+  }
+  if (seen.empty()) return;
+  Eigen::VectorXd x = instrument.nominal;
+  instrument.kind->start(instrument, seen, x);
+  nominal_.tail(x.size()) = x;
+}
+
+std::string Readings::channel_name(std::size_t channel) const {
+  static constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+  if (of_ == Of::kPositions) return kAxes.at(channel);
+  return model_->instrument().channels.at(channel).name;
+}
+
+void Readings::add_channels(std::size_t trial, std::vector<double>& values, double& variance) {
+  const auto& reading = (*trials_)[trial].reading;
+  for (std::size_t i = 0; i < reading.size() && i < channels_; ++i) {
+    if (!reading[i]) continue;
+    rows_.push_back({static_cast<int>(trial), static_cast<int>(i)});
+    values.push_back(*reading[i] * per_unit_[i]);
+    variance += rig_noise_of(i) * rig_noise_of(i);
+  }
+}
+
+void Readings::add_position(std::size_t trial, std::vector<double>& values, double& variance) {
+  const simulation::Trial& each = (*trials_)[trial];
+  if (!each.position_mm) return;
+  const Eigen::MatrixXd covariance = each.covariance_or_zero();
+  channels_ = static_cast<std::size_t>(each.position_mm->size());
+  axes_ = each.position_mm->size();
+  for (int axis = 0; axis < static_cast<int>(channels_); ++axis) {
+    rows_.push_back({static_cast<int>(trial), axis});
+    values.push_back((*each.position_mm)[axis]);
+    row_sd_mm_.push_back(std::sqrt(covariance(axis, axis)));
+    variance += covariance(axis, axis);
+  }
+}
+
 void Readings::choose_rows() {
   rows_.clear();
   first_row_.clear();
+  row_sd_mm_.clear();
   std::vector<double> values;
   double variance = 0.0;
   for (std::size_t t = 0; t < trials_->size(); ++t) {
     first_row_.push_back(static_cast<Eigen::Index>(values.size()));
-    const auto& trial = (*trials_)[t];
     if (!counts_[t]) continue;
-    if (has_dials_) {
-      for (std::size_t i = 0; i < trial.reading.size(); ++i) {
-        if (!trial.reading[i]) continue;
-        rows_.push_back({static_cast<int>(t), static_cast<int>(i)});
-        values.push_back(*trial.reading[i]);
-        variance += rig_noise_of(i) * rig_noise_of(i);
-      }
-    } else if (trial.position_mm) {
-      const Eigen::MatrixXd covariance = trial.covariance_or_zero();
-      channels_ = static_cast<std::size_t>(trial.position_mm->size());
-      for (int axis = 0; axis < static_cast<int>(channels_); ++axis) {
-        rows_.push_back({static_cast<int>(t), axis});
-        values.push_back((*trial.position_mm)[axis]);
-        variance += covariance(axis, axis);
-      }
+    if (of_ == Of::kPositions) {
+      add_position(t, values, variance);
+    } else {
+      add_channels(t, values, variance);
     }
   }
   first_row_.push_back(static_cast<Eigen::Index>(values.size()));
@@ -83,29 +148,38 @@ void Readings::choose_rows() {
     if (used_.empty() || used_.back() != row.trial) used_.push_back(row.trial);
     place_of_row_.push_back(std::ssize(used_) - 1);
   }
-  rows_of_dial_.assign(has_dials_ ? model_->rig().dials.size() : 0, {});
-  for (std::size_t row = 0; has_dials_ && row < rows_.size(); ++row) {
+  rows_of_dial_.assign(of_ == Of::kPositions ? 0 : channels_, {});
+  for (std::size_t row = 0; of_ != Of::kPositions && row < rows_.size(); ++row) {
     rows_of_dial_[static_cast<std::size_t>(rows_[row].dial)].push_back(
         static_cast<Eigen::Index>(row));
   }
 }
 
+double Readings::sd_of_channel(std::size_t channel) const {
+  const geometry::ChannelInfo& info = model_->instrument().channels[channel];
+  return info.sd * per_unit_[channel];
+}
+
 double Readings::rig_noise_of(std::size_t dial) const {
+  if (of_ != Of::kDials) return sd_of_channel(dial);
   const auto& instrument = model_->rig().dials[dial];
   return std::hypot(instrument.repeatability_mm, instrument.resolution_mm / std::sqrt(12.0));
 }
 
 void Readings::set_noise() {
   relative_noise_ = Eigen::VectorXd::Ones(count());
-  if (noise_of_dial_.empty()) return;
-  std::vector<double> ordered = noise_of_dial_;
-  std::sort(ordered.begin(), ordered.end());
+  std::vector<double> ordered = of_ == Of::kPositions ? row_sd_mm_ : noise_of_dial_;
+  if (ordered.empty()) return;
+  std::ranges::sort(ordered);
   const double middle = ordered[ordered.size() / 2];
   if (!(middle > 0)) return;
   constexpr double kLeast = 0.05;  // a dial without noise would outvote all others
   for (Eigen::Index row = 0; row < count(); ++row) {
-    const auto dial = static_cast<std::size_t>(rows_[static_cast<std::size_t>(row)].dial);
-    relative_noise_[row] = std::max(kLeast, noise_of_dial_[dial] / middle);
+    const auto at = static_cast<std::size_t>(row);
+    const double own = of_ == Of::kPositions
+                           ? row_sd_mm_[at]
+                           : noise_of_dial_[static_cast<std::size_t>(rows_[at].dial)];
+    relative_noise_[row] = std::max(kLeast, own / middle);
   }
 }
 
@@ -124,7 +198,7 @@ Readings Readings::allowing_rig(std::optional<double> of_a_workshop) const {
 }
 
 std::vector<simulation::RigQuantity> Readings::rig_quantities() const {
-  if (!has_dials_) return {};
+  if (of_ != Of::kDials) return {};
   auto result = simulation::stated_quantities(model_->rig());
   if (!rig_allowance_ || *rig_allowance_ == 0.0) return result;
   for (simulation::RigQuantity& each : simulation::claimed_quantities(model_->rig())) {
@@ -222,9 +296,9 @@ void Readings::place_tool(const simulation::ModelVector& at) {
 void Readings::pick(
     const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const {
   for (Eigen::Index row = first_row_[trial]; row < first_row_[trial + 1]; ++row) {
-    const int dial = rows_[static_cast<std::size_t>(row)].dial;
-    into[row] =
-        has_dials_ ? scene.reading_mm[static_cast<std::size_t>(dial)] : scene.p_WE[dial];
+    const int channel = rows_[static_cast<std::size_t>(row)].dial;
+    const auto k = static_cast<std::size_t>(channel);
+    into[row] = of_ == Of::kPositions ? scene.p_WE[channel] : scene.reading[k] * per_unit_[k];
   }
 }
 
@@ -244,6 +318,7 @@ Eigen::VectorXd Readings::simulate(
 }
 
 Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
+  if (!model_->rig().on_cuboid()) return jacobian(at, {*model_, {}}, {});
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
   simulation::Prediction seen;
@@ -256,7 +331,7 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
     if (!reached) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int dial = rows_[static_cast<std::size_t>(row)].dial;
-      if (has_dials_) {
+      if (of_ == Of::kDials) {
         J.row(row) = seen.reading_J.row(dial);
       } else {
         J.row(row) = seen.position_J.row(dial);
@@ -269,7 +344,7 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
 Eigen::MatrixXd Readings::jacobian(
     const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
     const std::vector<simulation::EffectNumber>& numbers) const {
-  if (extended.effects().empty()) return jacobian(at);
+  if (extended.effects().empty() && model_->rig().on_cuboid()) return jacobian(at);
   simulation::ExtendedSlopes slopes(extended, numbers);
   simulation::ExtendedSlopes::Slopes seen;
   simulation::Scene scene;
@@ -280,9 +355,14 @@ Eigen::MatrixXd Readings::jacobian(
     if (!slopes.at(at, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int channel = rows_[static_cast<std::size_t>(row)].dial;
-      J.row(row) = has_dials_ ? seen.reading.row(channel) : seen.tool.row(channel);
+      if (of_ == Of::kPositions) {
+        J.row(row) = seen.tool.row(channel);
+      } else {
+        J.row(row) = seen.reading.row(channel) * per_unit_[static_cast<std::size_t>(channel)];
+      }
     }
   }
+  for (const Eigen::Index k : known_of_instrument()) J.col(k).setZero();  // in nuisance()
   return J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
@@ -324,7 +404,7 @@ const Eigen::MatrixXd& Readings::reading_columns(
   const auto& rows = rows_of_dial_[dial];
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), count);
   simulation::Scene scene;
-  scene.reading_mm.assign(model_->rig().dials.size(), 0.0);
+  scene.reading.assign(model_->rig().dials.size(), 0.0);
   for (int i = 0; i < count; ++i) {
     geometry::check_end();
     const auto k = static_cast<std::size_t>(i);
@@ -334,10 +414,10 @@ const Eigen::MatrixXd& Readings::reading_columns(
     for (std::size_t at = 0; at < rows.size(); ++at) {
       const Row& row = rows_[static_cast<std::size_t>(rows[at])];
       const double before = measured_mm_[rows[at]];
-      scene.reading_mm[dial] = before;
+      scene.reading[dial] = before;
       candidate.effect->after_reading(
           moved.x, moved.place, (*circumstances_)[static_cast<std::size_t>(row.trial)], scene);
-      columns(static_cast<Eigen::Index>(at), i) = (scene.reading_mm[dial] - before) / step;
+      columns(static_cast<Eigen::Index>(at), i) = (scene.reading[dial] - before) / step;
     }
   }
   return reading_columns_->emplace(key, std::move(columns)).first->second;
@@ -346,15 +426,51 @@ const Eigen::MatrixXd& Readings::reading_columns(
 const Eigen::MatrixXd& Readings::nuisance() const {
   if (nuisance_) return *nuisance_;
   const Eigen::MatrixXd of_rig = rig_columns(*this, placed_at_, rig_quantities());
-  const Eigen::MatrixXd angles = angles_of_free_mount();
+  const Eigen::MatrixXd angles =
+      model_->rig().on_cuboid() ? angles_of_free_mount() : known_parts_of_instrument();
   nuisance_.emplace(count(), of_rig.cols() + angles.cols());
   nuisance_->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
   nuisance_->rightCols(angles.cols()) = angles;
   return *nuisance_;
 }
 
+/// Parameters of another instrument than dials that are known to within something.
+std::vector<Eigen::Index> Readings::known_of_instrument() const {
+  std::vector<Eigen::Index> result;
+  if (model_->rig().on_cuboid()) return result;
+  const Eigen::VectorXd& known_to = model_->instrument().known_to;
+  for (Eigen::Index k = 0; k < known_to.size(); ++k) {
+    if (std::isfinite(known_to[k])) result.push_back(model_->robot_parameter_count() + k);
+  }
+  return result;
+}
+
+Eigen::MatrixXd Readings::known_parts_of_instrument() const {
+  const std::vector<Eigen::Index> known = known_of_instrument();
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), std::ssize(known));
+  if (known.empty() || of_ != Of::kChannels) return result;
+  simulation::ExtendedSlopes slopes({*model_, {}}, {});
+  simulation::ExtendedSlopes::Slopes seen;
+  simulation::Scene scene;
+  for (std::size_t t = 0; t < trials_->size(); ++t) {
+    if (!has_rows(t)) continue;
+    if (!slopes.at(placed_at_, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
+    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
+      const int channel = rows_[static_cast<std::size_t>(row)].dial;
+      result.row(row) =
+          seen.reading(channel, known) * per_unit_[static_cast<std::size_t>(channel)];
+    }
+  }
+  const Eigen::Index of_robot = model_->robot_parameter_count();
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    const double sd = model_->instrument().known_to[known[k] - of_robot];
+    result.col(static_cast<Eigen::Index>(k)) *= sd / std::max(kFinestNoise_mm, rig_noise_mm_);
+  }
+  return result;
+}
+
 Eigen::MatrixXd Readings::angles_of_free_mount() const {
-  if (model_->rig().cuboid.mount != geometry::Mount::kFree || !has_dials_) {
+  if (model_->rig().cuboid.mount != geometry::Mount::kFree || of_ != Of::kDials) {
     return Eigen::MatrixXd(count(), 0);
   }
   constexpr double kPriorAngle_rad = 0.01;

@@ -1,5 +1,7 @@
 // A session's measured numbers as one vector, and the simulation's answer to each: every dial
-// in contact of every sample, or x and y where the session has positions only.
+// in contact of every sample; every channel of another instrument; or the coordinates of the
+// tool where the session has positions only. An angle counts as the length that it moves at
+// the end of a lever, which is such that both are known equally well.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +23,8 @@ namespace sixdial::diagnosis {
 /// One measured number.
 struct Row {
   int trial = 0;  // index into the trials
-  int dial = 0;   // index into rig.dials; 0 for x and 1 for y in a position session
+  int dial = 0;   // the channel: index into rig.dials or into the instrument's channels; of
+                  // positions the axis
 };
 
 class Readings {
@@ -41,7 +44,16 @@ class Readings {
   /// The same session with two dials' readings exchanged.
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
 
-  [[nodiscard]] bool has_dials() const { return has_dials_; }
+  /// What was measured.
+  enum class Of { kDials, kChannels, kPositions };
+  [[nodiscard]] Of of() const { return of_; }
+  [[nodiscard]] bool has_dials() const { return of_ == Of::kDials; }
+  /// In how many coordinates the tool moves and is measured: 2 or 3.
+  [[nodiscard]] Eigen::Index axes() const { return axes_; }
+  /// "C", "x", "distance_K1".
+  [[nodiscard]] std::string channel_name(std::size_t channel) const;
+  /// The nominal model, what is not known of the instrument put where the samples say.
+  [[nodiscard]] const simulation::ModelVector& nominal() const { return nominal_; }
   /// Number of channels: dials, or the axes of a position. Row::dial is below it.
   [[nodiscard]] std::size_t channel_count() const { return channels_; }
   [[nodiscard]] Eigen::Index count() const { return measured_mm_.size(); }
@@ -114,8 +126,9 @@ class Readings {
   /// Random columns that every fit has, each scaled so that rig_noise_mm() is the standard
   /// deviation of its number: what the rig file says of the rig's own geometry to within a
   /// standard deviation (rig_quantities(), in that order); with a free mount, the
-  /// angle of each sample around the one that its active three gave, known to 10 mrad. Not for
-  /// two threads on one object.
+  /// angle of each sample around the one that its active three gave, known to 10 mrad; of
+  /// another instrument its parameters that are known to within something. Not for two threads
+  /// on one object.
   [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
   /// Rows of one dial.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
@@ -153,14 +166,25 @@ class Readings {
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
       std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
   [[nodiscard]] Eigen::MatrixXd angles_of_free_mount() const;
+  [[nodiscard]] std::vector<Eigen::Index> known_of_instrument() const;
+  [[nodiscard]] Eigen::MatrixXd known_parts_of_instrument() const;
 
   simulation::ModelVector placed_at_;
   mutable std::optional<Eigen::MatrixXd> nuisance_;
   Eigen::VectorXd measured_mm_;
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;
-  bool has_dials_ = false;
+  void set_nominal();
+  void add_channels(std::size_t trial, std::vector<double>& values, double& variance);
+  void add_position(std::size_t trial, std::vector<double>& values, double& variance);
+  [[nodiscard]] double sd_of_channel(std::size_t channel) const;  // [mm]
+
+  Of of_ = Of::kPositions;
+  Eigen::Index axes_ = 2;
   std::size_t channels_ = 0;
+  std::vector<double> per_unit_;   // of each channel: mm of the residual for one of its unit
+  std::vector<double> row_sd_mm_;  // of positions, as the instrument says
+  simulation::ModelVector nominal_;
   double rig_noise_mm_ = 0.0;
   std::optional<double> rig_allowance_;
   std::vector<std::shared_ptr<const ScatterColumns>> shareable_;

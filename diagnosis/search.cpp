@@ -35,6 +35,7 @@ std::vector<Hypothesis> hypotheses_for(
       temperature && varies([](const Circumstance& s) { return s.temperature_degC; });
   std::vector<Hypothesis> result;
   for (const Effect* effect : simulation::all_effects()) {
+    if (effect->is_curve) continue;  // found as something smooth
     for (const simulation::Place& place : effect->places(readings.model().rig())) {
       const Hypothesis each{effect, place};
       std::optional<WhyNotTestable> why;

@@ -112,12 +112,12 @@ Separation separating_poses(
     sample.previous_mm.assign(rig.dials.size(), std::nan(""));
     sample.plunger_direction.assign(rig.dials.size(), 0.0);
     if (!extended.run(fit.model, trial, sample, scene)) continue;
-    trial.position_mm = scene.p_WE;
+    trial.position_mm = scene.p_WE.head(readings.axes());
     trial.reading.resize(rig.dials.size());
     for (std::size_t d = 0; readings.has_dials() && d < rig.dials.size(); ++d) {
       const auto seen = geometry::touch(
-          rig.dials[d].geometry, {scene.p_WE, scene.gamma_rad}, rig.cuboid.side_mm);
-      if (seen) trial.reading[d] = scene.reading_mm[d];
+          rig.dials[d].geometry, {scene.p_WE.head<2>(), scene.gamma_rad}, rig.cuboid.side_mm);
+      if (seen) trial.reading[d] = scene.reading[d];
     }
     trials.push_back(std::move(trial));
     which.push_back(i);

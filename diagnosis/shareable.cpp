@@ -107,11 +107,11 @@ double tool_motion_mm(
       const auto moved = model.predict(at, q, trial.assembly, gamma, false);
       whole = moved.has_value();
       if (!whole) break;
-      const Eigen::Vector2d way = moved->p_WE() - here->p_WE();
+      const Eigen::Vector3d way = moved->frames.X[0].p - here->frames.X[0].p;
       sum += (alike(model.robot().joints, j) / kStep * way).squaredNorm();
     }
     if (!whole) continue;
-    squares += sum / 2;  // of x and of y
+    squares += sum / static_cast<double>(readings.axes());
     ++counted;
   }
   return counted > 0 ? std::sqrt(squares / counted) : 0.0;

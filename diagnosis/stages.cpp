@@ -13,6 +13,9 @@ using simulation::Scene;
 
 constexpr std::array kTurn{EffectParameter{"turn", "rad", 1e-2}};
 constexpr std::array kShift{EffectParameter{"x", "mm", 1e-2}, EffectParameter{"y", "mm", 1e-2}};
+constexpr std::array kShiftInSpace{
+    EffectParameter{"x", "mm", 1e-2}, EffectParameter{"y", "mm", 1e-2},
+    EffectParameter{"z", "mm", 1e-2}};
 constexpr std::array kGrowth{EffectParameter{"growth", "mm", 2e-2}};
 
 // Effects without a name: they are not in the catalogue, since as causes they could not be told
@@ -24,7 +27,11 @@ constexpr Effect kAtJoint{
 constexpr Effect kAtTool{
     .parameters = kShift,
     .after_kinematics = [](std::span<const double> x, const Place&, const Circumstance&,
-                           Scene& scene) { scene.p_WE += Eigen::Vector2d(x[0], x[1]); }};
+                           Scene& scene) { scene.p_WE += Eigen::Vector3d(x[0], x[1], 0.0); }};
+constexpr Effect kAtToolInSpace{
+    .parameters = kShiftInSpace,
+    .after_kinematics = [](std::span<const double> x, const Place&, const Circumstance&,
+                           Scene& scene) { scene.p_WE += Eigen::Vector3d(x[0], x[1], x[2]); }};
 constexpr Effect kAtCuboidAngle{
     .parameters = kTurn,
     .before_contact = [](std::span<const double> x, const Place&, const Circumstance&,
@@ -34,12 +41,12 @@ constexpr Effect kAtCuboidSide{
     .before_contact = [](std::span<const double> x, const Place&, const Circumstance&,
                          Scene& scene) { scene.side_mm += x[0]; }};
 
-const Effect& effect_at(Stage stage) {
+const Effect& effect_at(Stage stage, Eigen::Index axes) {
   switch (stage) {
     case Stage::kJointAngle:
       return kAtJoint;
     case Stage::kTool:
-      return kAtTool;
+      return axes == 3 ? kAtToolInSpace : kAtTool;
     case Stage::kCuboidAngle:
       return kAtCuboidAngle;
     case Stage::kCuboidSide:
@@ -54,7 +61,7 @@ Eigen::MatrixXd stage_columns(
     const Readings& readings, const simulation::ModelVector& at,
     const simulation::ExtendedModel& extended, const Eigen::VectorXd& simulated_mm, Stage stage,
     int joint) {
-  const Effect& effect = effect_at(stage);
+  const Effect& effect = effect_at(stage, readings.axes());
   const simulation::ActiveEffect none{
       &effect, Place{.joint = joint}, std::vector<double>(effect.parameters.size(), 0.0)};
   return effect_columns(readings, at, extended, none, simulated_mm);

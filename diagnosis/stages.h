@@ -10,8 +10,8 @@ namespace sixdial::diagnosis {
 
 enum class Stage { kJointAngle, kTool, kCuboidAngle, kCuboidSide };
 
-/// d(readings)/d(error at the stage), readings x 1; x 2 (x and y) for the tool. `simulated_mm`:
-/// the model's answer at `at`. `joint` says which, at Stage::kJointAngle only.
+/// d(readings)/d(error at the stage), readings x 1; readings x axes for the tool.
+/// `simulated_mm`: the model's answer at `at`. `joint` says which, at Stage::kJointAngle only.
 [[nodiscard]] Eigen::MatrixXd stage_columns(
     const Readings& readings, const simulation::ModelVector& at,
     const simulation::ExtendedModel& extended, const Eigen::VectorXd& simulated_mm, Stage stage,

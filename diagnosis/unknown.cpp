@@ -17,7 +17,7 @@ namespace {
 /// What each trial has that something could depend on.
 struct Covariates {
   Eigen::MatrixXd q, approach;  // trials x joints
-  Eigen::VectorXd x, y, gamma, time, temperature;
+  Eigen::VectorXd x, y, z, gamma, time, temperature;
 };
 
 Covariates covariates_of(
@@ -25,7 +25,7 @@ Covariates covariates_of(
   const auto& trials = readings.trials();
   const auto count = static_cast<Eigen::Index>(trials.size());
   Covariates at;
-  for (Eigen::VectorXd* each : {&at.x, &at.y, &at.gamma, &at.time, &at.temperature}) {
+  for (Eigen::VectorXd* each : {&at.x, &at.y, &at.z, &at.gamma, &at.time, &at.temperature}) {
     each->resize(count);
   }
   const Eigen::Index joints = trials.empty() ? 0 : trials.front().q.size();
@@ -43,6 +43,7 @@ Covariates covariates_of(
     const Eigen::Index before = std::max<Eigen::Index>(0, t - 1);
     at.x[t] = there ? scene.p_WE.x() : t > 0 ? at.x[before] : 0.0;
     at.y[t] = there ? scene.p_WE.y() : t > 0 ? at.y[before] : 0.0;
+    at.z[t] = there ? scene.p_WE.z() : t > 0 ? at.z[before] : 0.0;
     at.gamma[t] = there ? scene.gamma_rad : t > 0 ? at.gamma[before] : 0.0;
   }
   if (at.time.maxCoeff() <= 0) {
@@ -62,6 +63,27 @@ const std::vector<Box> kAlongDial{
     {3.5, {1.2, 2.5}}};
 constexpr int kOfTime = 40;
 constexpr int kFew = 10;
+// A drive errs many times a turn, and a robot in space is measured at many poses: what so many
+// samples can tell.
+constexpr int kSamplesPerFunction = 12;
+constexpr int kMostOfJoint = 80;
+const std::vector<Box> kAlongDrive{
+    {1.3, {0.02, 0.04, 0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
+
+/// Anything of joint `bent` that depends on the value of joint `by`.
+void along_joint(
+    UnknownSearch& search, const Readings& readings, const Covariates& at,
+    const Eigen::MatrixXd& stage, int bent, int by) {
+  const bool in_space = readings.axes() == 3;
+  const auto samples = static_cast<int>(readings.of_used(at.time).size());
+  const int functions =
+      in_space ? std::clamp(samples / kSamplesPerFunction, kFunctions, kMostOfJoint)
+               : kFunctions;
+  search.along(
+      dependence_name({.on = DependsOn::kJointAngle, .joint = by}),
+      "joint" + std::to_string(bent + 1), at.q.col(by), stage, functions,
+      in_space ? kAlongDrive : boxes_along());
+}
 
 bool is_shift_of_tool(const Eigen::VectorXd& column, const Eigen::MatrixXd& tool) {
   constexpr double kAlike = 1e-4;  // tool columns are differences, others are not
@@ -212,7 +234,7 @@ std::vector<RandomBox> smooth_in_time(const Readings& readings, const JointFit& 
         const int j = static_cast<int>(k) % kOfTime;
         spread[k] = std::sqrt(spectrum(j, box.half_width, length));
       }
-      RandomBox own{prominent(columns, spread), {}};
+      RandomBox own{scaled_columns(columns, spread, prominent(columns, spread)), {}};
       own.spread.push_back(Eigen::VectorXd::Ones(own.columns.cols()));
       result.push_back(std::move(own));
     }
@@ -220,25 +242,40 @@ std::vector<RandomBox> smooth_in_time(const Readings& readings, const JointFit& 
   return result;
 }
 
+std::vector<UnknownCandidate> score_joint_by_others(
+    const Readings& readings, const JointFit& fit, int joint) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Eigen::MatrixXd stage = stage_columns(
+      readings, fit.model, extended, readings.simulate(fit.model, extended), Stage::kJointAngle,
+      joint);
+  const Covariates at = covariates_of(readings, fit, extended);
+  UnknownSearch search(readings, fit);
+  along_joint(search, readings, at, stage, joint, joint);
+  for (int other = 0; other < static_cast<int>(at.q.cols()); ++other) {
+    if (other != joint) along_joint(search, readings, at, stage, joint, other);
+  }
+  return search.as_tried();
+}
+
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
   const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
-  const auto stage = [&](Stage where, int joint = -1) {
+  const auto stage = [&](Stage where, int joint = -1) -> Eigen::MatrixXd {
     return stage_columns(readings, fit.model, extended, simulated, where, joint);
   };
   const Covariates at = covariates_of(readings, fit, extended);
 
   UnknownSearch search(readings, fit);
   for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
-    search.along(
-        dependence_name({.on = DependsOn::kJointAngle, .joint = joint}),
-        "joint" + std::to_string(joint + 1), at.q.col(joint), stage(Stage::kJointAngle, joint),
-        kFunctions);
+    along_joint(search, readings, at, stage(Stage::kJointAngle, joint), joint, joint);
   }
   const Eigen::MatrixXd tool = stage(Stage::kTool);
   search.along("time", "tool", at.time, tool, kOfTime);
   search.along("temperature", "tool", at.temperature, tool, kFew);
-  search.over(at.x, at.y, "tool", tool);
+  Eigen::MatrixXd place(at.x.size(), readings.axes());
+  place.leftCols<2>() << at.x, at.y;
+  if (place.cols() == 3) place.col(2) = at.z;
+  search.over(place, "tool", tool);
   search.by_approach(at.approach, "tool", tool);
   along_robot(search, readings, fit, at, tool);
   along_causes(search, readings, fit, extended, at, tool);

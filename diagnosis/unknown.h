@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diagnosis/joint_fit.h"
+#include "diagnosis/kernel_basis.h"
 
 namespace sixdial::diagnosis {
 
@@ -35,6 +36,7 @@ struct UnknownCandidate {
   double scale = 0.0;  // standard deviation of each column's coefficient, in the column's unit
   /// Random columns for a joint fit, n x m; of smooth functions only the best one has them.
   Eigen::MatrixXd columns;
+  Kernel kernel{};    // where there is one covariate and one way to enter
   double cost = 0.0;  // of the search over covariate, length and scale, in log evidence
   [[nodiscard]] bool is_background() const { return diagnosis::is_background(kind); }
 };
@@ -68,6 +70,9 @@ struct RigRival {
 /// What the makers of the dials allow alone (is_background), best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_background(
     const Readings& readings, const JointFit& fit);
+/// The error of one joint's value as a smooth function of each joint's value: of its own first.
+[[nodiscard]] std::vector<UnknownCandidate> score_joint_by_others(
+    const Readings& readings, const JointFit& fit, int joint);
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(
     const Readings& readings, const JointFit& fit);

@@ -36,17 +36,18 @@ void UnknownSearch::along(
   const auto u = scaled(covariate);
   if (!u) return;
   begin({name}, enters);
+  range_ = {covariate.minCoeff(), covariate.maxCoeff()};
   for (const Box& box : boxes) {
     geometry::check_end();
     const Eigen::MatrixXd basis = basis_of(readings_.of_used(*u), box.half_width, functions);
     Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
-    std::vector<std::array<int, 2>> order;
+    std::vector<Order> order;
     for (Eigen::Index s = 0; s < stage.cols(); ++s) {
       for (int j = 0; j < functions; ++j) {
         for (Eigen::Index row = 0; row < readings_.count(); ++row) {
           columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
         }
-        order.push_back({j, -1});
+        order.push_back({j, -1, -1});
       }
     }
     score(columns, order, box);
@@ -55,29 +56,46 @@ void UnknownSearch::along(
 }
 
 void UnknownSearch::over(
-    const Eigen::VectorXd& x, const Eigen::VectorXd& y, const std::string& enters,
+    const Eigen::MatrixXd& coordinates, const std::string& enters,
     const Eigen::MatrixXd& stage) {
-  constexpr int kEach = 6;
-  const auto ux = scaled(x);
-  const auto uy = scaled(y);
-  if (!ux || !uy) return;
-  begin({"x", "y"}, enters);
+  static const std::vector<std::string> kNames{"x", "y", "z"};
+  const Eigen::Index axes = coordinates.cols();
+  const int each = axes == 2 ? 6 : 4;
+  std::vector<Eigen::VectorXd> u;
+  for (Eigen::Index axis = 0; axis < axes; ++axis) {
+    auto along = scaled(coordinates.col(axis));
+    if (!along) return;
+    u.push_back(readings_.of_used(*along));
+  }
+  std::vector<Order> products;
+  for (int i = 0; i < each; ++i) {
+    for (int j = 0; j < each; ++j) {
+      if (axes == 2) products.push_back({i, j, -1});
+      for (int k = 0; axes == 3 && k < each; ++k) products.push_back({i, j, k});
+    }
+  }
+  begin({kNames.begin(), kNames.begin() + axes}, enters);
   for (const Box& box : kOver) {
     geometry::check_end();
-    const Eigen::MatrixXd bx = basis_of(readings_.of_used(*ux), box.half_width, kEach);
-    const Eigen::MatrixXd by = basis_of(readings_.of_used(*uy), box.half_width, kEach);
-    Eigen::MatrixXd columns(readings_.count(), stage.cols() * kEach * kEach);
-    std::vector<std::array<int, 2>> order;
+    std::vector<Eigen::MatrixXd> basis;
+    basis.reserve(u.size());
+    for (const Eigen::VectorXd& along : u)
+      basis.push_back(basis_of(along, box.half_width, each));
+    Eigen::MatrixXd columns(readings_.count(), stage.cols() * std::ssize(products));
+    std::vector<Order> order;
     Eigen::Index column = 0;
     for (Eigen::Index s = 0; s < stage.cols(); ++s) {
-      for (int i = 0; i < kEach; ++i) {
-        for (int j = 0; j < kEach; ++j, ++column) {
-          for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-            const Eigen::Index t = readings_.place_of(row);
-            columns(row, column) = stage(row, s) * bx(t, i) * by(t, j);
+      for (const Order& product : products) {
+        for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+          const Eigen::Index t = readings_.place_of(row);
+          double value = stage(row, s);
+          for (std::size_t axis = 0; axis < basis.size(); ++axis) {
+            value *= basis[axis](t, product[axis]);
           }
-          order.push_back({i, j});
+          columns(row, column) = value;
         }
+        order.push_back(product);
+        ++column;
       }
     }
     score(columns, order, box);
@@ -95,9 +113,9 @@ void UnknownSearch::dial_curves(const Eigen::MatrixXd& own_mm, double limit_mm) 
   const double most = kShareOfLimit * limit_mm / (of_scale_1 * projector_sigma_mm());
   for (const Box& box : kCurves) {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings_.count(), dials * kOfCurve);
-    std::vector<std::array<int, 2>> order;
+    std::vector<Order> order;
     for (Eigen::Index d = 0; d < dials; ++d) {
-      for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1});
+      for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1, -1});
       if (!u[static_cast<std::size_t>(d)]) continue;
       const Eigen::MatrixXd basis = basis_of(
           readings_.of_used(*u[static_cast<std::size_t>(d)]), box.half_width, kOfCurve);
@@ -166,8 +184,8 @@ void UnknownSearch::begin(
 }
 
 void UnknownSearch::score(
-    const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
-    const Box& box, double most) {
+    const Eigen::MatrixXd& columns, const std::vector<Order>& order, const Box& box,
+    double most) {
   const Eigen::MatrixXd& Q = projector_.Q();
   const Eigen::MatrixXd weighted = projector_.whitening()(columns);
   const Eigen::MatrixXd shared = calibration::column_products(Q, weighted);
@@ -178,8 +196,10 @@ void UnknownSearch::score(
     geometry::check_end();
     Eigen::VectorXd spread = Eigen::VectorXd::Ones(A.rows());
     for (std::size_t j = 0; j < order.size(); ++j) {
-      double s = spectrum(order[j][0], box.half_width, length);
-      if (order[j][1] >= 0) s *= spectrum(order[j][1], box.half_width, length);
+      double s = 1.0;
+      for (const int function : order[j]) {
+        if (function >= 0) s *= spectrum(function, box.half_width, length);
+      }
       spread[static_cast<Eigen::Index>(j)] = std::sqrt(s);
     }
     if (keeps_) spreads.push_back(spread);
@@ -193,7 +213,14 @@ void UnknownSearch::score(
       best_.length = length;
       best_.rms_mm = std::sqrt(found.explained / std::max(1.0, weight_));
       best_.scale = found.best_scale * projector_sigma_mm();
-      best_.columns = prominent(columns, spread * found.best_scale);
+      const Eigen::VectorXd size = spread * found.best_scale;
+      const std::vector<Eigen::Index> which = prominent(columns, size);
+      best_.columns = scaled_columns(columns, size, which);
+      best_.kernel = {range_[0], range_[1], box.half_width, {}, size(which)};
+      for (const Eigen::Index j : which) {
+        if (static_cast<std::size_t>(j) >= order.size()) break;
+        best_.kernel.functions.push_back(order[static_cast<std::size_t>(j)][0]);
+      }
     }
   }
   if (keeps_) tried_.back().boxes.push_back({columns, std::move(spreads), most});

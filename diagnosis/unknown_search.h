@@ -28,9 +28,9 @@ class UnknownSearch {
       const Eigen::MatrixXd& stage, int functions,
       const std::vector<Box>& boxes = boxes_along());
 
-  /// f(x, y), one for each column of the stage.
+  /// f(x, y) or f(x, y, z), one for each column of the stage. `coordinates`: trials x 2 or 3.
   void over(
-      const Eigen::VectorXd& x, const Eigen::VectorXd& y, const std::string& enters,
+      const Eigen::MatrixXd& coordinates, const std::string& enters,
       const Eigen::MatrixXd& stage);
 
   /// A smooth function of its own reading for each dial, all of one size, which is within the
@@ -48,6 +48,8 @@ class UnknownSearch {
       const Eigen::MatrixXd& approach, const std::string& enters, const Eigen::MatrixXd& stage);
 
   [[nodiscard]] std::vector<UnknownCandidate> ranked();
+  /// In the order in which they were asked, without what the choice costs.
+  [[nodiscard]] std::vector<UnknownCandidate> as_tried() { return std::move(found_); }
 
   /// Keeps what was tried as well, whole: much memory for smooth functions.
   void keep_tried() { keeps_ = true; }
@@ -66,10 +68,12 @@ class UnknownSearch {
   void begin(
       std::vector<std::string> covariates, const std::string& enters,
       UnknownKind kind = UnknownKind::kSmooth);
+  /// Which function of each covariate a column is the product of; -1: there is none.
+  using Order = std::array<int, 3>;
   /// One box of kernels; without `order` the columns as they are.
   void score(
-      const Eigen::MatrixXd& columns, const std::vector<std::array<int, 2>>& order,
-      const Box& box, double most = std::numeric_limits<double>::infinity());
+      const Eigen::MatrixXd& columns, const std::vector<Order>& order, const Box& box,
+      double most = std::numeric_limits<double>::infinity());
   void end();
 
   const Readings& readings_;
@@ -81,6 +85,7 @@ class UnknownSearch {
   std::vector<UnknownCandidate> found_;
   bool keeps_ = false;
   std::vector<RigRival> tried_;
+  std::array<double, 2> range_{0, 0};       // of the covariate that is tried
   std::optional<std::size_t> best_smooth_;  // the one of found_ that keeps its columns
 };
 

@@ -104,6 +104,8 @@ struct InstrumentKind {
       const InstrumentModel& instrument, std::span<const double> x,
       std::span<const double> unknowns, std::span<const Pose<double>> X, bool say_shown,
       Observation& out) = nullptr;
+  /// It looks at the tool's frame and at no other.
+  bool sees_tool_only = false;
   /// Optional, where a channel has several values for the same pose (a rotation vector): puts
   /// the one nearest to what was measured into `out`, with its derivatives.
   void (*nearest)(std::span<const std::optional<double>> measured, Observation& out) = nullptr;

@@ -19,6 +19,8 @@ struct ParameterInfo {
   /// A plausible change [unit]; those of different units move the tool about as far.
   double change = 1.0;
   FileRange range = FileRange::kAny;
+  bool grows = false;     // a length of a link: it grows with temperature
+  bool stands = false;    // where the robot stands
   bool optional = false;  // a rig file may leave it out: the robot's usual value holds
   /// Standard deviation before any sample, by manufacture and mounting [unit]; 0: as is usual
   /// for a number of its unit.

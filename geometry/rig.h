@@ -95,6 +95,8 @@ struct Rig {
   std::vector<Dial> dials;
   /// Largest position error that the user accepts; empty: none is stated.
   std::optional<double> tolerance_mm{};
+  /// Dials on a cuboid measure it, or positions that were computed from such.
+  [[nodiscard]] bool on_cuboid() const { return instrument.kind == Instrument{}.kind; }
   /// Index of a dial by id.
   [[nodiscard]] std::optional<std::size_t> find_dial(std::string_view id) const;
   [[nodiscard]] std::vector<DialGeometry> dial_geometries() const;

@@ -132,6 +132,8 @@ struct Frames {
   std::vector<Pose<double>> X;
   std::vector<Twists> by_q;  // frame by frame, one column a joint
   std::vector<Twists> by_v;  // one column a parameter
+  /// Nobody asks for the derivatives of other frames than the tool's: a kind may leave them.
+  bool tool_only = false;
 };
 
 using Reached = tl::expected<void, KinematicTrouble>;
@@ -200,6 +202,8 @@ struct RobotFileText {
 struct RobotKind {
   std::string_view name;      // "five_bar", as in [robot] model
   std::string_view in_words;  // "planar five-bar"
+  /// Some of its joints have no drive and no encoder.
+  bool has_passive_joints = false;
   /// A typical robot of this kind with sensible nominal values. Not null.
   std::shared_ptr<const RobotModel> (*example)() = nullptr;
   /// What the keys of [robot] make of it, beyond parameter values. Null: `example` is the one

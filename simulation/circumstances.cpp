@@ -209,9 +209,9 @@ class Walk {
             at_, q, trial.assembly, free ? trial.gamma_rad : std::nullopt, true, seen_)) {
       return;
     }
-    const Eigen::Vector2d here = seen_.p_WE();
+    const Eigen::Vector3d here = seen_.frames.X[0].p;
     if (tool_) {
-      const Eigen::Vector2d way = here - *tool_;
+      const Eigen::Vector3d way = here - *tool_;
       constexpr double kMoves_mm = 1e-3;
       if (way.norm() > kMoves_mm) travel_ = way.normalized();
     }
@@ -257,9 +257,46 @@ class Walk {
   std::vector<Plunger> plungers_;
   Eigen::VectorXd arrived_;  // joint values after the last move
   Eigen::VectorXd sides_;
-  std::optional<Eigen::Vector2d> tool_;
-  Eigen::Vector2d travel_{0, 0};
+  std::optional<Eigen::Vector3d> tool_;
+  Eigen::Vector3d travel_{0, 0, 0};
   Prediction seen_;
+};
+
+/// Moments of weight about the joints of a robot that stands upright on its base: by virtual
+/// work, of masses that are not known and so count one each.
+class Weight {
+ public:
+  Weight(const ForwardModel& model, const ModelVector& at)
+      : robot_(model.robot()), v_(at.head(model.robot_parameter_count())), frames_(robot_) {
+    applies_ = robot_.axes == 3 && !robot_.kind->has_passive_joints;
+    for (std::size_t k = 0; k < robot_.parameters.size(); ++k) {
+      if (robot_.parameters[k].stands) v_[static_cast<Eigen::Index>(k)] = 0.0;
+    }
+  }
+
+  void take(const Trial& trial, Circumstance& sample) {
+    if (!applies_ || trial.q.size() != robot_.joint_count()) return;
+    if (!robot_.forward_derivative(v_, trial.q, trial.assembly, frames_)) return;
+    sample.weight_m = along(-Eigen::Vector3d::UnitZ(), trial.q.size());
+    sample.weight_sideways_m = along(Eigen::Vector3d::UnitX(), trial.q.size());
+  }
+
+ private:
+  /// Joints x 2: of masses in the links, and in the tool.
+  [[nodiscard]] Eigen::MatrixXd along(const Eigen::Vector3d& down, Eigen::Index joints) const {
+    constexpr double kMetre_mm = 1000.0;
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(joints, 2);
+    result.col(1) = frames_.by_q[0].topRows<3>().transpose() * down / kMetre_mm;
+    for (std::size_t k = 1; k < frames_.by_q.size(); ++k) {
+      result.col(0) += frames_.by_q[k].topRows<3>().transpose() * down / kMetre_mm;
+    }
+    return result;
+  }
+
+  const geometry::RobotModel& robot_;
+  Eigen::VectorXd v_;
+  geometry::Frames frames_;
+  bool applies_ = false;
 };
 
 /// Variance of wandering, per unit of `along`: of known values against the line between their
@@ -347,6 +384,7 @@ std::vector<Circumstance> circumstances_of(
   }
 
   std::vector<Circumstance> result;
+  Weight weight(model, at);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> previous_mm(model.rig().dials.size(), nan);
   Walk walk(model, at, trials);
@@ -358,6 +396,7 @@ std::vector<Circumstance> circumstances_of(
     each.temperature_degC = temperature_degC[t].value;
     each.temperature_sd_degC = temperature_degC[t].sd;
     walk.take(t, each);
+    weight.take(trials[t], each);
     each.previous_mm = previous_mm;
     for (std::size_t i = 0; i < previous_mm.size() && i < trials[t].reading.size(); ++i) {
       previous_mm[i] = trials[t].reading[i].value_or(nan);
@@ -388,9 +427,12 @@ std::vector<Doubt> doubts_of(std::span<const Circumstance> samples) {
     add([joint](const Circumstance& s) { return s.approach[joint] != 0.0; },
         [joint](Circumstance& s) { s.approach[joint] = 1.0; });
   }
-  for (int axis = 0; axis < 2; ++axis) {  // a unit vector of any direction
+  const bool in_space =
+      std::ranges::any_of(samples, [](const Circumstance& s) { return s.travel.z() != 0.0; });
+  const int axes = in_space ? 3 : 2;
+  for (int axis = 0; axis < axes; ++axis) {  // a unit vector of any direction
     add([](const Circumstance& s) { return !s.travel.isZero(); },
-        [axis](Circumstance& s) { s.travel[axis] = std::sqrt(0.5); });
+        [axis, axes](Circumstance& s) { s.travel[axis] = std::sqrt(1.0 / axes); });
   }
   for (std::size_t i = 0; i < first.plunger_direction.size(); ++i) {
     add([i](const Circumstance& s) { return s.plunger_direction[i] != 0.0; },

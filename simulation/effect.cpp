@@ -61,14 +61,18 @@ Catalogue& catalogue() {
 
 /// "joint 1" for "joint1", "A and B" for "A,B", "the base" for "base", "dial A" for "A".
 std::string place_in_words(std::string_view name) {
-  static constexpr std::array<std::string_view, 8> kOfTheirOwn{
-      "base", "cuboid", "dials", "elbows", "frame", "joints", "links", "samples"};
+  static constexpr std::array<std::string_view, 9> kOfTheirOwn{
+      "base", "cuboid", "dials", "elbows", "frame", "instrument", "joints", "links", "samples"};
   const std::string text(name);
   if (std::ranges::find(kOfTheirOwn, name) != kOfTheirOwn.end()) return "the " + text;
-  if (name.starts_with("joint")) return "joint " + text.substr(5);
   if (const auto comma = text.find(','); comma != std::string::npos) {
-    return text.substr(0, comma) + " and " + text.substr(comma + 1);
+    const std::string second = text.substr(comma + 1);
+    if (name.starts_with("joint")) {
+      return place_in_words(text.substr(0, comma)) + " with " + place_in_words(second);
+    }
+    return text.substr(0, comma) + " and " + second;
   }
+  if (name.starts_with("joint")) return "joint " + text.substr(5);
   return "dial " + text;
 }
 
@@ -80,6 +84,14 @@ const Effect* find_effect(std::string_view cause) {
   const auto rows = all_effects();
   const auto found = std::ranges::lower_bound(rows, cause, {}, &Effect::cause);
   return found != rows.end() && (*found)->cause == cause ? *found : nullptr;
+}
+
+const Effect* curve_of_joints() {
+  const auto rows = all_effects();
+  const auto found = std::ranges::find_if(rows, [](const Effect* each) {
+    return each->is_curve && each->plot.shows == Shows::kJointAngle;
+  });
+  return *found;
 }
 
 AddedEffect::AddedEffect(const Effect& row) : row_(&row) {
@@ -114,8 +126,43 @@ std::string in_words_at(const Effect& effect, std::string_view place_name) {
                                  : words.replace(at, kPlace.size(), place_in_words(place_name));
 }
 
-std::vector<Place> at_each_joint(const geometry::Rig&) {
-  return {{.name = "joint1", .joint = 0}, {.name = "joint2", .joint = 1}};
+std::vector<Place> at_each_joint(const geometry::Rig& rig) {
+  std::vector<Place> result;
+  const auto& joints = rig.robot.model->joints;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    result.push_back(
+        {.name = "joint" + std::to_string(j + 1),
+         .joint = static_cast<int>(j),
+         .slides = joints[j].kind == geometry::JointKind::kPrismatic,
+         .axes = rig.robot.model->axes});
+  }
+  return result;
+}
+
+std::vector<Place> at_each_turning_joint(const geometry::Rig& rig) {
+  std::vector<Place> result = at_each_joint(rig);
+  std::erase_if(result, [](const Place& each) { return each.slides; });
+  return result;
+}
+
+std::vector<double> samples_of_a_step(
+    const geometry::Rig&, std::span<const Circumstance> all, const Place&) {
+  // A step needs a few samples on each side to be one.
+  constexpr int kFewestOnASide = 3;
+  // In long sessions not every sample is asked whether the step is there.
+  constexpr int kMostAsked = 1000;
+  std::vector<double> result;
+  const int every = 1 + (static_cast<int>(all.size()) - 1) / kMostAsked;
+  for (int k = kFewestOnASide; k + kFewestOnASide <= static_cast<int>(all.size()); k += every) {
+    result.push_back(k);
+  }
+  return result;
+}
+
+EffectParameter of_joint(const EffectParameter& parameter, const Place& place) {
+  constexpr double kLever_mm = 60.0;
+  if (!place.slides) return parameter;
+  return {parameter.name, "mm", parameter.sigma * kLever_mm, parameter.never_negative};
 }
 
 std::vector<Place> at_each_dial(const geometry::Rig& rig) {
@@ -139,8 +186,18 @@ std::vector<Place> at_each_pair_of_dials(const geometry::Rig& rig) {
   return result;
 }
 
-std::vector<Place> at_one_place(std::string_view name) {
-  return {Place{.name = std::string(name)}};
+std::vector<Place> at_one_place(const geometry::Rig& rig, std::string_view name) {
+  return {Place{.name = std::string(name), .axes = rig.robot.model->axes}};
+}
+
+std::vector<Place> on_the_cuboid(const geometry::Rig& rig, std::string_view name) {
+  if (!rig.on_cuboid()) return {};
+  return at_one_place(rig, name);
+}
+
+std::vector<Place> at_the_instrument(const geometry::Rig& rig) {
+  if (rig.on_cuboid()) return {};
+  return at_one_place(rig, "instrument");
 }
 
 }  // namespace sixdial::simulation

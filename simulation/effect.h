@@ -21,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
 #include "simulation/callable.h"
 #include "simulation/trial.h"
@@ -36,7 +37,12 @@ struct Circumstance {
   double temperature_degC = 20.0;
   double temperature_sd_degC = 0.0;  // 0: recorded
   Eigen::VectorXd approach;          // by joint: sign of its last move, 0 unknown
-  Eigen::Vector2d travel{0, 0};      // unit vector of the tool's last move in W, 0 if unknown
+  /// Moment of weight about each joint [m for a unit of weight, along the joint's turning]:
+  /// column 0 of equal masses at the frames behind it, column 1 of a mass at the tool. Of a
+  /// robot in space whose joints stand one after the other; empty of others.
+  Eigen::MatrixXd weight_m;
+  Eigen::MatrixXd weight_sideways_m;  // the same if weight pulled sideways
+  Eigen::Vector3d travel{0, 0, 0};    // unit vector of the tool's last move in W, 0 if unknown
   std::vector<double> plunger_direction;   // sign of each plunger's last move: +1 pushed in
   std::vector<double> plunger_force_n;     // of each dial on the cuboid, along its axis
   std::vector<double> plunger_force_sd_n;  // 0: known
@@ -46,25 +52,34 @@ struct Circumstance {
 
 /// One pose on its way from joint angles to readings.
 struct Scene {
-  Eigen::VectorXd q;           // joint by joint [rad, or mm of a prismatic one]
-  Eigen::VectorXd v;           // the robot's parameters
-  Eigen::VectorXd torque_Nmm;  // of the plungers on each joint (of effects that need kDials)
-  Eigen::Vector2d p_WE;        // after kinematics
-  double gamma_rad = 0.0;
+  Eigen::VectorXd q;              // joint by joint [rad, or mm of a prismatic one]
+  Eigen::VectorXd v;              // the robot's parameters
+  std::span<const int> growing;   // those that are lengths of links: they grow with temperature
+  Eigen::VectorXd torque_Nmm;     // of the plungers on each joint (of effects that need kDials)
+  Eigen::Vector3d p_WE{0, 0, 0};  // after kinematics; in the plane z stays 0
+  Eigen::Vector3d turn_rad{
+      0, 0, 0};            // of all frames about W's origin, as the instrument sees it
+  double gamma_rad = 0.0;  // of a cuboid
   double side_mm = 0.0;
   double squareness_rad = 0.0;  // faces 1 and 3 turned by this against 0 and 2
   Eigen::Vector2d centre_offset_mm{
       0, 0};  // of the square's centre from E, in the cuboid's frame
   std::vector<geometry::DialGeometry> dials;
-  std::vector<double> reading_mm;  // after contact
+  /// Of an instrument that looks at the robot's frames: these, as after_kinematics left them.
+  std::vector<geometry::Pose<double>> X;
+  geometry::Observation seen;
+  std::vector<double> reading;  // by channel of the instrument [its unit; mm of a dial]
 };
 
 /// Where an effect acts.
 struct Place {
   std::string name{};  // "joint1", "base", "A", "C,D"
-  int joint = -1;      // 0, 1
-  int dial = -1;       // index into rig.dials
+  int joint = -1;      // from 0
+  int other_joint = -1;
+  int dial = -1;  // index into rig.dials
   int other_dial = -1;
+  bool slides = false;  // the joint does: its value is a length
+  int axes = 2;         // in which the robot works
 };
 
 struct EffectParameter {
@@ -88,6 +103,7 @@ enum class Shows { kJointAngle, kToolShift, kReading };
 /// ... drawn against what ...
 enum class Against {
   kJointAngle,
+  kOtherJoint,  // the angle of Place::other_joint
   kTime,
   kTemperature,
   kTravel,           // direction of the tool's last move
@@ -145,11 +161,20 @@ struct Effect {
   bool is_step = false;
   /// The rig itself is not as its file says: something stands, leans or measures otherwise.
   bool of_rig_geometry = false;
+  /// The same computed from a wrong quantity of the same shape: what it gains is what
+  /// flexibility alone gains, and the name must gain clearly more.
+  const Effect* sham = nullptr;
+
   /// Every dial has some of it: no fault while it is within what the maker allows.
   bool within_accuracy = false;
   /// It has no size: the readings of place.dial and place.other_dial come under each other's
   /// name. Diagnosis tries it by exchanging the measured readings.
   bool exchanges_dials = false;
+
+  /// A smooth function with as many coefficients as it needs: diagnosis finds it as such
+  /// (diagnosis/unknown.h) and not by a fit of `parameters`, which say its size only. What the
+  /// hooks get as x is told in smooth_function.h.
+  bool is_curve = false;
 
   Hook before_kinematics = {};
   Hook after_kinematics = {};
@@ -180,6 +205,8 @@ struct Effect {
 /// stays valid and does not change.
 [[nodiscard]] std::span<const Effect* const> all_effects();
 [[nodiscard]] const Effect* find_effect(std::string_view cause);
+/// The curve over a joint's own value. Not null.
+[[nodiscard]] const Effect* curve_of_joints();
 
 /// Adds a row made at run time to the catalogue, for as long as this object lives:
 ///
@@ -204,7 +231,8 @@ class AddedEffect {
 struct ActiveEffect {
   const Effect* effect = nullptr;
   Place place;
-  std::vector<double> x;  // as effect->parameters; a searched value last
+  std::vector<double>
+      x;  // as effect->parameters; a searched value last; of a curve as it needs
 };
 
 /// Parameter k with the unit and size that it has at this place: a step of a joint is an angle,
@@ -217,8 +245,20 @@ struct ActiveEffect {
 
 /// Helpers for `places`.
 [[nodiscard]] std::vector<Place> at_each_joint(const geometry::Rig&);
+[[nodiscard]] std::vector<Place> at_each_turning_joint(const geometry::Rig&);
 [[nodiscard]] std::vector<Place> at_each_dial(const geometry::Rig&);
 [[nodiscard]] std::vector<Place> at_each_pair_of_dials(const geometry::Rig&);
-[[nodiscard]] std::vector<Place> at_one_place(std::string_view name);
+/// One place that a robot on any instrument has.
+[[nodiscard]] std::vector<Place> at_one_place(const geometry::Rig&, std::string_view name);
+/// One place that only a rig of dials on a cuboid has.
+[[nodiscard]] std::vector<Place> on_the_cuboid(const geometry::Rig&, std::string_view name);
+/// One place that only a rig with another instrument has.
+[[nodiscard]] std::vector<Place> at_the_instrument(const geometry::Rig&);
+/// Helper for `searched`: every sample that a step can come at.
+[[nodiscard]] std::vector<double> samples_of_a_step(
+    const geometry::Rig&, std::span<const Circumstance> all, const Place&);
+/// A parameter of a joint: an angle, or of one that slides the length that turns a lever of
+/// that joint just as far.
+[[nodiscard]] EffectParameter of_joint(const EffectParameter& parameter, const Place& place);
 
 }  // namespace sixdial::simulation

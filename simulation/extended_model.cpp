@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/rotation.h"
 #include "geometry/tool.h"
 
 namespace sixdial::simulation {
@@ -29,7 +30,12 @@ double turn_of(const geometry::Frames& at, int frame) {
 }  // namespace
 
 ExtendedModel::ExtendedModel(const ForwardModel& base, std::vector<ActiveEffect> effects)
-    : base_(&base), effects_(std::move(effects)) {}
+    : base_(&base), effects_(std::move(effects)) {
+  const auto& parameters = base.robot().parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].grows) growing_.push_back(static_cast<int>(k));
+  }
+}
 
 bool ExtendedModel::needs_torque(const ActiveEffect* extra) const {
   const auto bends_joints = [](const ActiveEffect& active) {
@@ -64,6 +70,7 @@ ExtendedModel::Torque ExtendedModel::torque_Nmm(
 
 void ExtendedModel::bend_joints(
     const Circumstance& sample, Scene& scene, const ActiveEffect* extra) const {
+  scene.growing = growing_;
   apply(&Effect::before_kinematics, effects_, extra, sample, scene);
 }
 
@@ -77,18 +84,24 @@ double ExtendedModel::cuboid_angle(
       rig, base_->reference_angle_rad(), link_rad, model.size() > clamp ? model[clamp] : 0.0);
 }
 
-void ExtendedModel::measure(
+void ExtendedModel::move_tool(
     const Circumstance& sample, Scene& scene, const ActiveEffect* extra) const {
-  const auto& rig = base_->rig();
+  scene.turn_rad.setZero();
   apply(&Effect::after_kinematics, effects_, extra, sample, scene);
+}
 
-  scene.side_mm = rig.cuboid.side_mm;
-  scene.squareness_rad = 0.0;
-  scene.centre_offset_mm.setZero();
-  scene.dials.resize(rig.dials.size());
-  for (std::size_t i = 0; i < rig.dials.size(); ++i) scene.dials[i] = rig.dials[i].geometry;
-  apply(&Effect::before_contact, effects_, extra, sample, scene);
+void ExtendedModel::move_frames(Scene& scene) {
+  const Eigen::Matrix3d turned =
+      Eigen::Matrix3d::Identity() + geometry::skew<double>(scene.turn_rad);
+  const Eigen::Vector3d tool = scene.X[0].p;
+  for (geometry::Pose<double>& each : scene.X) {
+    each.p = scene.p_WE + turned * (each.p - tool);
+    each.R = turned * each.R;
+  }
+}
 
+void ExtendedModel::read_dials(Scene& scene) const {
+  const auto& rig = base_->rig();
   const Eigen::Vector2d heading(std::cos(scene.gamma_rad), std::sin(scene.gamma_rad));
   const Eigen::Vector2d across(-heading.y(), heading.x());
   const double turn = scene.squareness_rad;
@@ -96,16 +109,68 @@ void ExtendedModel::measure(
       turn == 0.0
           ? heading
           : Eigen::Vector2d(std::cos(scene.gamma_rad + turn), std::sin(scene.gamma_rad + turn));
-  const Eigen::Vector2d centre =
-      scene.p_WE + scene.centre_offset_mm.x() * heading + scene.centre_offset_mm.y() * across;
-  scene.reading_mm.resize(rig.dials.size());
+  const Eigen::Vector2d centre = scene.p_WE.head<2>() + scene.centre_offset_mm.x() * heading +
+                                 scene.centre_offset_mm.y() * across;
+  scene.reading.resize(rig.dials.size());
   for (std::size_t i = 0; i < rig.dials.size(); ++i) {
     const int face = geometry::face_towards(rig.dials[i].geometry, heading);
-    scene.reading_mm[i] = geometry::displacement_on_face(
+    scene.reading[i] = geometry::displacement_on_face(
         scene.dials[i], centre, scene.side_mm,
         geometry::face_normal(face, face % 2 != 0 ? turned : heading));
   }
+}
+
+void ExtendedModel::read_channels(
+    const ModelVector& model, const Trial& trial, Scene& scene) const {
+  const geometry::InstrumentModel& instrument = base_->instrument();
+  const Eigen::Index of_robot = base_->robot_parameter_count();
+  const std::span<const double> x(
+      model.data() + of_robot, static_cast<std::size_t>(model.size() - of_robot));
+  instrument.kind->observe(instrument, x, {}, scene.X, false, scene.seen);
+  const bool whole =
+      trial.reading.size() == static_cast<std::size_t>(scene.seen.reading.size());
+  if (instrument.kind->nearest && whole) instrument.kind->nearest(trial.reading, scene.seen);
+  scene.reading.assign(scene.seen.reading.begin(), scene.seen.reading.end());
+}
+
+void ExtendedModel::measure(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    const ActiveEffect* extra) const {
+  move_tool(sample, scene, extra);
+  if (base_->rig().on_cuboid()) {
+    const auto& rig = base_->rig();
+    scene.side_mm = rig.cuboid.side_mm;
+    scene.squareness_rad = 0.0;
+    scene.centre_offset_mm.setZero();
+    scene.dials.resize(rig.dials.size());
+    for (std::size_t i = 0; i < rig.dials.size(); ++i) {
+      scene.dials[i] = rig.dials[i].geometry;
+    }
+    apply(&Effect::before_contact, effects_, extra, sample, scene);
+    read_dials(scene);
+  } else {
+    move_frames(scene);
+    read_channels(model, trial, scene);
+  }
   apply(&Effect::after_reading, effects_, extra, sample, scene);
+}
+
+geometry::Reached ExtendedModel::pose(
+    const ModelVector& model, const Trial& trial, Scene& scene) const {
+  if (!base_->rig().on_cuboid()) {
+    const geometry::RobotModel& robot = base_->robot();
+    scene.X.resize(robot.frames.size());
+    const auto reached = robot.forward(scene.v, scene.q, trial.assembly, scene.X);
+    if (!reached) return reached;
+    scene.p_WE = scene.X[0].p;
+    return {};
+  }
+  const auto at = geometry::planar_pose(
+      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
+  if (!at) return tl::unexpected(at.error());
+  scene.p_WE << at->p_WE, 0.0;
+  scene.gamma_rad = cuboid_angle(model, trial, at->link_rad);
+  return {};
 }
 
 tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
@@ -119,12 +184,8 @@ tl::expected<void, geometry::KinematicTrouble> ExtendedModel::run(
   scene.q = trial.q;
   scene.v = model.head(base_->robot_parameter_count());
   bend_joints(sample, scene, extra);
-  const auto pose = geometry::planar_pose(
-      base_->robot(), scene.v, scene.q, trial.assembly, base_->cuboid_link());
-  if (!pose) return tl::unexpected(pose.error());
-  scene.p_WE = pose->p_WE;
-  scene.gamma_rad = cuboid_angle(model, trial, pose->link_rad);
-  measure(sample, scene, extra);
+  if (const auto reached = pose(model, trial, scene); !reached) return reached;
+  measure(model, trial, sample, scene, extra);
   return {};
 }
 

@@ -1,4 +1,6 @@
-// The forward model with effects: the plain simulation when there are none.
+// The forward model with effects: the plain simulation when there are none. Of dials on a
+// cuboid every part can be bent; any other instrument looks at the robot's frames, which are
+// moved and turned as a whole (Scene::p_WE, Scene::turn_rad).
 #pragma once
 
 #include <Eigen/Core>
@@ -41,13 +43,29 @@ class ExtendedModel {
   /// free mount has the angle that was measured with the sample.
   [[nodiscard]] double cuboid_angle(
       const ModelVector& model, const Trial& trial, double link_rad) const;
-  /// p_WE and gamma_rad of the scene are set: what follows, up to the readings.
+  /// p_WE and gamma_rad of the scene are set, and X unless it is dials that measure: what
+  /// follows, up to the readings.
   void measure(
+      const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+      const ActiveEffect* extra = nullptr) const;
+  /// The part of `measure` that moves the tool: p_WE and turn_rad.
+  void move_tool(
       const Circumstance& sample, Scene& scene, const ActiveEffect* extra = nullptr) const;
+  /// Frames of the scene, which stand where the robot puts them, as move_tool left the tool.
+  static void move_frames(Scene& scene);
+  /// What the robot does with scene.q and scene.v: p_WE, gamma_rad, X.
+  [[nodiscard]] geometry::Reached pose(
+      const ModelVector& model, const Trial& trial, Scene& scene) const;
+  /// Parameters of the robot that are lengths of its links.
+  [[nodiscard]] std::span<const int> growing() const { return growing_; }
 
  private:
+  void read_dials(Scene& scene) const;
+  void read_channels(const ModelVector& model, const Trial& trial, Scene& scene) const;
+
   const ForwardModel* base_;
   std::vector<ActiveEffect> effects_;
+  std::vector<int> growing_;
 };
 
 }  // namespace sixdial::simulation

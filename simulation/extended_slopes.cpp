@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/rotation.h"
+
 namespace sixdial::simulation {
 namespace {
 
@@ -28,6 +30,22 @@ void central(double& variable, double step, const Value& value, Eigen::VectorXd&
   value(into);
   variable = before;
   into = (into - down) / (2 * step);
+}
+
+/// Whether what bends the joints does so by the robot's parameters: hardly any effect does, and
+/// moving them all at once shows it.
+template <typename Bent>
+bool looks_at_parameters(const Bent& bent, Eigen::VectorXd& v) {
+  static thread_local Eigen::VectorXd here, elsewhere;
+  const Eigen::VectorXd before = v;
+  bent(here);
+  v.array() += kStep_mm;
+  bent(elsewhere);
+  const bool unmoved =
+      here.tail(here.size() - v.size()) == elsewhere.tail(here.size() - v.size()) &&
+      here.head(v.size()) == before && elsewhere.head(v.size()) == v;
+  v = before;
+  return !unmoved;
 }
 
 }  // namespace
@@ -68,6 +86,7 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
   v_.setZero(of_robot, count());
   q_.setZero(joints, count());
   v_.leftCols(of_robot).setIdentity();
+  bends_parameters_ = false;
   const bool by_torque = extended_.needs_torque();
   if (by_torque) {
     auto torque = extended_.torque_Nmm(model, trial, sample);
@@ -91,7 +110,8 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
     into << moved_.v, moved_.q;
   };
   Eigen::VectorXd slope;
-  for (Eigen::Index k = 0; k < of_robot; ++k) {
+  const bool by_parameters = looks_at_parameters(bent, v);
+  for (Eigen::Index k = 0; by_parameters && k < of_robot; ++k) {
     central(v[k], step_of(extended_.base(), k), bent, slope);
     v_.col(k) = slope.head(of_robot);
     q_.col(k) = slope.tail(joints);
@@ -103,7 +123,9 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
     central(active.x[numbers_[i].parameter], numbers_[i].step, bent, slope);
     v_.col(column) = slope.head(of_robot);
     q_.col(column) = slope.tail(joints);
+    bends_parameters_ = bends_parameters_ || !slope.head(of_robot).isZero(0.0);
   }
+  bends_parameters_ = bends_parameters_ || by_parameters || by_torque;
   for (Eigen::Index joint = 0; by_torque && joint < joints; ++joint) {
     constexpr double kStep_Nmm = 0.1;
     central(torque_Nmm[joint], kStep_Nmm, bent, slope);
@@ -117,14 +139,28 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_joints(
 ExtendedSlopes::Reached ExtendedSlopes::differentiate_pose(
     const ModelVector& model, const Trial& trial, Scene& scene) {
   const ForwardModel& base = extended_.base();
-  if (frames_.X.empty()) frames_ = geometry::Frames(base.robot());
+  if (frames_.X.empty()) {
+    frames_ = geometry::Frames(base.robot());
+    frames_.tool_only = base.instrument().kind->sees_tool_only;
+  }
   if (auto reached = base.robot().forward_derivative(scene.v, scene.q, trial.assembly, frames_);
       !reached) {
     return reached;
   }
+  p_.noalias() = frames_.by_q[0].topRows<3>() * q_;
+  if (bends_parameters_) {
+    p_.noalias() += frames_.by_v[0].topRows<3>() * v_;
+  } else {
+    p_.leftCols(v_.rows()) += frames_.by_v[0].topRows<3>();
+  }
+  scene.p_WE = frames_.X[0].p;
+  gamma_.setZero(count());
+  if (!base.rig().on_cuboid()) {
+    scene.X = frames_.X;
+    return {};
+  }
   const std::optional<int> link = base.cuboid_link();
   double link_rad = 0.0;
-  gamma_.setZero(count());
   if (link) {
     const auto frame = static_cast<std::size_t>(*link);
     const auto& R = frames_.X[frame].R;
@@ -132,18 +168,16 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_pose(
     gamma_ =
         frames_.by_v[frame].bottomRows<1>() * v_ + frames_.by_q[frame].bottomRows<1>() * q_;
   }
-  scene.p_WE = frames_.X[0].p.head<2>();
   scene.gamma_rad = extended_.cuboid_angle(model, trial, link_rad);
-  p_.noalias() = frames_.by_v[0].topRows<2>() * v_;
-  p_.noalias() += frames_.by_q[0].topRows<2>() * q_;
   const bool given = base.rig().cuboid.mount == geometry::Mount::kFree;
   const Eigen::Index clamp = extended_.base().robot_parameter_count();
   if (model.size() > clamp && !(given && trial.gamma_rad)) gamma_[clamp] += 1.0;
   return {};
 }
 
-void ExtendedSlopes::differentiate_readings(
-    const Circumstance& sample, Scene& scene, Slopes& slopes) {
+void ExtendedSlopes::differentiate_dials(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    Slopes& slopes) {
   const auto dials = static_cast<Eigen::Index>(extended_.base().rig().dials.size());
   Scene start = scene;  // before `measure`, which moves the tool and the cuboid
   const auto measured = [&](Eigen::VectorXd& into) {
@@ -151,18 +185,18 @@ void ExtendedSlopes::differentiate_readings(
     moved_.v = start.v;
     moved_.p_WE = start.p_WE;
     moved_.gamma_rad = start.gamma_rad;
-    extended_.measure(sample, moved_);
-    into.resize(2 + dials);
-    into.head<2>() = moved_.p_WE;
+    extended_.measure(model, trial, sample, moved_);
+    into.resize(3 + dials);
+    into.head<3>() = moved_.p_WE;
     for (Eigen::Index i = 0; i < dials; ++i) {
-      into[2 + i] = moved_.reading_mm[static_cast<std::size_t>(i)];
+      into[3 + i] = moved_.reading[static_cast<std::size_t>(i)];
     }
   };
   Eigen::VectorXd slope;
   slopes.reading.setZero(dials, count());
-  slopes.tool.setZero(2, count());
+  slopes.tool.setZero(3, count());
   const auto add = [&](const auto& inner) {
-    slopes.tool += slope.head<2>() * inner;
+    slopes.tool += slope.head<3>() * inner;
     slopes.reading += slope.tail(dials) * inner;
   };
   for (int axis = 0; axis < 2; ++axis) {
@@ -178,7 +212,7 @@ void ExtendedSlopes::differentiate_readings(
     const Eigen::Index column =
         extended_.base().parameter_count() + static_cast<Eigen::Index>(i);
     central(active.x[numbers_[i].parameter], numbers_[i].step, measured, slope);
-    slopes.tool.col(column) += slope.head<2>();
+    slopes.tool.col(column) += slope.head<3>();
     slopes.reading.col(column) += slope.tail(dials);
   }
   // Hardly any effect looks back at the joints or the parameters from here; one that does is
@@ -202,7 +236,82 @@ void ExtendedSlopes::differentiate_readings(
       add(v_.row(k));
     }
   }
-  extended_.measure(sample, scene);
+  extended_.measure(model, trial, sample, scene);
+}
+
+Eigen::MatrixXd ExtendedSlopes::differentiate_move(const Circumstance& sample, Scene& scene) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, count());
+  const auto moves = [](const ActiveEffect& each) {
+    return static_cast<bool>(each.effect->after_kinematics);
+  };
+  if (std::ranges::none_of(extended_.effects(), moves)) return result;
+  Scene start = scene;
+  const auto moved = [&](Eigen::VectorXd& into) {
+    moved_.q = start.q;
+    moved_.v = start.v;
+    moved_.p_WE = start.p_WE;
+    extended_.move_tool(sample, moved_);
+    into.resize(6);
+    into << moved_.p_WE, moved_.turn_rad;
+  };
+  Eigen::VectorXd slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    central(start.p_WE[axis], kStep_mm, moved, slope);
+    slope[axis] -= 1.0;  // the frame's own
+    result += slope * p_.row(axis);
+  }
+  for (std::size_t i = 0; i < numbers_.size(); ++i) {
+    ActiveEffect& active = extended_.effects()[numbers_[i].effect];
+    if (!active.effect->after_kinematics) continue;
+    central(active.x[numbers_[i].parameter], numbers_[i].step, moved, slope);
+    result.col(extended_.base().parameter_count() + static_cast<Eigen::Index>(i)) += slope;
+  }
+  return result;
+}
+
+void ExtendedSlopes::differentiate_channels(
+    const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+    Slopes& slopes) {
+  const ForwardModel& base = extended_.base();
+  const Eigen::MatrixXd move = differentiate_move(sample, scene);
+  extended_.measure(model, trial, sample, scene);  // fills scene.seen, too
+  const geometry::Observation& seen = scene.seen;
+  slopes.tool = p_ + move.topRows<3>();
+  slopes.reading.setZero(seen.reading.size(), count());
+  slopes.reading.middleCols(
+      base.robot_parameter_count(), base.parameter_count() - base.robot_parameter_count()) =
+      seen.by_x;
+  for (std::size_t k = 0; k < frames_.X.size(); ++k) {
+    const auto by_frame = seen.by_frames.middleCols<6>(6 * static_cast<Eigen::Index>(k));
+    if (by_frame.isZero(0.0)) continue;
+    slopes.reading.noalias() += (by_frame * frames_.by_q[k]).eval() * q_;
+    if (bends_parameters_) {
+      slopes.reading.noalias() += (by_frame * frames_.by_v[k]).eval() * v_;
+    } else {
+      slopes.reading.leftCols(v_.rows()).noalias() += by_frame * frames_.by_v[k];
+    }
+    if (!move.isZero(0.0)) slopes.reading.noalias() += by_frame * move;
+    // A turn of all frames about the tool moves the others.
+    const Eigen::Vector3d lever = frames_.X[k].p - frames_.X[0].p;
+    if (!lever.isZero(0.0)) {
+      slopes.reading.noalias() -=
+          by_frame.leftCols<3>() * geometry::skew<double>(lever) * move.bottomRows<3>();
+    }
+  }
+  for (std::size_t i = 0; i < numbers_.size(); ++i) {
+    ActiveEffect& active = extended_.effects()[numbers_[i].effect];
+    if (!active.effect->after_reading) continue;
+    const auto read = [&](Eigen::VectorXd& into) {
+      moved_ = scene;
+      moved_.reading.assign(seen.reading.begin(), seen.reading.end());
+      active.effect->after_reading(active.x, active.place, sample, moved_);
+      into =
+          Eigen::Map<const Eigen::VectorXd>(moved_.reading.data(), std::ssize(moved_.reading));
+    };
+    Eigen::VectorXd slope;
+    central(active.x[numbers_[i].parameter], numbers_[i].step, read, slope);
+    slopes.reading.col(base.parameter_count() + static_cast<Eigen::Index>(i)) += slope;
+  }
 }
 
 ExtendedSlopes::Reached ExtendedSlopes::at(
@@ -211,7 +320,11 @@ ExtendedSlopes::Reached ExtendedSlopes::at(
   if (auto reached = differentiate_joints(model, trial, sample, scene); !reached)
     return reached;
   if (auto reached = differentiate_pose(model, trial, scene); !reached) return reached;
-  differentiate_readings(sample, scene, slopes);
+  if (extended_.base().rig().on_cuboid()) {
+    differentiate_dials(model, trial, sample, scene, slopes);
+  } else {
+    differentiate_channels(model, trial, sample, scene, slopes);
+  }
   return {};
 }
 

@@ -6,6 +6,9 @@
 //   (v, x) --bend_joints--> (v', q') --kinematics--> (p_WE, gamma) --measure--> readings
 //             differences            exact                        differences
 //
+// An instrument that is no cuboid with dials differentiates itself by the frames; only what
+// effects do to the tool in between is by differences then.
+//
 // What an effect does depends on the robot (a wrong ratio turns a longer link further), so the
 // plain model's derivative is not enough: where an effect is nearly absorbed by the parameters,
 // steps along it lead past the optimum.
@@ -34,8 +37,8 @@ class ExtendedSlopes {
   [[nodiscard]] Eigen::Index count() const;
 
   struct Slopes {
-    Eigen::MatrixXd reading;  // d(reading)/d(...), dials x count
-    Eigen::MatrixXd tool;     // d(p_WE)/d(...), 2 x count, p_WE after the effects
+    Eigen::MatrixXd reading;  // d(reading)/d(...), channels x count
+    Eigen::MatrixXd tool;     // d(p_WE)/d(...), 3 x count, p_WE after the effects
   };
   /// Of one sample. The scene is left at the sample's own values.
   [[nodiscard]] tl::expected<void, geometry::KinematicTrouble> at(
@@ -51,11 +54,21 @@ class ExtendedSlopes {
       const ModelVector& model, const Trial& trial, const Circumstance& sample);
   [[nodiscard]] Reached differentiate_pose(
       const ModelVector& model, const Trial& trial, Scene& scene);
-  void differentiate_readings(const Circumstance& sample, Scene& scene, Slopes& slopes);
+  void differentiate_dials(
+      const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+      Slopes& slopes);
+  /// Of an instrument that looks at the frames: it differentiates itself.
+  void differentiate_channels(
+      const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
+      Slopes& slopes);
+  /// d(p_WE, turn)/d(...) of Scene as move_tool leaves them, 6 x count, less that of the
+  /// robot's own frames.
+  [[nodiscard]] Eigen::MatrixXd differentiate_move(const Circumstance& sample, Scene& scene);
 
   ExtendedModel extended_;  // its effects are moved and put back
   std::vector<EffectNumber> numbers_;
   bool bends_joints_ = false;
+  bool bends_parameters_ = false;  // of this sample: v_ is more than the identity
   // Derivatives, one column for each of count().
   Eigen::MatrixXd v_, q_, p_, torque_by_model_;
   Eigen::RowVectorXd gamma_;

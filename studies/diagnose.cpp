@@ -52,10 +52,11 @@ Eigen::VectorXd left_without_the_unknown(
     const Readings& readings, const diagnosis::NamedCauses& named) {
   const diagnosis::JointFit& after = named.extended;
   if (named.unknown.empty()) return after.residual_mm;
-  if (after.effects.empty() && named.dial_curves.empty()) return named.baseline.residual_mm;
-  // A dial's curve is a named cause: its columns stay.
+  const bool curves = !named.dial_curves.empty() || !named.joint_curves.empty();
+  if (after.effects.empty() && !curves) return named.baseline.residual_mm;
+  // A curve of a dial or a joint is a named cause: its columns stay.
   return diagnosis::fit_jointly(
-             readings, after.model, after.effects, &after, named.dial_columns(readings.count()))
+             readings, after.model, after.effects, &after, named.own_columns(readings.count()))
       .residual_mm;
 }
 
@@ -176,6 +177,12 @@ void add_curves(
       if (own) cause.signature = curves.signature_of_curve(each);
     }
   }
+  for (const diagnosis::JointCurve& each : found.named.joint_curves) {
+    for (FoundCause& cause : result.causes) {
+      const bool own = cause.id == id_of({simulation::curve_of_joints(), each.place});
+      if (own) cause.signature = curves.signature_of_curve(each);
+    }
+  }
   result.left_along = curves.left_along();
   result.tool_shifts = curves.tool_shifts();
 }
@@ -243,6 +250,7 @@ DiagnosisResult result_of(
       .residuals = residuals_of(data)};
   add_rig_geometry(result.causes, found);
   add_dial_curves(result.causes, found, readings);
+  add_joint_curves(result.causes, found);
   add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});

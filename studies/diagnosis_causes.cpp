@@ -82,8 +82,7 @@ HypothesisId id_of(const diagnosis::Hypothesis& hypothesis) {
 }
 
 std::string dial_name(const Readings& readings, int dial) {
-  if (!readings.has_dials()) return dial == 0 ? "x" : "y";
-  return readings.model().rig().dials[static_cast<std::size_t>(dial)].id;
+  return readings.channel_name(static_cast<std::size_t>(dial));
 }
 
 std::vector<FoundCause> causes_of(const diagnosis::Diagnosis& found, const Readings& readings) {
@@ -157,6 +156,16 @@ void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosi
   causes.push_back(std::move(cause));
 }
 
+namespace {
+
+/// What a curve does to the readings, over the noise.
+double visible(const diagnosis::OwnCurve& curve, const diagnosis::Diagnosis& found) {
+  const auto count = static_cast<double>(curve.in_readings_mm.size());
+  return std::sqrt(curve.in_readings_mm.squaredNorm() / count) / found.noise.sigma_mm;
+}
+
+}  // namespace
+
 void add_dial_curves(
     std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
     const Readings& readings) {
@@ -166,18 +175,33 @@ void add_dial_curves(
          .id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))},
          .tied_with = rivals_of(each),
          .estimate =
-             {{"half_span", "mm", each.half_span_mm, each.half_span_sd_mm},
-              {"rms", "mm", each.rms_mm, kNan},
+             {{"half_span", "mm", each.half_span, each.half_span_sd},
+              {"rms", "mm", each.rms, kNan},
               {"limit", "mm", each.limit_mm, kNan}},
          .delta_bic = 2 * each.evidence,
          .gain_mm = kNan,
          .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
          .on_g1 = each.on_g1,
          .g2_log_odds = each.g2_log_odds,
-         .visible_ratio =
-             std::sqrt(
-                 each.error_mm.squaredNorm() / static_cast<double>(each.error_mm.size())) /
-             found.noise.sigma_mm});
+         .visible_ratio = visible(each, found)});
+  }
+}
+
+void add_joint_curves(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found) {
+  for (const diagnosis::JointCurve& each : found.named.joint_curves) {
+    const char* unit = each.place.slides ? "mm" : "rad";
+    causes.push_back(
+        {.id = id_of({simulation::curve_of_joints(), each.place}),
+         .tied_with = rivals_of(each),
+         .estimate =
+             {{"half_span", unit, each.half_span, each.half_span_sd},
+              {"rms", unit, each.rms, kNan}},
+         .delta_bic = 2 * each.evidence,
+         .gain_mm = kNan,
+         .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
+         .on_g1 = each.on_g1,
+         .g2_log_odds = each.g2_log_odds,
+         .visible_ratio = visible(each, found)});
   }
 }
 

@@ -26,6 +26,8 @@ namespace sixdial::studies {
 
 /// The rig's geometry as one cause, where the file claims what the readings contradict.
 void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
+/// One for each joint that errs by its own value.
+void add_joint_curves(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
 /// One for each dial whose own curve goes beyond accuracy_mm.
 void add_dial_curves(
     std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,

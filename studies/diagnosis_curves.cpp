@@ -95,11 +95,19 @@ std::optional<SignatureCurve> unless_empty(SignatureCurve curve) {
   return empty ? std::nullopt : std::optional(std::move(curve));
 }
 
+/// The joint whose value is drawn along an axis; -1: none is.
+int joint_of(const simulation::Place& place, CurveAxis axis) {
+  if (axis == CurveAxis::kOtherJoint) return place.other_joint;
+  return axis == CurveAxis::kJointAngle ? place.joint : -1;
+}
+
 /// The axis that a row's picture is drawn against.
 CurveAxis axis_of(simulation::Against against) {
   switch (against) {
     case simulation::Against::kJointAngle:
       return CurveAxis::kJointAngle;
+    case simulation::Against::kOtherJoint:
+      return CurveAxis::kOtherJoint;
     case simulation::Against::kTime:
       return CurveAxis::kTime;
     case simulation::Against::kTemperature:
@@ -143,7 +151,7 @@ DiagnosisCurves::DiagnosisCurves(const DiagnosedReadings& data) : data_(data) {
   const Readings& readings = data.readings;
   const auto n = static_cast<Eigen::Index>(readings.trials().size());
   for (Eigen::VectorXd* each :
-       {&known_.time_min, &known_.temperature_degC, &known_.x_mm, &known_.y_mm,
+       {&known_.time_min, &known_.temperature_degC, &known_.x_mm, &known_.y_mm, &known_.z_mm,
         &known_.face_deg, &known_.travel_deg}) {
     each->setConstant(n, kNoValue);
   }
@@ -161,6 +169,8 @@ DiagnosisCurves::DiagnosisCurves(const DiagnosedReadings& data) : data_(data) {
     if (!model.run(data.after.model, trial, sample, scene)) continue;
     known_.x_mm[t] = scene.p_WE.x();
     known_.y_mm[t] = scene.p_WE.y();
+    if (readings.axes() == 3) known_.z_mm[t] = scene.p_WE.z();
+    if (!readings.model().rig().on_cuboid()) continue;
     constexpr double kQuarter_deg = 90.0;
     const double turn = scene.gamma_rad * geometry::kDegPerRad;
     known_.face_deg[t] = turn - kQuarter_deg * std::round(turn / kQuarter_deg);
@@ -199,11 +209,14 @@ Eigen::VectorXd DiagnosisCurves::on_axis(const Along& along) const {
   const auto n = std::ssize(data_.readings.trials());
   switch (along.axis) {
     case CurveAxis::kJointAngle:
+    case CurveAxis::kOtherJoint:
       return joint_deg(along.joint);
     case CurveAxis::kToolX:
       return known_.x_mm;
     case CurveAxis::kToolY:
       return known_.y_mm;
+    case CurveAxis::kToolZ:
+      return known_.z_mm;
     case CurveAxis::kTime:
       return known_.time_min;
     case CurveAxis::kSample:
@@ -244,7 +257,7 @@ SignatureCurve DiagnosisCurves::joint_curve(
   SignatureCurve curve{
       .quantity = Quantity::kJointAngleError,
       .joint = joint,
-      .along = {shape.against, shape.against == CurveAxis::kJointAngle ? joint : -1},
+      .along = {shape.against, joint_of(effect.place, shape.against)},
       .is_function = shape.is_function,
       .panels = {{}}};
   const Eigen::VectorXd x = on_axis(curve.along);
@@ -265,21 +278,25 @@ SignatureCurve DiagnosisCurves::joint_curve(
 }
 
 SignatureCurve DiagnosisCurves::tool_curve(const Shape& shape, const Part& part) const {
-  const Eigen::Matrix2Xd measured =
+  const Eigen::MatrixXd measured =
       diagnosis::tool_shift(data_.readings, data_.after, part.measured, data_.after.weight);
-  const Eigen::Matrix2Xd model =
+  const Eigen::MatrixXd model =
       diagnosis::tool_shift(data_.readings, data_.after, part.model, data_.after.weight);
   SignatureCurve curve{
       .quantity = Quantity::kToolShift,
       .along = {.axis = shape.against},
       .is_function = shape.is_function};
-  for (const int axis : {0, 1}) {
-    const CurveAxis other = axis == 0 ? CurveAxis::kToolY : CurveAxis::kToolX;
-    const Eigen::VectorXd x = shape.against == CurveAxis::kForce ? force_n(axis)
-                              : shape.against == CurveAxis::kOtherCoordinate
-                                  ? on_axis({.axis = other})
-                                  : on_axis(curve.along);
-    CurvePanel panel{.of = axis == 0 ? CurvePanelOf::kToolX : CurvePanelOf::kToolY};
+  static constexpr std::array kPanels{
+      CurvePanelOf::kToolX, CurvePanelOf::kToolY, CurvePanelOf::kToolZ};
+  // Of x against y, of y against x, of z against x.
+  static constexpr std::array kOthers{CurveAxis::kToolY, CurveAxis::kToolX, CurveAxis::kToolX};
+  for (Eigen::Index axis = 0; axis < measured.rows(); ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    const Eigen::VectorXd x =
+        shape.against == CurveAxis::kForce             ? force_n(static_cast<int>(axis))
+        : shape.against == CurveAxis::kOtherCoordinate ? on_axis({.axis = kOthers.at(k)})
+                                                       : on_axis(curve.along);
+    CurvePanel panel{.of = kPanels.at(k)};
     add(panel.groups, group_of(CurveGroupOf::kSamples, x, measured.row(axis), model.row(axis)));
     curve.panels.push_back(std::move(panel));
   }
@@ -385,7 +402,7 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_swap(
 std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
     const diagnosis::DialCurve& curve) const {
   const Shape shape{Shape::Shows::kReading, CurveAxis::kReading, Shape::Groups::kNone, true};
-  const Part part{curve.error_mm, data_.after.residual_mm + curve.error_mm};
+  const Part part{curve.in_readings_mm, data_.after.residual_mm + curve.in_readings_mm};
   SignatureCurve drawn{
       .quantity = Quantity::kResidual,
       .along = {.axis = CurveAxis::kReading},
@@ -398,6 +415,13 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
   return unless_empty(std::move(drawn));
 }
 
+std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
+    const diagnosis::JointCurve& curve) const {
+  const ActiveEffect there{simulation::curve_of_joints(), curve.place, {}};
+  const Part part{curve.in_readings_mm, data_.after.residual_mm + curve.in_readings_mm};
+  return unless_empty(joint_curve(there, shape_of(there), part));
+}
+
 std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   const Readings& readings = data_.readings;
   LeftSorter sorter(data_);
@@ -406,12 +430,14 @@ std::vector<LeftAlong> DiagnosisCurves::left_along() const {
     sorter.by_number({CurveAxis::kJointAngle, joint}, by_row(joint_deg(joint)));
   }
   for (const CurveAxis axis :
-       {CurveAxis::kToolX, CurveAxis::kToolY, CurveAxis::kTime, CurveAxis::kTemperature}) {
+       {CurveAxis::kToolX, CurveAxis::kToolY, CurveAxis::kToolZ, CurveAxis::kTime,
+        CurveAxis::kTemperature}) {
     sorter.by_number({.axis = axis}, by_row(on_axis({.axis = axis})));
   }
   if (readings.has_dials())
     sorter.by_number({.axis = CurveAxis::kAnyReading}, readings.measured_mm());
-  sorter.by_arrival();
+  constexpr int kFewJoints = 3;  // of more there are too many combinations
+  if (joints <= kFewJoints) sorter.by_arrival();
   if (readings.has_dials()) {
     sorter.by_plunger_travel();
     sorter.by_dial();
@@ -421,11 +447,12 @@ std::vector<LeftAlong> DiagnosisCurves::left_along() const {
 
 ToolShifts DiagnosisCurves::tool_shifts() const {
   // One model for both: the difference is in the residuals.
-  const Eigen::Matrix2Xd before = diagnosis::tool_shift(
+  const Eigen::MatrixXd before = diagnosis::tool_shift(
       data_.readings, data_.after, data_.before.residual_mm, data_.before.weight);
-  const Eigen::Matrix2Xd after =
+  const Eigen::MatrixXd after =
       diagnosis::tool_shift(data_.readings, data_.after, data_.left_mm, data_.after.weight);
   ToolShifts shifts;
+  if (before.rows() == 3) shifts.z_mm.emplace();
   for (Eigen::Index t = 0; t < before.cols(); ++t) {
     if (!std::isfinite(known_.x_mm[t]) || !before.col(t).allFinite() ||
         !after.col(t).allFinite()) {
@@ -434,6 +461,7 @@ ToolShifts DiagnosisCurves::tool_shifts() const {
     shifts.sample.push_back(data_.readings.trials()[static_cast<std::size_t>(t)].sample);
     shifts.x_mm.push_back(known_.x_mm[t]);
     shifts.y_mm.push_back(known_.y_mm[t]);
+    if (shifts.z_mm) shifts.z_mm->push_back(known_.z_mm[t]);
     shifts.before_mm.emplace_back(before.col(t));
     shifts.after_mm.emplace_back(after.col(t));
   }

@@ -35,6 +35,9 @@ class DiagnosisCurves {
   /// Of a dial's own curve over its reading.
   [[nodiscard]] std::optional<SignatureCurve> signature_of_curve(
       const diagnosis::DialCurve& curve) const;
+  /// Of a joint's own curve over its value.
+  [[nodiscard]] std::optional<SignatureCurve> signature_of_curve(
+      const diagnosis::JointCurve& curve) const;
   /// Along each number in ten classes of equally many readings, and by kind of arrival, travel
   /// and dial; those only that vary.
   [[nodiscard]] std::vector<LeftAlong> left_along() const;
@@ -44,7 +47,7 @@ class DiagnosisCurves {
   /// What each sample knows, by trial; NaN where it does not.
   struct Known {
     Eigen::VectorXd time_min, temperature_degC;
-    Eigen::VectorXd x_mm, y_mm, face_deg, travel_deg;
+    Eigen::VectorXd x_mm, y_mm, z_mm, face_deg, travel_deg;
   };
   /// What the fitted cause does to each reading, and what the readings say of it.
   struct Part {

@@ -60,6 +60,8 @@ enum class CurveAxis {
   kJointAngle,        // [deg]
   kToolX,             // [mm]
   kToolY,             // [mm]
+  kToolZ,             // [mm]
+  kOtherJoint,        // angle of the joint that another one is coupled with [deg]
   kTime,              // since the first sample [min]
   kSample,            // its number, where times are not known
   kTemperature,       // [degC]
@@ -102,7 +104,7 @@ struct CurveGroup {
   std::vector<double> measured{};  // what the readings say if the model leaves the cause out
   std::vector<double> model{};     // the cause as fitted
 };
-enum class CurvePanelOf { kWhole, kToolX, kToolY, kDial };
+enum class CurvePanelOf { kWhole, kToolX, kToolY, kToolZ, kDial };
 struct CurvePanel {
   CurvePanelOf of = CurvePanelOf::kWhole;
   std::string dial{};  // of kDial: its id
@@ -248,8 +250,9 @@ struct Residuals {
 /// One entry a sample whose tool can be told.
 struct ToolShifts {
   std::vector<int> sample{};
-  std::vector<double> x_mm{}, y_mm{};  // where the tool was
-  std::vector<Eigen::Vector2d> before_mm{}, after_mm{};
+  std::vector<double> x_mm{}, y_mm{};                    // where the tool was
+  std::optional<std::vector<double>> z_mm{};             // of a robot that works in space
+  std::vector<Eigen::VectorXd> before_mm{}, after_mm{};  // in as many axes
 };
 
 /// RMS of the good readings that fall in one class.

@@ -26,7 +26,8 @@ simulation::ActiveEffect effect_from(const FittedEffect& fitted, const geometry:
   if (const simulation::Effect* effect = simulation::find_effect(fitted.id.cause)) {
     for (const simulation::Place& place : effect->places(rig)) {
       if (place.name != fitted.id.where) continue;
-      if (fitted.x.size() == effect->parameters.size()) return {effect, place, fitted.x};
+      const bool whole = effect->is_curve || fitted.x.size() == effect->parameters.size();
+      if (whole) return {effect, place, fitted.x};
     }
   }
   throw StudyError(
@@ -120,7 +121,7 @@ std::vector<double> ExtendedCommand::forces_at(
   return force_n;
 }
 
-tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::position(
+tl::expected<geometry::Position, geometry::KinematicTrouble> ExtendedCommand::position(
     const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
   const simulation::ExtendedModel extended(base_, effects_);
   simulation::Trial trial;
@@ -130,8 +131,9 @@ tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> ExtendedCommand::posit
   const auto ran =
       extended.run(model_, trial, circumstance(moment, forces_at(q, assembly)), scene);
   if (!ran) return tl::unexpected(ran.error());
-  if (learned_) return scene.p_WE + Eigen::Vector2d(learned_(q));
-  return scene.p_WE;
+  geometry::Position p_WE = scene.p_WE.head(axes_);
+  if (learned_) p_WE += learned_(q);
+  return p_WE;
 }
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
@@ -139,9 +141,8 @@ ExtendedCommand::solve(
     const geometry::Position& target_mm, geometry::WorkingMode mode,
     const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
   const Eigen::Index robot = base_.robot_parameter_count();
-  // The extended model's tool moves in the plane of the dials.
   calibration::CompensationModel model{
-      .tool = geometry::Tool(base_.rig().robot.model, 2),
+      .tool = geometry::Tool(base_.rig().robot.model, axes_),
       .nominal = nominal_,
       .v = model_.head(robot),
       .measured_at = measured_at_,
@@ -156,7 +157,7 @@ ExtendedCommand::solve(
                       at = *assembly](const Eigen::VectorXd& q) -> Eigen::VectorXd {
     const auto extended = position(q, at, moment);
     const auto plain = tool.position(v, q, at);
-    if (!extended || !plain) return Eigen::VectorXd::Zero(2);
+    if (!extended || !plain) return Eigen::VectorXd::Zero(axes_);
     return *extended - *plain;
   };
   return calibration::compensate(model, target_mm, mode, near);
@@ -208,12 +209,14 @@ constexpr double kMoves_mm = 1e-6;
 
 /// Direction of the tool's last move to a point, zero: none. Where the plan asks for sides, the
 /// joints come from there by a short way (Collector::pre_position).
-Eigen::Vector2d last_travel(
+Eigen::Vector3d last_travel(
     const session::PlanPoint& point, const session::PlanPoint* before,
     const ExtendedCommand& command, const geometry::Rig& rig) {
   const geometry::Tool tool(rig);
-  const auto direction = [](const Eigen::Vector2d& way) -> Eigen::Vector2d {
-    return way.norm() > kMoves_mm ? way.normalized() : Eigen::Vector2d::Zero();
+  const auto direction = [](const Eigen::VectorXd& way) -> Eigen::Vector3d {
+    Eigen::Vector3d result = Eigen::Vector3d::Zero();
+    if (way.norm() > kMoves_mm) result.head(way.size()) = way.normalized();
+    return result;
   };
   Eigen::VectorXd sides(point.q.size());
   for (Eigen::Index joint = 0; joint < sides.size(); ++joint) {
@@ -221,16 +224,16 @@ Eigen::Vector2d last_travel(
   }
   if (!sides.isZero()) {
     const auto assembly = tool.assembly_at(rig.robot.nominal, point.q, point.target_mm);
-    if (!assembly) return Eigen::Vector2d::Zero();
+    if (!assembly) return Eigen::Vector3d::Zero();
     const auto slope = tool.derivative(rig.robot.nominal, point.q, *assembly);
-    if (!slope) return Eigen::Vector2d::Zero();
+    if (!slope) return Eigen::Vector3d::Zero();
     return direction(slope->J_q * sides);
   }
-  if (before == nullptr) return Eigen::Vector2d::Zero();
+  if (before == nullptr) return Eigen::Vector3d::Zero();
   const auto assembly = tool.assembly_at(rig.robot.nominal, before->q, before->target_mm);
   const auto stood =
       assembly ? command.position(before->q, *assembly, {}) : tl::unexpected(assembly.error());
-  return direction(point.target_mm - stood.value_or(Eigen::Vector2d(before->target_mm)));
+  return direction(point.target_mm - stood.value_or(geometry::Position(before->target_mm)));
 }
 
 }  // namespace

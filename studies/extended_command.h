@@ -20,8 +20,8 @@ namespace sixdial::studies {
 
 /// Circumstances of one command. Empty: as at the end of the diagnosed session.
 struct CommandMoment {
-  std::vector<int> approach{};   // sign of each joint's last move, 0 or missing: unknown
-  Eigen::Vector2d travel{0, 0};  // unit vector of the tool's last move, 0: unknown
+  std::vector<int> approach{};      // sign of each joint's last move, 0 or missing: unknown
+  Eigen::Vector3d travel{0, 0, 0};  // unit vector of the tool's last move, 0: unknown
   std::optional<double> temperature_c{};
   std::optional<double> time_h{};  // since the first sample of the diagnosed session
 };
@@ -54,7 +54,7 @@ class ExtendedCommand {
       geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const;
 
   /// Where the extended model says the tool is [mm].
-  [[nodiscard]] tl::expected<Eigen::Vector2d, geometry::KinematicTrouble> position(
+  [[nodiscard]] tl::expected<geometry::Position, geometry::KinematicTrouble> position(
       const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
   [[nodiscard]] const simulation::ModelVector& model() const { return model_; }
   [[nodiscard]] const std::vector<simulation::ActiveEffect>& effects() const {
@@ -78,6 +78,7 @@ class ExtendedCommand {
   Eigen::VectorXd nominal_;  // of the robot
   std::map<int, Eigen::VectorXd> measured_at_;
   std::optional<geometry::Similarity> frame_;
+  int axes_ = 2;  // in which the tool moves
 };
 
 /// When the points of a plan are commanded. Empty: as at the end of the diagnosed session.

@@ -84,10 +84,10 @@ PositionOfSample explained_positions(
   std::vector<simulation::ActiveEffect> effects = fitted.effects();
   std::ranges::move(
       rig_effects(calibrated.rig, diagnosis.extended_fit.rig), std::back_inserter(effects));
-  const Eigen::Matrix2Xd explained = diagnosis::explained_positions(
+  const Eigen::MatrixXd explained = diagnosis::explained_positions(
       readings, fitted.model(), effects, diagnosis.extended.noise_mm);
   for (std::size_t t = before; t < readings.trials().size(); ++t) {
-    const Eigen::Vector2d position = explained.col(static_cast<Eigen::Index>(t));
+    const Eigen::VectorXd position = explained.col(static_cast<Eigen::Index>(t));
     positions.push_back(
         position.allFinite() ? std::optional<Eigen::VectorXd>(position) : std::nullopt);
   }

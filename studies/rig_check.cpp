@@ -41,13 +41,13 @@ std::vector<simulation::Trial> trials_at(
     trial.assembly = poses[i].assembly;
     trial.approach.assign(poses[i].approach.begin(), poses[i].approach.end());
     if (!plain.run(model.nominal(), trial, sample, scene)) continue;
-    trial.position_mm = scene.p_WE;
+    trial.position_mm = scene.p_WE.head<2>();
     trial.gamma_rad = scene.gamma_rad;
     trial.reading.resize(rig.dials.size());
     for (std::size_t d = 0; d < rig.dials.size(); ++d) {
       const auto seen = geometry::touch(
-          rig.dials[d].geometry, {scene.p_WE, scene.gamma_rad}, rig.cuboid.side_mm);
-      if (seen) trial.reading[d] = scene.reading_mm[d];
+          rig.dials[d].geometry, {scene.p_WE.head<2>(), scene.gamma_rad}, rig.cuboid.side_mm);
+      if (seen) trial.reading[d] = scene.reading[d];
     }
     result.push_back(std::move(trial));
     which.push_back(i);

@@ -87,6 +87,7 @@ extern constinit const InstrumentKind distance{
     .in_words = "distance from anchors",
     .of_rig = of_rig,
     .observe = observe,
+    .sees_tool_only = true,
     .start = start,
 };
 

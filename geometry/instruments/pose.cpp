@@ -70,6 +70,7 @@ extern constinit const InstrumentKind pose_of_tool{
     .in_words = "position and orientation of the tool",
     .of_rig = of_rig,
     .observe = observe,
+    .sees_tool_only = true,
     .nearest = nearest,
 };
 

@@ -97,6 +97,7 @@ extern constinit const InstrumentKind position{
     .in_words = "position of the tool",
     .of_rig = of_rig,
     .observe = observe,
+    .sees_tool_only = true,
     .start = start,
 };
 

@@ -153,6 +153,7 @@ extern constinit const InstrumentKind probe{
     .in_words = "contact with a surface",
     .of_rig = of_rig,
     .observe = observe,
+    .sees_tool_only = true,
     .start = start,
 };
 

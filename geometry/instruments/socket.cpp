@@ -92,6 +92,7 @@ extern constinit const InstrumentKind socket{
     .in_words = "a ball in sockets",
     .of_rig = of_rig,
     .observe = observe,
+    .sees_tool_only = true,
     .start = start,
 };
 

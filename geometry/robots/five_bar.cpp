@@ -83,8 +83,10 @@ ParameterInfo with_words(
 
 ParameterInfo link(
     const char* name, const char* rig_key, const char* meaning, const char* plainly) {
-  return with_words(
+  ParameterInfo info = with_words(
       {name, rig_key, "mm", 1.0, "mm", 1.0, FileRange::kPositive}, kMade_mm, meaning, plainly);
+  info.grows = true;
+  return info;
 }
 ParameterInfo stand(
     const char* name, const char* rig_key, const char* meaning, const char* plainly) {
@@ -418,6 +420,7 @@ const std::shared_ptr<const RobotModel>& five_bar_model() {
 extern constinit const RobotKind five_bar{
     .name = "five_bar",
     .in_words = "planar five-bar",
+    .has_passive_joints = true,
     .example = [] { return five_bar_model(); },
     .forward = frames_of,
     .forward_derivative = frame_derivatives,

@@ -97,6 +97,7 @@ std::shared_ptr<const RobotModel> example() {
     for (ParameterInfo& each : robot.parameters) {
       if (each.name == "radius" || each.name.starts_with("rod")) {
         each.range = FileRange::kPositive;
+        each.grows = true;
       }
     }
     robot.frames.insert(robot.frames.begin(), "E");
@@ -120,6 +121,7 @@ std::shared_ptr<const RobotModel> example() {
 extern constinit const RobotKind linear_delta{
     .name = "linear_delta",
     .in_words = "delta with vertical towers",
+    .has_passive_joints = true,
     .example = example,
     .forward = forward_of<Delta>,
     .forward_derivative = derivative_of<Delta>,

@@ -41,6 +41,7 @@ inline void add_frame_rows(
     std::vector<ParameterInfo>& rows, const std::string& frame, double lever_mm,
     const std::string& meaning) {
   constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+  const std::size_t first = rows.size();
   for (const char* const axis : kAxes) {
     rows.push_back(length_row(frame + '_' + axis, meaning + ", along " + axis));
   }
@@ -48,6 +49,7 @@ inline void add_frame_rows(
     rows.push_back(
         angle_row(frame + "_r" + axis, lever_mm, meaning + ", turned about " + axis));
   }
+  for (std::size_t k = first; k < rows.size(); ++k) rows[k].stands = true;
 }
 
 }  // namespace sixdial::geometry

@@ -119,6 +119,7 @@ std::shared_ptr<const RobotModel> example() {
     robot.frames = {"E"};
     add_frame_rows(robot.parameters, "base", kLever_mm, "where the delta stands");
     robot.parameters.push_back(length_row("radius", "motors' radius less the platform's"));
+    robot.parameters.back().grows = true;
     constexpr std::array<const char*, 3> kLegs{"a", "b", "c"};
     for (const std::string leg : kLegs) {
       robot.joints.push_back(
@@ -130,10 +131,12 @@ std::shared_ptr<const RobotModel> example() {
     for (const std::string leg : kLegs) {
       robot.parameters.push_back(length_row("arm_" + leg, "upper arm of leg " + leg));
       robot.parameters.back().range = FileRange::kPositive;
+      robot.parameters.back().grows = true;
     }
     for (const std::string leg : kLegs) {
       robot.parameters.push_back(length_row("rod_" + leg, "rods of leg " + leg));
       robot.parameters.back().range = FileRange::kPositive;
+      robot.parameters.back().grows = true;
     }
     for (const std::string leg : kLegs) {
       robot.parameters.push_back(
@@ -159,6 +162,7 @@ std::shared_ptr<const RobotModel> example() {
 extern constinit const RobotKind rotary_delta{
     .name = "rotary_delta",
     .in_words = "delta with three arms",
+    .has_passive_joints = true,
     .example = example,
     .forward = forward_of<Delta>,
     .forward_derivative = derivative_of<Delta>,

@@ -114,7 +114,7 @@ Reached frame_derivatives(
       motions);
   for (Twists& each : at.by_q) each.setZero();  // several links may follow one joint
   for (const Motion& motion : motions) {
-    for (std::size_t k = motion.first_frame; k <= frames; ++k) {
+    for (std::size_t k = at.tool_only ? frames : motion.first_frame; k <= frames; ++k) {
       const std::size_t frame = k == frames ? 0 : k;
       Eigen::Matrix<double, 6, 1> twist;
       twist << motion.shift + motion.turn.cross(at.X[frame].p - motion.origin_mm), motion.turn;

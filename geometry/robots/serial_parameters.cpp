@@ -146,6 +146,9 @@ void use(const std::vector<Candidate>& chosen, RobotModel& robot, Details& is) {
     block.parameter[each.slot] = static_cast<int>(k);
     robot.nominal[static_cast<Index>(k)] = block.constant[each.slot];
     robot.parameters.push_back(each.info);
+    robot.parameters.back().stands = each.block == 0;
+    robot.parameters.back().grows =
+        each.info.unit == "mm" && (each.rank == Rank::kLength || each.rank == Rank::kNotTold);
   }
 }
 

@@ -177,6 +177,7 @@ std::shared_ptr<const RobotModel> with_home(const Home& home) {
       for (const char* const axis : kAxes) {
         robot.parameters.push_back(
             length_row(of + number + '_' + axis, meaning + number + ", along " + axis));
+        robot.parameters.back().grows = true;
       }
     }
   };
@@ -259,6 +260,7 @@ RobotFileText to_file(const RobotModel& robot, const Eigen::VectorXd& /*nominal*
 extern constinit const RobotKind stewart{
     .name = "stewart",
     .in_words = "platform on six legs",
+    .has_passive_joints = true,
     .example = example,
     .from_file = from_file,
     .file_keys = kFileKeys,

@@ -199,6 +199,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ToolShifts>& shifts) {
   at("sample", shifts.sample);
   at("x_mm", shifts.x_mm);
   at("y_mm", shifts.y_mm);
+  at.maybe("z_mm", shifts.z_mm);
   at("before_mm", shifts.before_mm);
   at("after_mm", shifts.after_mm);
 }

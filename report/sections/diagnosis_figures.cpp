@@ -250,20 +250,20 @@ void say_left(report::Figure& figure, bool causes, bool unknown) {
   }
 }
 
-double mean_length(const std::vector<Eigen::Vector2d>& shifts) {
+double mean_length(const std::vector<Eigen::VectorXd>& shifts) {
   double sum = 0.0;
-  for (const Eigen::Vector2d& each : shifts) sum += each.norm();
+  for (const Eigen::VectorXd& each : shifts) sum += each.norm();
   return sum / static_cast<double>(shifts.size());
 }
 
-double longest(const std::vector<Eigen::Vector2d>& shifts) {
+double longest(const std::vector<Eigen::VectorXd>& shifts) {
   double result = 0.0;
-  for (const Eigen::Vector2d& each : shifts) result = std::max(result, each.norm());
+  for (const Eigen::VectorXd& each : shifts) result = std::max(result, each.norm());
   return result;
 }
 
 Panel shift_panel(
-    const studies::ToolShifts& shifts, const std::vector<Eigen::Vector2d>& shown,
+    const studies::ToolShifts& shifts, const std::vector<Eigen::VectorXd>& shown,
     const char* title, int style, double largest_mm) {
   constexpr double kLongest_mm = 6.0;  // on the table of the chart
   Panel panel;
@@ -276,7 +276,7 @@ Panel shift_panel(
   Series arrows{.mark = Mark::kArrows, .style = style};
   arrows.x = shifts.x_mm;
   arrows.y = shifts.y_mm;
-  for (const Eigen::Vector2d& each : shown) {
+  for (const Eigen::VectorXd& each : shown) {
     arrows.dx.push_back(each.x());
     arrows.dy.push_back(each.y());
   }
@@ -293,8 +293,8 @@ report::Table shift_table(const studies::ToolShifts& shifts) {
       column("after_y_mm", "in y", "mm")};
   table.rows_on_page = kRowsOnPage;
   for (std::size_t i = 0; i < shifts.sample.size(); ++i) {
-    const Eigen::Vector2d& before = shifts.before_mm[i];
-    const Eigen::Vector2d& after = shifts.after_mm[i];
+    const Eigen::VectorXd& before = shifts.before_mm[i];
+    const Eigen::VectorXd& after = shifts.after_mm[i];
     table.rows.push_back(
         {report::whole(shifts.sample[i]), number(shifts.x_mm[i], 3), number(shifts.y_mm[i], 3),
          number(before.x(), 5), number(before.y(), 5), number(after.x(), 5),

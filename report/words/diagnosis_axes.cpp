@@ -25,6 +25,8 @@ constexpr std::array kAxes{
     AxisWords{CurveAxis::kJointAngle, "theta", "deg"},
     AxisWords{CurveAxis::kToolX, "x", "mm"},
     AxisWords{CurveAxis::kToolY, "y", "mm"},
+    AxisWords{CurveAxis::kToolZ, "z", "mm"},
+    AxisWords{CurveAxis::kOtherJoint, "the other joint, number ", "deg"},
     AxisWords{CurveAxis::kTime, "time", "min"},
     AxisWords{CurveAxis::kSample, "sample", ""},
     AxisWords{CurveAxis::kTemperature, "temperature", "degC"},
@@ -61,6 +63,7 @@ constexpr std::array kGroups{
 
 constexpr std::string_view kPanelX = "in x";
 constexpr std::string_view kPanelY = "in y";
+constexpr std::string_view kPanelZ = "in z";
 constexpr std::string_view kDialPanel = "dial ";
 constexpr std::string_view kGoingIn = "going in";
 constexpr std::string_view kComingOut = "coming out";
@@ -136,16 +139,20 @@ bool range_from(std::string_view name, LeftInClass& each) {
   return true;
 }
 
+bool has_joint(CurveAxis axis) {
+  return axis == CurveAxis::kJointAngle || axis == CurveAxis::kOtherJoint;
+}
+
 }  // namespace
 
 std::string axis_name(const Along& along) {
   const std::string name(words_of(along.axis).name);
-  return along.axis == CurveAxis::kJointAngle ? name + std::to_string(along.joint + 1) : name;
+  return has_joint(along.axis) ? name + std::to_string(along.joint + 1) : name;
 }
 
 std::optional<Along> axis_from(std::string_view name) {
   for (const AxisWords& each : kAxes) {
-    if (each.axis == CurveAxis::kJointAngle) {
+    if (has_joint(each.axis)) {
       if (const auto joint = index_after(each.name, name)) return Along{each.axis, *joint};
     } else if (each.name == name) {
       return Along{.axis = each.axis};
@@ -187,6 +194,8 @@ std::string panel_name(const studies::CurvePanel& panel) {
       return std::string(kPanelX);
     case CurvePanelOf::kToolY:
       return std::string(kPanelY);
+    case CurvePanelOf::kToolZ:
+      return std::string(kPanelZ);
     case CurvePanelOf::kDial:
       return std::string(kDialPanel) + panel.dial;
     case CurvePanelOf::kWhole:
@@ -203,6 +212,7 @@ bool panel_from(std::string_view name, studies::CurvePanel& panel) {
   }
   panel.of = name == kPanelX   ? CurvePanelOf::kToolX
              : name == kPanelY ? CurvePanelOf::kToolY
+             : name == kPanelZ ? CurvePanelOf::kToolZ
                                : CurvePanelOf::kWhole;
   return panel_name(panel) == name;
 }

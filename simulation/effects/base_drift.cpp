@@ -21,7 +21,7 @@ extern constinit const Effect base_drift;
 constinit const Effect base_drift{
     .cause = "base_drift",
     .in_words = "drift of the base",
-    .places = [](const geometry::Rig&) { return at_one_place("base"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "base"); },
     .parameters = kParameters,
     .needs = kTime,
     .in_time = true,

@@ -19,7 +19,7 @@ extern constinit const Effect cuboid_offset;
 constinit const Effect cuboid_offset{
     .cause = "cuboid_offset",
     .in_words = "offset of the cuboid",
-    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "cuboid"); },
     .parameters = kParameters,
     .needs = kDials,
     .of_rig_geometry = true,

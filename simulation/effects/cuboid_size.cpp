@@ -18,7 +18,7 @@ extern constinit const Effect cuboid_size;
 constinit const Effect cuboid_size{
     .cause = "cuboid_size",
     .in_words = "size of the cuboid",
-    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "cuboid"); },
     .parameters = kParameters,
     .needs = kDials,
     .of_rig_geometry = true,

@@ -18,7 +18,7 @@ extern constinit const Effect cuboid_squareness;
 constinit const Effect cuboid_squareness{
     .cause = "cuboid_squareness",
     .in_words = "squareness of the cuboid",
-    .places = [](const geometry::Rig&) { return at_one_place("cuboid"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "cuboid"); },
     .parameters = kParameters,
     .needs = kDials,
     .of_rig_geometry = true,

@@ -47,7 +47,7 @@ double small_change(double period_mm) { return 1e-3 * period_mm * period_mm / 15
 
 void bend_after_reading(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  double& reading_mm = scene.reading_mm[static_cast<std::size_t>(place.dial)];
+  double& reading_mm = scene.reading[static_cast<std::size_t>(place.dial)];
   const double phase = 2 * std::numbers::pi * reading_mm / x[2];
   reading_mm += x[0] * std::sin(phase) + x[1] * std::cos(phase);
 }

@@ -10,7 +10,7 @@ constexpr EffectParameter kParameters[] = {
 
 void bend_after_reading(
     std::span<const double> x, const Place& place, const Circumstance&, Scene& scene) {
-  double& reading_mm = scene.reading_mm[static_cast<std::size_t>(place.dial)];
+  double& reading_mm = scene.reading[static_cast<std::size_t>(place.dial)];
   reading_mm *= 1.0 + x[0];
 }
 

@@ -11,7 +11,7 @@ constexpr EffectParameter kParameters[] = {
 void bend_after_reading(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
   const auto dial = static_cast<std::size_t>(place.dial);
-  scene.reading_mm[dial] -= 0.5 * x[0] * sample.plunger_direction[dial];
+  scene.reading[dial] -= 0.5 * x[0] * sample.plunger_direction[dial];
 }
 
 }  // namespace

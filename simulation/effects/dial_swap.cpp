@@ -9,8 +9,8 @@ namespace {
 void bend_after_reading(
     std::span<const double>, const Place& place, const Circumstance&, Scene& scene) {
   std::swap(
-      scene.reading_mm[static_cast<std::size_t>(place.dial)],
-      scene.reading_mm[static_cast<std::size_t>(place.other_dial)]);
+      scene.reading[static_cast<std::size_t>(place.dial)],
+      scene.reading[static_cast<std::size_t>(place.other_dial)]);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The measuring frame's axes are not square: x += s (y - y_ref).
+// The measuring frame's axes are not square: x += s (y - y_ref); in space also x += s_xz z and
+// y += s_yz z.
 #include "simulation/effect.h"
 
 namespace sixdial::simulation {
@@ -6,12 +7,20 @@ namespace {
 
 constexpr EffectParameter kParameters[] = {
     {"s", "rad", 3e-4},
+    {"s_xz", "rad", 3e-4},
+    {"s_yz", "rad", 3e-4},
 };
 
 void bend_after_kinematics(
     std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
   // About the origin of W; what a rotation takes is left to the robot's alpha.
-  scene.p_WE.x() += x[0] * scene.p_WE.y();
+  scene.p_WE.x() += x[0] * scene.p_WE.y() + x[1] * scene.p_WE.z();
+  scene.p_WE.y() += x[2] * scene.p_WE.z();
+}
+
+std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
+  if (k > 0 && place.axes < 3) return std::nullopt;
+  return kParameters[k];
 }
 
 }  // namespace
@@ -20,11 +29,12 @@ extern constinit const Effect frame_skew;
 constinit const Effect frame_skew{
     .cause = "frame_skew",
     .in_words = "skew of the measuring frame",
-    .places = [](const geometry::Rig&) { return at_one_place("frame"); },
+    .places = [](const geometry::Rig& rig) { return at_one_place(rig, "frame"); },
     .parameters = kParameters,
+    .parameter_of_place = parameter_of_place,
     .needs = kNothing,
     .after_kinematics = bend_after_kinematics,
-    .size = "{s}",
+    .size = "{s,s_xz,s_yz}",
     .plot = {Shows::kToolShift, Against::kOtherCoordinate},
     .twin = "frame_skew",
     .signature = "Residuals in x grow with y.",

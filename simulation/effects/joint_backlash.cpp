@@ -13,6 +13,10 @@ void bend_kinematics(
   scene.q[place.joint] -= 0.5 * x[0] * sample.approach[place.joint];
 }
 
+std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
+  return of_joint(kParameters[k], place);
+}
+
 }  // namespace
 
 extern constinit const Effect joint_backlash;
@@ -22,6 +26,7 @@ constinit const Effect joint_backlash{
     .in_words_with_place = "backlash of {place}",
     .places = at_each_joint,
     .parameters = kParameters,
+    .parameter_of_place = parameter_of_place,
     .needs = kApproach,
     .never_negative = true,
     .before_kinematics = bend_kinematics,

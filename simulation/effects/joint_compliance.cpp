@@ -25,7 +25,7 @@ constinit const Effect joint_compliance{
     .cause = "joint_compliance",
     .in_words = "compliance",
     .in_words_with_place = "compliance of {place}",
-    .places = [](const geometry::Rig&) { return at_one_place("joints"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "joints"); },
     .parameters = kParameters,
     .needs = kDials,
     .before_kinematics = bend_kinematics,

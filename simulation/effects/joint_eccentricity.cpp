@@ -25,7 +25,7 @@ constinit const Effect joint_eccentricity{
     .cause = "joint_eccentricity",
     .in_words = "eccentricity",
     .in_words_with_place = "eccentricity of {place}",
-    .places = at_each_joint,
+    .places = at_each_turning_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,

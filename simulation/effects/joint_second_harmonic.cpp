@@ -25,7 +25,7 @@ constinit const Effect joint_second_harmonic{
     .cause = "joint_second_harmonic",
     .in_words = "second harmonic",
     .in_words_with_place = "second harmonic of {place}",
-    .places = at_each_joint,
+    .places = at_each_turning_joint,
     .parameters = kParameters,
     .needs = kNothing,
     .before_kinematics = bend_kinematics,

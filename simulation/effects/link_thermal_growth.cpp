@@ -1,4 +1,6 @@
 // Links grow with temperature: l (1 + a (T - 20 degC)), ISO 1 reference temperature.
+#include <algorithm>
+
 #include "simulation/effect.h"
 
 namespace sixdial::simulation {
@@ -11,7 +13,14 @@ constexpr EffectParameter kParameters[] = {
 void bend_kinematics(
     std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
   constexpr double kReference_degC = 20.0;
-  scene.v.head<4>() *= 1.0 + x[0] * (sample.temperature_degC - kReference_degC);
+  const double times = 1.0 + x[0] * (sample.temperature_degC - kReference_degC);
+  for (const int k : scene.growing) scene.v[k] *= times;
+}
+
+std::vector<Place> places(const geometry::Rig& rig) {
+  const auto& parameters = rig.robot.model->parameters;
+  if (std::ranges::none_of(parameters, &geometry::ParameterInfo::grows)) return {};
+  return at_one_place(rig, "links");
 }
 
 }  // namespace
@@ -20,7 +29,7 @@ extern constinit const Effect link_thermal_growth;
 constinit const Effect link_thermal_growth{
     .cause = "link_thermal_growth",
     .in_words = "thermal growth of the links",
-    .places = [](const geometry::Rig&) { return at_one_place("links"); },
+    .places = places,
     .parameters = kParameters,
     .needs = kTemperature,
     .before_kinematics = bend_kinematics,

@@ -13,13 +13,18 @@ void bend_after_kinematics(
   scene.p_WE += x[0] * sample.travel;
 }
 
+std::vector<Place> places(const geometry::Rig& rig) {
+  if (!rig.robot.model->kind->has_passive_joints) return {};
+  return at_one_place(rig, "elbows");
+}
+
 }  // namespace
 
 extern constinit const Effect passive_clearance;
 constinit const Effect passive_clearance{
     .cause = "passive_clearance",
     .in_words = "clearance of the elbow joints",
-    .places = [](const geometry::Rig&) { return at_one_place("elbows"); },
+    .places = places,
     .parameters = kParameters,
     .needs = kNothing,
     .after_kinematics = bend_after_kinematics,

@@ -6,28 +6,12 @@ namespace {
 
 constexpr EffectParameter kParameters[] = {
     {"shift", "mm or rad", 1e-2}, {"shift_y", "mm", 1e-2}, {"sample", "1", 1.0}};
-
-// A step needs a few samples on each side to be one.
-constexpr int kFewestOnASide = 3;
-// In long sessions not every sample is asked whether the step is there.
-constexpr int kMostAsked = 1000;
-
-std::vector<double> samples(
-    const geometry::Rig&, std::span<const Circumstance> all, const Place&) {
-  std::vector<double> result;
-  const int every = 1 + (static_cast<int>(all.size()) - 1) / kMostAsked;
-  for (int k = kFewestOnASide; k + kFewestOnASide <= static_cast<int>(all.size()); k += every) {
-    result.push_back(k);
-  }
-  return result;
-}
+constexpr int kSample = 2;
 
 std::vector<Place> places(const geometry::Rig& rig) {
-  std::vector<Place> result{
-      {.name = "base"},
-      {.name = "joint1", .joint = 0},
-      {.name = "joint2", .joint = 1},
-      {.name = "cuboid"}};
+  std::vector<Place> result = on_the_cuboid(rig, "base");
+  for (const Place& joint : at_each_joint(rig)) result.push_back(joint);
+  for (const Place& cuboid : on_the_cuboid(rig, "cuboid")) result.push_back(cuboid);
   for (const Place& dial : at_each_dial(rig)) result.push_back(dial);
   return result;
 }
@@ -35,10 +19,10 @@ std::vector<Place> places(const geometry::Rig& rig) {
 std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
   constexpr double kLever_mm = 60.0;  // turns a shift of the tool into an angle of that size
   const EffectParameter& parameter = kParameters[k];
-  if (k > 1) return parameter;
+  if (k == kSample) return parameter;
   const bool both_axes = place.name == "base";
   if (k == 1 && !both_axes) return std::nullopt;
-  const bool turns = place.joint >= 0 || place.name == "cuboid";
+  const bool turns = (place.joint >= 0 && !place.slides) || place.name == "cuboid";
   if (turns) return EffectParameter{parameter.name, "rad", parameter.sigma / kLever_mm};
   return EffectParameter{parameter.name, "mm", parameter.sigma};
 }
@@ -51,7 +35,7 @@ SignaturePlot plot(const Place& place) {
 }
 
 bool after(std::span<const double> x, const Circumstance& sample) {
-  return sample.order >= x[2];
+  return sample.order >= x[kSample];
 }
 
 void bend_kinematics(
@@ -61,7 +45,7 @@ void bend_kinematics(
 
 void bend_after_kinematics(
     std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
-  if (place.name == "base" && after(x, sample)) scene.p_WE += Eigen::Vector2d(x[0], x[1]);
+  if (place.name == "base" && after(x, sample)) scene.p_WE += Eigen::Vector3d(x[0], x[1], 0.0);
 }
 
 void bend_contact(
@@ -85,7 +69,7 @@ constinit const Effect step{
     .parameters = kParameters,
     .parameter_of_place = parameter_of_place,
     .needs = kNothing,
-    .searched = samples,
+    .searched = samples_of_a_step,
     .in_time = true,
     .is_step = true,
     .before_kinematics = bend_kinematics,

@@ -21,7 +21,7 @@ extern constinit const Effect tip_radius;
 constinit const Effect tip_radius{
     .cause = "tip_radius",
     .in_words = "radius of the tips",
-    .places = [](const geometry::Rig&) { return at_one_place("dials"); },
+    .places = [](const geometry::Rig& rig) { return on_the_cuboid(rig, "dials"); },
     .parameters = kParameters,
     .needs = kDials,
     .of_rig_geometry = true,

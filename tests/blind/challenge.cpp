@@ -248,7 +248,13 @@ void judge_unknown(
   for (const diagnosis::DialCurve& curve : verdict.dial_curves) {
     const std::string& own = curve.smooth.covariates.front();
     outcome.said +=
-        fmt::format("CURVE({}, {:.1f}, {:.4f} mm) ", own, curve.evidence, curve.half_span_mm);
+        fmt::format("CURVE({}, {:.1f}, {:.4f} mm) ", own, curve.evidence, curve.half_span);
+    outcome.unknown = outcome.unknown || own == right;
+    outcome.wrong = outcome.wrong || (curve.certain() && own != right);
+  }
+  for (const diagnosis::JointCurve& curve : verdict.joint_curves) {
+    const std::string& own = curve.smooth.covariates.front();
+    outcome.said += fmt::format("CURVE({}, {:.1f}) ", own, curve.evidence);
     outcome.unknown = outcome.unknown || own == right;
     outcome.wrong = outcome.wrong || (curve.certain() && own != right);
   }
@@ -288,8 +294,8 @@ void judge(
     outcome.wrong = outcome.wrong || !std::ranges::any_of(outcome.truth, is_of_rig);
   }
   outcome.detected = !verdict.findings.empty() || !verdict.unknown.empty() ||
-                     !verdict.dial_curves.empty() || verdict.swap.has_value() ||
-                     verdict.rig_geometry.has_value();
+                     !verdict.dial_curves.empty() || !verdict.joint_curves.empty() ||
+                     verdict.swap.has_value() || verdict.rig_geometry.has_value();
   const bool only =
       verdict.findings.size() + (verdict.swap ? 1U : 0U) == outcome.truth.size() &&
       !verdict.rig_geometry;

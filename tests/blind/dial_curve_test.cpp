@@ -77,8 +77,8 @@ TEST(UnevenDial, IsNamedAndNothingElseIs) {
     }
     for (const diagnosis::DialCurve& each : verdict.names.dial_curves) {
       EXPECT_EQ(geometry::default_rig().dials[each.dial].id, verdict.dial);
-      EXPECT_GT(each.half_span_mm, each.limit_mm);
-      EXPECT_LT(each.half_span_mm, 4 * rms_mm);
+      EXPECT_GT(each.half_span, each.limit_mm);
+      EXPECT_LT(each.half_span, 4 * rms_mm);
       in_set = true;
       named += each.certain() ? 1 : 0;
     }

@@ -167,7 +167,7 @@ double commanded_mm(
   const Eigen::Vector2d travel = Eigen::Vector2d(1, 1).normalized();
   studies::CommandMoment moment;
   moment.approach = {1, 1};
-  moment.travel = travel;
+  moment.travel << travel, 0.0;
   moment.temperature_c = last.temperature_c;
   std::vector<Eigen::Vector2d> sent, came;
   for (int i = 0; i < kTargets; ++i) {

@@ -75,7 +75,7 @@ Session session_of(const Recipe& recipe) {
       }
       EXPECT_TRUE(extended.run(here, arrived, samples[t], scene).has_value());
       for (std::size_t d = 0; d < trial.reading.size(); ++d) {
-        trial.reading[d] = scene.reading_mm[d];
+        trial.reading[d] = scene.reading[d];
         if (pass == 1) *trial.reading[d] += recipe.noise_mm * random.normal();
       }
     }

@@ -182,7 +182,7 @@ TEST(Circumstances, APlungerFollowsTheSideThatItsJointsCameFrom) {
       ++told;
       EXPECT_EQ(samples[t].plunger_direction[dial], mm > 0 ? 1.0 : -1.0) << t;
     }
-    EXPECT_GT(samples[t].travel.dot(at(0.0)->p_WE() - at(-0.01)->p_WE()), 0.0);
+    EXPECT_GT(samples[t].travel.dot(at(0.0)->frames.X[0].p - at(-0.01)->frames.X[0].p), 0.0);
   }
   EXPECT_GT(told, 100);
 }

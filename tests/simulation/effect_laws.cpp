@@ -1,6 +1,5 @@
 #include "tests/simulation/effect_laws.h"
 
-#include <random>
 #include <set>
 
 #include "simulation/effect_words.h"
@@ -20,20 +19,8 @@ void append(EffectLaws::Complaints& all, EffectLaws::Complaints more) {
 
 }  // namespace
 
-EffectLaws::EffectLaws() : model_(geometry::default_rig()), plain_(model_, {}) {
-  std::mt19937_64 engine(3);
-  std::uniform_real_distribution<double> x(16, 40), y(30, 66);
-  for (int i = 0; i < 40; ++i) {
-    Trial trial;
-    trial.q = *geometry::inverse(
-        model_.rig().robot.nominal, {x(engine), y(engine)}, {}, Eigen::Vector2d(1.4, 3.1));
-    trial.time_s = 8.0 * i;
-    trial.temperature_c = 20.0 + 0.1 * i;
-    trial.approach = {i % 2 ? 1 : -1, i % 3 ? -1 : 1};
-    const auto seen = model_.predict(model_.nominal(), trial.q, trial.assembly);
-    for (const double reading_mm : seen->reading) trial.reading.emplace_back(reading_mm);
-    trials_.push_back(trial);
-  }
+EffectLaws::EffectLaws(LawRig rig)
+    : model_(law_rig(rig)), plain_(model_, {}), trials_(law_trials(model_, 40, 8.0)) {
   circumstances_ = circumstances_of(model_, model_.nominal(), trials_);
 }
 
@@ -46,9 +33,10 @@ Eigen::VectorXd EffectLaws::seen(const std::optional<ActiveEffect>& active) cons
             active ? &*active : nullptr)) {
       return {};
     }
-    values.insert(values.end(), scene.reading_mm.begin(), scene.reading_mm.end());
+    values.insert(values.end(), scene.reading.begin(), scene.reading.end());
     values.push_back(scene.p_WE.x());
     values.push_back(scene.p_WE.y());
+    values.push_back(scene.p_WE.z());
   }
   return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
@@ -77,6 +65,12 @@ EffectLaws::Complaints EffectLaws::every_parameter_acts(
   if (effect.exchanges_dials) return {};
   Complaints result;
   const Eigen::VectorXd plain = seen({});
+  if (effect.is_curve) {
+    const double most_mm =
+        (seen(ActiveEffect{&effect, place, three_sizes(effect)}) - plain).cwiseAbs().maxCoeff();
+    if (!(most_mm > kSeen_mm)) result.emplace_back("its curve moves nothing");
+    return result;
+  }
   if (linear_count(effect) == 0) result.emplace_back("it has neither a size nor two dials");
   bool search_acts = !effect.searched;
   for (std::size_t i = 0; i < linear_count(effect); ++i) {
@@ -101,6 +95,7 @@ EffectLaws::Complaints EffectLaws::every_parameter_acts(
 EffectLaws::Complaints EffectLaws::is_smooth(const Effect& effect, const Place& place) const {
   constexpr double kBend = 0.02;
   Complaints result;
+  if (effect.is_curve) return result;  // linear in its coefficients
   const Eigen::VectorXd plain = seen({});
   for (std::size_t i = 0; i < linear_count(effect); ++i) {
     const Eigen::VectorXd whole = seen(only(effect, place, i, 1.0)) - plain;
@@ -117,7 +112,7 @@ EffectLaws::Complaints EffectLaws::exchanges_its_dials(
   if (!effect.exchanges_dials) return {};
   if (place.dial < 0 || place.other_dial < 0) return {"its place names no two dials"};
   if (!effect.parameters.empty()) return {"it has a size"};
-  const auto width = static_cast<Eigen::Index>(model_.rig().dials.size()) + 2;
+  const auto width = static_cast<Eigen::Index>(model_.rig().dials.size()) + 3;
   const Eigen::VectorXd before = seen({});
   const Eigen::VectorXd after = seen(ActiveEffect{&effect, place, {}});
   for (Eigen::Index row = 0; row < before.size(); ++row) {

@@ -8,12 +8,13 @@
 
 #include "simulation/effect.h"
 #include "simulation/extended_model.h"
+#include "tests/simulation/law_rigs.h"
 
 namespace sixdial::simulation {
 
 class EffectLaws {
  public:
-  EffectLaws();
+  explicit EffectLaws(LawRig rig = LawRig::kDials);
 
   using Complaints = std::vector<std::string>;
   /// Of size nought it changes no reading and no position.

@@ -17,23 +17,9 @@ namespace {
 using testing::Contains;
 using testing::IsEmpty;
 
-struct Case {
-  const Effect* effect;
-  Place place;
-};
-
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
-  const geometry::Rig rig = geometry::default_rig();
-  for (const Effect* effect : all_effects()) {
-    for (const Place& place : effect->places(rig)) cases.push_back({effect, place});
-  }
-  return cases;
-}
-
-class EveryEffect : public testing::TestWithParam<Case> {
+class EveryEffect : public testing::TestWithParam<EffectCase> {
  protected:
-  EffectLaws laws_;
+  EffectLaws laws_{GetParam().rig};
   const Effect& effect_ = *GetParam().effect;
   Place place_ = GetParam().place;
 };
@@ -64,11 +50,9 @@ TEST_P(EveryEffect, SaysHowLargeItIs) {
             << EffectLaws::example_of_size(effect_, place_) << "\n";
 }
 
-INSTANTIATE_TEST_SUITE_P(, EveryEffect, testing::ValuesIn(all_cases()), [](const auto& each) {
-  std::string name = std::string(each.param.effect->cause) + "_" + each.param.place.name;
-  std::replace(name.begin(), name.end(), ',', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(
+    , EveryEffect, testing::ValuesIn(effect_cases()),
+    [](const auto& each) { return each.param.name(); });
 
 TEST(Effects, TheCatalogueIsInOrderAndWithoutDoubles) {
   std::string last;
@@ -174,8 +158,8 @@ TEST_F(Laws, FindDialsThatAreNotExchanged) {
   ASSERT_THAT(laws_.exchanges_its_dials(effect, pair), IsEmpty());
   effect.after_reading = [](std::span<const double>, const Place& place, const Circumstance&,
                             Scene& scene) {
-    scene.reading_mm[static_cast<std::size_t>(place.dial)] =
-        scene.reading_mm[static_cast<std::size_t>(place.other_dial)];
+    scene.reading[static_cast<std::size_t>(place.dial)] =
+        scene.reading[static_cast<std::size_t>(place.other_dial)];
   };
   EXPECT_THAT(laws_.exchanges_its_dials(effect, pair), Not(IsEmpty()));
 }

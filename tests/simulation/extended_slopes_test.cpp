@@ -4,58 +4,27 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ostream>
-#include <random>
+
+#include "tests/simulation/law_rigs.h"
 
 namespace sixdial::simulation {
 namespace {
 
-struct Case {
-  const Effect* effect;
-  Place place;
-  friend void PrintTo(const Case& each, std::ostream* out) {
-    *out << each.effect->cause << "@" << each.place.name;
-  }
-};
-
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
-  const geometry::Rig rig = geometry::default_rig();
-  for (const Effect* effect : all_effects()) {
-    if (effect->exchanges_dials) continue;  // no size to differentiate by
-    for (const Place& place : effect->places(rig)) cases.push_back({effect, place});
-  }
+std::vector<EffectCase> cases_with_a_size() {
+  std::vector<EffectCase> cases = effect_cases();
+  std::erase_if(cases, [](const EffectCase& each) { return each.effect->exchanges_dials; });
   return cases;
 }
 
-/// A few samples with all that an effect may ask for.
-std::vector<Trial> some_trials(const ForwardModel& model) {
-  std::mt19937_64 engine(3);
-  std::uniform_real_distribution<double> x(18, 38), y(32, 62);
-  std::vector<Trial> trials;
-  for (int i = 0; i < 10; ++i) {
-    Trial trial;
-    trial.q = *geometry::inverse(
-        model.rig().robot.nominal, {x(engine), y(engine)}, {}, Eigen::Vector2d(1.4, 3.1));
-    trial.time_s = 80.0 * i;
-    trial.temperature_c = 20.0 + 0.4 * i;
-    trial.approach = {i % 2 ? 1 : -1, i % 3 ? -1 : 1};
-    const auto seen = model.predict(model.nominal(), trial.q, trial.assembly);
-    for (const double reading_mm : seen->reading) trial.reading.emplace_back(reading_mm);
-    trials.push_back(trial);
-  }
-  return trials;
-}
-
 void expect_chain_is_difference(const ForwardModel& model, const ActiveEffect& active) {
-  const std::vector<Trial> trials = some_trials(model);
+  const std::vector<Trial> trials = law_trials(model, 10, 80.0);
   ModelVector at = model.nominal();
   for (Eigen::Index k = 0; k < at.size(); ++k) {
     at[k] += (k % 2 ? 0.3 : -0.3) * model.parameters()[static_cast<std::size_t>(k)].change;
   }
   const auto samples = circumstances_of(model, at, trials);
   std::vector<EffectNumber> numbers;
-  for (std::size_t k = 0; k < active.x.size(); ++k) {
+  for (std::size_t k = 0; k < active.x.size() && !active.effect->is_curve; ++k) {
     const bool last = k + 1 == active.x.size();
     const Effect& effect = *active.effect;
     if (effect.searched && last && !effect.searched_change) continue;
@@ -75,8 +44,8 @@ void expect_chain_is_difference(const ForwardModel& model, const ActiveEffect& a
     // Left at the sample's own values: a robot may work out its pose by a shorter way where no
     // derivative is asked for, which rounds otherwise.
     constexpr double kRounding_mm = 1e-12;  // 60 mm links in double precision
-    for (std::size_t i = 0; i < own.reading_mm.size(); ++i) {
-      EXPECT_NEAR(scene.reading_mm[i], own.reading_mm[i], kRounding_mm);
+    for (std::size_t i = 0; i < own.reading.size(); ++i) {
+      EXPECT_NEAR(scene.reading[i], own.reading[i], kRounding_mm);
     }
     EXPECT_LT((scene.p_WE - own.p_WE).norm(), kRounding_mm);
     for (Eigen::Index k = 0; k < slopes.count(); ++k) {
@@ -95,15 +64,13 @@ void expect_chain_is_difference(const ForwardModel& model, const ActiveEffect& a
         }
         Scene result;
         EXPECT_TRUE(there.run(moved, trials[t], samples[t], result));
-        Eigen::VectorXd values(8);
-        values.head<2>() = result.p_WE;
-        for (int i = 0; i < 6; ++i) {
-          values[2 + i] = result.reading_mm[static_cast<std::size_t>(i)];
-        }
+        const auto channels = std::ssize(result.reading);
+        Eigen::VectorXd values(3 + channels);
+        values << result.p_WE, Eigen::Map<Eigen::VectorXd>(result.reading.data(), channels);
         return values;
       };
       const Eigen::VectorXd slope = (seen(step) - seen(-step)) / (2 * step);
-      Eigen::VectorXd chain(8);
+      Eigen::VectorXd chain(slope.size());
       chain << found.tool.col(k), found.reading.col(k);
       // Rounding of readings of 50 mm over the step, and its square for what bends.
       const double tolerance = 2e-6 * slope.norm() + 1e-13 / step;
@@ -112,20 +79,17 @@ void expect_chain_is_difference(const ForwardModel& model, const ActiveEffect& a
   }
 }
 
-class EveryEffectsSlope : public testing::TestWithParam<Case> {};
+class EveryEffectsSlope : public testing::TestWithParam<EffectCase> {};
 
 TEST_P(EveryEffectsSlope, IsThatOfTheWholeSimulation) {
-  const ForwardModel model(geometry::default_rig());
+  const ForwardModel model(law_rig(GetParam().rig));
   const Effect& effect = *GetParam().effect;
-  ActiveEffect active{&effect, GetParam().place, {}};
-  for (const EffectParameter& each : effect.parameters) active.x.push_back(3 * each.sigma);
-  expect_chain_is_difference(model, active);
+  expect_chain_is_difference(model, {&effect, GetParam().place, three_sizes(effect)});
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    , EveryEffectsSlope, testing::ValuesIn(all_cases()), [](const auto& each) {
-      return std::string(each.param.effect->cause) + "_" + each.param.place.name;
-    });
+    , EveryEffectsSlope, testing::ValuesIn(cases_with_a_size()),
+    [](const auto& each) { return each.param.name(); });
 
 // An effect that was added at run time may look at anything that the scene holds.
 TEST(ExtendedSlopes, FollowAnEffectThatLooksBackAtJointsAndLengths) {
@@ -133,7 +97,7 @@ TEST(ExtendedSlopes, FollowAnEffectThatLooksBackAtJointsAndLengths) {
   const Effect sag{
       .cause = "sag",
       .in_words = "sag",
-      .places = [](const geometry::Rig&) { return at_one_place("links"); },
+      .places = [](const geometry::Rig& rig) { return at_one_place(rig, "links"); },
       .parameters = kSize,
       .after_kinematics =
           [](std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {

@@ -1,14 +1,16 @@
 // What the smooth functions of an explanation are: what the makers of the dials allow, a dial
-// whose scale is uneven by more than that, or something that has no name.
+// whose scale is uneven by more than that, a joint that errs by its own angle, or something
+// that has no name.
 #pragma once
 
 #include "diagnosis/explanation.h"
 
 namespace sixdial::diagnosis {
 
-/// Sorts `found.unknown` into background, dial_curves, unknown and unknown_rivals of `result`.
-/// A function of one dial's own reading is a curve of the dial if its span is for sure beyond
-/// accuracy_mm; within it, it stays without a name.
+/// Sorts `found.unknown` into background, dial_curves, joint_curves, unknown and unknown_rivals
+/// of `result`. A function of one dial's own reading is a curve of the dial if its span is for
+/// sure beyond accuracy_mm; within it, it stays without a name. A function of one joint's own
+/// value, that enters there, is that joint's curve.
 void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,
     const Explanation& found, NamedCauses& result);

@@ -1,15 +1,17 @@
-#include "diagnosis/dial_curve.h"
+#include "diagnosis/own_curve.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "diagnosis/covariate.h"
+#include "diagnosis/kernel_basis.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -53,57 +55,119 @@ Rivals rivals_of_unknown(
   return result;
 }
 
-/// The error of each reading by the smooth functions `group` of one dial, and how wide it is.
-DialCurve curve_of(
-    const Readings& readings, const Explanation& found, std::size_t dial,
-    const std::vector<std::size_t>& group) {
-  const auto& rows = readings.rows_of_dial(dial);
-  DialCurve curve{.dial = dial, .smooth = found.unknown[group.front()]};
-  curve.limit_mm = readings.model().rig().dials[dial].accuracy_mm;
-  curve.error_mm = Eigen::VectorXd::Zero(readings.count());
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(readings.count());
-  std::vector<UnknownCandidate> parts;
-  for (const std::size_t i : group) {
-    parts.push_back(found.unknown[i]);
-    Eigen::Index first = readings.nuisance().cols();
-    for (std::size_t k = 0; k < i; ++k) first += found.unknown[k].columns.cols();
-    const Eigen::Index own = found.unknown[i].columns.cols();
-    const auto u = found.fit.u.segment(first, own);
-    const auto u_sd = found.fit.u_sd_mm.segment(first, own);
-    for (const Eigen::Index row : rows) {
-      const Eigen::VectorXd c = found.fit.random.row(row).segment(first, own);
-      curve.error_mm[row] += c.dot(u);
-      variance[row] += c.cwiseProduct(u_sd).squaredNorm();
-    }
-  }
-  curve.smooth.columns = random_columns(readings.count(), parts);
+/// Places of one smooth function's columns among the random ones of the fit.
+std::pair<Eigen::Index, Eigen::Index> place_of_columns(
+    const Readings& readings, const Explanation& found, std::size_t i) {
+  Eigen::Index first = readings.nuisance().cols();
+  for (std::size_t k = 0; k < i; ++k) first += found.unknown[k].columns.cols();
+  return {first, found.unknown[i].columns.cols()};
+}
 
-  // The dial's zero is nobody's: half of the span is what no zero could take away. Both ends
-  // may be off in opposite directions.
+/// Half of what lies between the lowest and the highest of `error`, by the rows that are good.
+void measure_span(
+    const Explanation& found, const std::vector<Eigen::Index>& rows,
+    const Eigen::VectorXd& error, const Eigen::VectorXd& variance, OwnCurve& curve) {
   std::optional<Eigen::Index> low;
   std::optional<Eigen::Index> high;
   for (const Eigen::Index row : rows) {
     if (!(found.fit.weight[row] > kGoodWeight)) continue;
-    if (!low || curve.error_mm[row] < curve.error_mm[*low]) low = row;
-    if (!high || curve.error_mm[row] > curve.error_mm[*high]) high = row;
+    if (!low || error[row] < error[*low]) low = row;
+    if (!high || error[row] > error[*high]) high = row;
   }
-  if (!low || !high) return curve;
-  curve.half_span_mm = (curve.error_mm[*high] - curve.error_mm[*low]) / 2;
-  curve.half_span_sd_mm = (std::sqrt(variance[*high]) + std::sqrt(variance[*low])) / 2;
-  const Eigen::VectorXd own = curve.error_mm(rows);
-  curve.rms_mm = std::sqrt((own.array() - own.mean()).square().mean());
+  if (!low || !high) return;
+  curve.half_span = (error[*high] - error[*low]) / 2;
+  curve.half_span_sd = (std::sqrt(variance[*high]) + std::sqrt(variance[*low])) / 2;
+  const Eigen::VectorXd own = error(rows);
+  curve.rms = std::sqrt((own.array() - own.mean()).square().mean());
+}
+
+/// The error of each reading by the smooth functions `group` of one dial, and how wide it is.
+DialCurve curve_of_dial(
+    const Readings& readings, const Explanation& found, std::size_t dial,
+    const std::vector<std::size_t>& group) {
+  const auto& rows = readings.rows_of_dial(dial);
+  DialCurve curve;
+  curve.dial = dial;
+  curve.smooth = found.unknown[group.front()];
+  curve.limit_mm = readings.model().rig().dials[dial].accuracy_mm;
+  curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(readings.count());
+  std::vector<UnknownCandidate> parts;
+  for (const std::size_t i : group) {
+    parts.push_back(found.unknown[i]);
+    const auto [first, own] = place_of_columns(readings, found, i);
+    const auto u = found.fit.u.segment(first, own);
+    const auto u_sd = found.fit.u_sd_mm.segment(first, own);
+    for (const Eigen::Index row : rows) {
+      const Eigen::VectorXd c = found.fit.random.row(row).segment(first, own);
+      curve.in_readings_mm[row] += c.dot(u);
+      variance[row] += c.cwiseProduct(u_sd).squaredNorm();
+    }
+  }
+  curve.smooth.columns = random_columns(readings.count(), parts);
+  // The dial's zero is nobody's: half of the span is what no zero could take away. Both ends
+  // may be off in opposite directions.
+  measure_span(found, rows, curve.in_readings_mm, variance, curve);
   return curve;
 }
 
+/// The error of a joint's value at each sample, and what it does to the readings.
+JointCurve curve_of_joint(
+    const Readings& readings, const Explanation& found, const simulation::Place& place,
+    const std::vector<std::size_t>& group) {
+  JointCurve curve;
+  curve.place = place;
+  curve.smooth = found.unknown[group.front()];
+  curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd variance = error;
+  for (const std::size_t i : group) {
+    const UnknownCandidate& part = found.unknown[i];
+    curve.parts.push_back(part);
+    const auto [first, own] = place_of_columns(readings, found, i);
+    const Eigen::VectorXd u = found.fit.u.segment(first, own);
+    const Eigen::VectorXd u_sd = found.fit.u_sd_mm.segment(first, own);
+    curve.in_readings_mm += found.fit.random.middleCols(first, own) * u;
+    for (Eigen::Index row = 0; row < readings.count(); ++row) {
+      const auto trial =
+          static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(row)].trial);
+      const Eigen::VectorXd basis =
+          kernel_values(part.kernel, readings.trials()[trial].q[place.joint]);
+      error[row] += basis.dot(u);
+      variance[row] += basis.cwiseProduct(u_sd).squaredNorm();
+    }
+  }
+  curve.smooth.columns = random_columns(readings.count(), curve.parts);
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(readings.count()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  measure_span(found, all, error, variance, curve);
+  return curve;
+}
+
+constexpr double kForSure = 2.0;  // standard deviations
+
 bool is_for_sure_beyond_limit(const DialCurve& curve) {
-  constexpr double kForSure = 2.0;  // standard deviations
-  return curve.half_span_mm - kForSure * curve.half_span_sd_mm > curve.limit_mm;
+  return curve.half_span - kForSure * curve.half_span_sd > curve.limit_mm;
+}
+
+/// The joint whose own value a smooth function goes by and bends; empty: another kind.
+std::optional<simulation::Place> joint_of(
+    const Readings& readings, const UnknownCandidate& smooth) {
+  if (smooth.kind != UnknownKind::kSmooth || smooth.kernel.functions.empty()) {
+    return std::nullopt;
+  }
+  for (simulation::Place& place : simulation::at_each_joint(readings.model().rig())) {
+    const std::string own =
+        dependence_name({.on = DependsOn::kJointAngle, .joint = place.joint});
+    if (smooth.enters == place.name && smooth.covariates == std::vector{own}) return place;
+  }
+  return std::nullopt;
 }
 
 /// Evidence, and all that would do about as well.
 void weigh(
     const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, const std::vector<std::size_t>& group, DialCurve& curve) {
+    const Explanation& found, const std::vector<std::size_t>& group, OwnCurve& curve) {
   Explanation without = found;
   for (std::size_t k = group.size(); k-- > 0;) {
     without = search.without_unknown(without, group[k]);
@@ -131,6 +195,26 @@ void weigh(
   curve.left_out = found.fit.left_out();
 }
 
+/// A curve of the same size drawn against another joint's value is what flexibility alone
+/// gains: a name has to do clearly better.
+void hold_against_sham(
+    const Readings& readings, const Search& search, const NamingSettings& settings,
+    const Explanation& found, std::size_t first_part, JointCurve& curve) {
+  const Explanation less = search.without_unknown(found, first_part);
+  const std::vector<UnknownCandidate> shams =
+      score_joint_by_others(readings, less.fit, curve.place.joint);
+  for (const UnknownCandidate& each : shams) {
+    const bool own = each.covariates == curve.smooth.covariates;
+    double& best = own ? curve.own_evidence : curve.sham_evidence;
+    best = std::max(best, each.evidence);
+    if (own || each.evidence < curve.sham_evidence) continue;
+    const double odds = curve.own_evidence - each.evidence;
+    if (odds >= settings.tie_log_odds || !curve.tied_with_unknown.empty()) continue;
+    curve.tied_with_unknown = each.covariates;
+    curve.unknown_log_odds = odds;
+  }
+}
+
 /// A part of a smooth function of the dial's reading: neither a jump in time nor what goes by
 /// the direction of the plunger.
 bool may_be_part_of_curve(const simulation::Effect& effect) {
@@ -143,15 +227,30 @@ void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,
     const Explanation& found, NamedCauses& result) {
   std::map<std::size_t, std::vector<std::size_t>> of_dial;
+  std::map<int, std::pair<simulation::Place, std::vector<std::size_t>>> of_joint;
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
     if (const auto dial = dial_of(readings, found.unknown[i])) of_dial[*dial].push_back(i);
+    if (const auto place = joint_of(readings, found.unknown[i])) {
+      auto& [where, group] = of_joint[place->joint];
+      where = *place;
+      group.push_back(i);
+    }
   }
   std::set<std::size_t> named;
   for (const auto& [dial, group] : of_dial) {
-    DialCurve curve = curve_of(readings, found, dial, group);
+    DialCurve curve = curve_of_dial(readings, found, dial, group);
     if (!is_for_sure_beyond_limit(curve)) continue;
     weigh(readings, search, settings, found, group, curve);
     result.dial_curves.push_back(std::move(curve));
+    named.insert(group.begin(), group.end());
+  }
+  for (const auto& [joint, place_and_group] : of_joint) {
+    const auto& [place, group] = place_and_group;
+    JointCurve curve = curve_of_joint(readings, found, place, group);
+    if (!(curve.half_span > kForSure * curve.half_span_sd)) continue;
+    weigh(readings, search, settings, found, group, curve);
+    hold_against_sham(readings, search, settings, found, group.front(), curve);
+    result.joint_curves.push_back(std::move(curve));
     named.insert(group.begin(), group.end());
   }
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
