@@ -101,9 +101,11 @@ class Diagnoser {
     // A free mount brings an unknown angle with each sample.
     constexpr std::size_t kMostFree = 600;
     const bool free = model.rig().cuboid.mount == geometry::Mount::kFree;
-    const std::size_t most = free && settings_.most_samples > 0
-                                 ? std::min(kMostFree, settings_.most_samples)
-                                 : settings_.most_samples;
+    // An arm has three times the parameters of a five-bar, and more places for each cause.
+    constexpr std::size_t kMostInSpace = 700;
+    std::size_t most = settings_.most_samples;
+    if (most > 0 && free) most = std::min(most, kMostFree);
+    if (most > 0 && model.robot().axes > 2) most = std::min(most, kMostInSpace);
     std::vector<bool> drawn = drawn_samples(trials, held_out_, most, settings_.seed);
     for (std::size_t t = 0; t < drawn.size(); ++t) {
       if (drawn[t]) ++(held_out_[t] ? result_.g2_samples : result_.g1_samples);
@@ -123,7 +125,8 @@ class Diagnoser {
     const auto& swap = found().swap;
     result_.readings =
         swap ? measured_.with_swapped_dials(swap->place.dial, swap->place.other_dial)
-             : measured_;
+        : found().joints_set_right ? readings_
+                                   : measured_;
     result_.readings->place_tool(found().extended.model);
   }
 
@@ -134,8 +137,9 @@ class Diagnoser {
                           !found().dial_curves.empty() || !found().joint_curves.empty();
     if (enough_g1_ && anything) {
       // An exchange has to show itself there too.
+      const bool set_right = found().swap || found().joints_set_right;
       Readings on_g1 =
-          (found().swap ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
+          (set_right ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
       alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
     result_.rig = rig_as_seen(readings_, found().extended);
@@ -151,7 +155,7 @@ class Diagnoser {
     std::vector<JointCurve>& joints = result_.named.joint_curves;
     if ((dials.empty() && joints.empty()) || !alone_) return;
     if (sides_->judged.count() < fewest_) return;
-    const Readings& g2 = sides_->judged;
+    const Readings g2 = split(as_read()).judged;
     const JointFit fit = fit_jointly(g2, found().extended.model, found().extended.effects);
     const std::vector<UnknownCandidate> seen = score_unknown(g2, fit);
     const auto confirm = [&](OwnCurve& curve, bool on_g1) {
@@ -177,7 +181,7 @@ class Diagnoser {
   void describe_remainder() {
     add_dependence();
     // Something smooth without a name counts as left over.
-    result_.commanding = command_fit(readings_, found());
+    result_.commanding = command_fit(as_read(), found());
     result_.commanding_rig = rig_as_seen(readings_, result_.commanding);
     const JointFit& names = result_.commanding;
     add_parameters();
@@ -186,7 +190,7 @@ class Diagnoser {
     const bool smooth = !found().unknown.empty();
     Remainder& left = result_.unexplained;
     left.rms_mm = std::sqrt(
-        names.weight.dot(residual_at_rest_mm(readings_, names).cwiseAbs2()) /
+        names.weight.dot(residual_at_rest_mm(as_read(), names).cwiseAbs2()) /
         std::max(1.0, names.weight.sum()));
     left.depends_on = found().depends_on();
     Scatter scatter = scatter_of(readings_, extended, result_.noise);
@@ -201,7 +205,7 @@ class Diagnoser {
     GainStudy study;
     // Whether G2 shows a cause too does not depend on the table that the user may leave out.
     if (enough_g1_ && (settings_.with_gain || !found().findings.empty())) {
-      GainQuestion question{readings_,        *sides_,          std::nullopt,
+      GainQuestion question{as_read(),        split(as_read()), std::nullopt,
                             found().baseline, found().extended, found().joint_curves};
       if (found().swap) question.as_measured = split(measured_);
       GainSettings how;
@@ -213,7 +217,7 @@ class Diagnoser {
       result_.gain = study.rows;
       if (settings_.with_gain && !stop_.stop_requested()) {
         result_.choice = cross_validated(question, how, stop_);
-        result_.on_top = trained_on(readings_, result_.commanding, settings_.seed, stop_);
+        result_.on_top = trained_on(as_read(), result_.commanding, settings_.seed, stop_);
       }
     }
     for (std::size_t i = 0; i < found().findings.size(); ++i) {
@@ -236,7 +240,7 @@ class Diagnoser {
             [&](const Cause& cause) { return cause.finding.hypothesis == each; });
         if (!named) open.push_back(each);
       }
-      result_.limits = limits_of(readings_, result_.commanding, open, settings_.search);
+      result_.limits = limits_of(as_read(), result_.commanding, open, settings_.search);
       for (const Limit& limit : result_.limits) {
         if (limit.detect < kBelievableSizes * limit.plausible) continue;
         result_.not_testable.push_back({limit.hypothesis, WhyNotTestable::kAbsorbed});
@@ -245,7 +249,7 @@ class Diagnoser {
     result_.false_alarm_probability = found().family_p_value;
     if (settings_.null_draws > 0) {
       result_.false_alarm_probability = simulated_false_alarm(
-          readings_, found().baseline, testable, found().family_p_value, settings_.null_draws,
+          as_read(), found().baseline, testable, found().family_p_value, settings_.null_draws,
           settings_.seed);
     }
   }
@@ -253,7 +257,7 @@ class Diagnoser {
   /// What is left along each smooth function, before and after the causes.
   void add_dependence() {
     const auto left = score_unknown(readings_, found().extended);
-    for (const UnknownCandidate& first : score_unknown(readings_, found().baseline)) {
+    for (const UnknownCandidate& first : score_unknown(as_read(), found().baseline)) {
       Dependence each{first.covariates, first.enters, first.evidence, 0.0, first.rms_mm, 0.0};
       for (const UnknownCandidate& second : left) {
         if (second.covariates == first.covariates && second.enters == first.enters) {
@@ -339,6 +343,10 @@ class Diagnoser {
   }
 
   [[nodiscard]] const NamedCauses& found() const { return result_.named; }
+  /// With the joint values as they were read: models that bend the joints are fitted to these.
+  [[nodiscard]] const Readings& as_read() const {
+    return found().joints_set_right ? measured_ : readings_;
+  }
 
   Diagnosis result_;
   const DiagnosisSettings& settings_;

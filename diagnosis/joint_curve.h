@@ -9,6 +9,12 @@
 
 namespace sixdial::diagnosis {
 
+/// Where three joints or more each err by their own angle, as the drives of a real arm do:
+/// their curves, found before any name. One by one they would pass for many small causes. Empty
+/// otherwise, and in the plane.
+[[nodiscard]] std::vector<JointCurve> find_joint_curves(
+    const Readings& readings, const NamingSettings& settings);
+
 /// `from`, a fit to these readings, with the joints' curves fitted too and then held as effects
 /// at its end. `random`: columns that stay random. The curves' smoothness and size are those
 /// that were found; their form is what these readings say.

@@ -175,25 +175,34 @@ class Fitter {
 
  private:
   void iterate(int plain_steps) {
+    // Where a step did what the slopes had promised, they hold for the next one too; a fit ends
+    // by slopes that were taken where it stands.
+    bool keeps_slopes = false;
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
       const bool plain = step < plain_steps;
       doubt_mm_ = readings_.doubt_mm(fit_.model, extended_here());
       weigh_here();
       if (plain) fit_.weight.setOnes();
-      linearise();
+      if (!keeps_slopes) linearise();
       const Equations equations = equations_here();
       const double gain = gain_of(equations);
       if (!plain && gain < kNoGain) {
+        if (std::exchange(keeps_slopes, false)) continue;
         fit_.converged = true;
         break;
       }
       std::optional<Moved> next = downhill(equations);
       if (!next) {
+        if (std::exchange(keeps_slopes, false)) continue;
         if (!plain) break;  // nowhere to go, though the slope says so
         plain_steps = step;
         continue;
       }
       const double fall = equations.squares - next->squares;
+      const double promised = equations.solved.fall();
+      constexpr double kAsPromised = 0.01;
+      keeps_slopes =
+          damping_ == 0.0 && std::abs(fall - promised) < kAsPromised * std::abs(promised);
       const double last = fit_.log_likelihood;
       fit_.model = std::move(next->model);
       fit_.effects = std::move(next->effects);

@@ -12,6 +12,7 @@
 #include "diagnosis/explanation.h"
 #include "diagnosis/gross_readings.h"
 #include "diagnosis/growing.h"
+#include "diagnosis/joint_curve.h"
 #include "diagnosis/own_curve.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
@@ -345,6 +346,7 @@ Eigen::MatrixXd NamedCauses::dial_columns(Eigen::Index readings) const {
 
 Eigen::MatrixXd NamedCauses::own_columns(Eigen::Index readings) const {
   Eigen::MatrixXd result = dial_columns(readings);
+  if (joints_set_right) return result;
   for (const JointCurve& each : joint_curves) {
     const Eigen::Index before = result.cols();
     result.conservativeResize(Eigen::NoChange, before + each.smooth.columns.cols());
@@ -424,7 +426,9 @@ NamedCauses identify_from(
 
 }  // namespace
 
-NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
+namespace {
+
+NamedCauses name_causes_of_joints_as_read(Readings& readings, const NamingSettings& settings) {
   const Readings as_measured = readings;
   const JointFit plain = fit_baseline(readings);
   NamedCauses result = identify_from(readings, as_measured, settings);
@@ -448,6 +452,21 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
     readings = std::move(noise_first);
     return other;
   }
+  return result;
+}
+
+}  // namespace
+
+NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
+  std::vector<JointCurve> curves = find_joint_curves(readings, settings);
+  if (curves.empty()) return name_causes_of_joints_as_read(readings, settings);
+  const JointFit plain = fit_baseline(readings);
+  const JointFit bent = with_joint_curves(readings, plain, curves);
+  readings = readings.with_joints_bent(bent.effects);
+  NamedCauses result = name_causes_of_joints_as_read(readings, settings);
+  result.baseline = plain;
+  result.joint_curves = std::move(curves);
+  result.joints_set_right = true;
   return result;
 }
 

@@ -118,6 +118,9 @@ struct NamedCauses {
   /// Part of the fit as well, and a finding each; not among `unknown`.
   std::vector<DialCurve> dial_curves;
   std::vector<JointCurve> joint_curves;
+  /// The readings came back with the joint values set right by these curves: `extended` is a
+  /// fit to them.
+  bool joints_set_right = false;
   /// Columns of what the dials do of their own: `background` and `dial_curves`.
   [[nodiscard]] Eigen::MatrixXd dial_columns(Eigen::Index readings) const;
   /// These, and those of the joints' curves.
@@ -133,7 +136,7 @@ struct NamedCauses {
 };
 
 /// Names the causes in a session. If two dials were found exchanged, `readings` comes back with
-/// their readings set right.
+/// their readings set right; if many joints err by curves of their own, with the joint values.
 [[nodiscard]] NamedCauses name_causes(Readings& readings, const NamingSettings& settings = {});
 
 }  // namespace sixdial::diagnosis

@@ -111,39 +111,6 @@ DialCurve curve_of_dial(
   return curve;
 }
 
-/// The error of a joint's value at each sample, and what it does to the readings.
-JointCurve curve_of_joint(
-    const Readings& readings, const Explanation& found, const simulation::Place& place,
-    const std::vector<std::size_t>& group) {
-  JointCurve curve;
-  curve.place = place;
-  curve.smooth = found.unknown[group.front()];
-  curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());
-  Eigen::VectorXd error = Eigen::VectorXd::Zero(readings.count());
-  Eigen::VectorXd variance = error;
-  for (const std::size_t i : group) {
-    const UnknownCandidate& part = found.unknown[i];
-    curve.parts.push_back(part);
-    const auto [first, own] = place_of_columns(readings, found, i);
-    const Eigen::VectorXd u = found.fit.u.segment(first, own);
-    const Eigen::VectorXd u_sd = found.fit.u_sd_mm.segment(first, own);
-    curve.in_readings_mm += found.fit.random.middleCols(first, own) * u;
-    for (Eigen::Index row = 0; row < readings.count(); ++row) {
-      const auto trial =
-          static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(row)].trial);
-      const Eigen::VectorXd basis =
-          kernel_values(part.kernel, readings.trials()[trial].q[place.joint]);
-      error[row] += basis.dot(u);
-      variance[row] += basis.cwiseProduct(u_sd).squaredNorm();
-    }
-  }
-  curve.smooth.columns = random_columns(readings.count(), curve.parts);
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(readings.count()));
-  std::iota(all.begin(), all.end(), Eigen::Index{0});
-  measure_span(found, all, error, variance, curve);
-  return curve;
-}
-
 constexpr double kForSure = 2.0;  // standard deviations
 
 bool is_for_sure_beyond_limit(const DialCurve& curve) {
@@ -222,6 +189,38 @@ bool may_be_part_of_curve(const simulation::Effect& effect) {
 }
 
 }  // namespace
+
+JointCurve curve_of_joint(
+    const Readings& readings, const Explanation& found, const simulation::Place& place,
+    const std::vector<std::size_t>& group) {
+  JointCurve curve;
+  curve.place = place;
+  curve.smooth = found.unknown[group.front()];
+  curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(readings.count());
+  Eigen::VectorXd variance = error;
+  for (const std::size_t i : group) {
+    const UnknownCandidate& part = found.unknown[i];
+    curve.parts.push_back(part);
+    const auto [first, own] = place_of_columns(readings, found, i);
+    const Eigen::VectorXd u = found.fit.u.segment(first, own);
+    const Eigen::VectorXd u_sd = found.fit.u_sd_mm.segment(first, own);
+    curve.in_readings_mm += found.fit.random.middleCols(first, own) * u;
+    for (Eigen::Index row = 0; row < readings.count(); ++row) {
+      const auto trial =
+          static_cast<std::size_t>(readings.rows()[static_cast<std::size_t>(row)].trial);
+      const Eigen::VectorXd basis =
+          kernel_values(part.kernel, readings.trials()[trial].q[place.joint]);
+      error[row] += basis.dot(u);
+      variance[row] += basis.cwiseProduct(u_sd).squaredNorm();
+    }
+  }
+  curve.smooth.columns = random_columns(readings.count(), curve.parts);
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(readings.count()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  measure_span(found, all, error, variance, curve);
+  return curve;
+}
 
 void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,

@@ -15,6 +15,11 @@ void tell_smooth_apart(
     const Readings& readings, const Search& search, const NamingSettings& settings,
     const Explanation& found, NamedCauses& result);
 
+/// The curve of a joint that these smooth functions of an explanation are, by number.
+[[nodiscard]] JointCurve curve_of_joint(
+    const Readings& readings, const Explanation& found, const simulation::Place& place,
+    const std::vector<std::size_t>& group);
+
 /// What stands at a dial beside a smooth function of the same dial's reading may be a part of
 /// it: tied with it.
 void doubt_beside_curves(

@@ -226,6 +226,22 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
   return result;
 }
 
+Readings Readings::with_joints_bent(
+    const std::vector<simulation::ActiveEffect>& effects) const {
+  std::vector<simulation::Trial> trials = *trials_;
+  simulation::Scene scene;
+  for (std::size_t t = 0; t < trials.size(); ++t) {
+    scene.q = trials[t].q;
+    for (const simulation::ActiveEffect& each : effects) {
+      each.effect->before_kinematics(each.x, each.place, (*circumstances_)[t], scene);
+    }
+    trials[t].q = scene.q;
+  }
+  Readings result(*model_, std::move(trials), counts_);
+  result.place_tool(placed_at_);
+  return result;
+}
+
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) trial.reading[dial].reset();

@@ -41,6 +41,10 @@ class Readings {
   /// The same session as if one dial had never touched.
   [[nodiscard]] Readings without_dial(std::size_t dial) const;
 
+  /// The same session with joint values set right by these effects of single joints.
+  [[nodiscard]] Readings with_joints_bent(
+      const std::vector<simulation::ActiveEffect>& effects) const;
+
   /// The same session with two dials' readings exchanged.
   [[nodiscard]] Readings with_swapped_dials(int dial, int other) const;
 

@@ -66,9 +66,9 @@ constexpr int kFew = 10;
 // A drive errs many times a turn, and a robot in space is measured at many poses: what so many
 // samples can tell.
 constexpr int kSamplesPerFunction = 12;
-constexpr int kMostOfJoint = 80;
+constexpr int kMostOfJoint = 40;
 const std::vector<Box> kAlongDrive{
-    {1.3, {0.02, 0.04, 0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
+    {1.3, {0.04, 0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
 
 /// Anything of joint `bent` that depends on the value of joint `by`.
 void along_joint(
@@ -255,6 +255,24 @@ std::vector<UnknownCandidate> score_joint_by_others(
     if (other != joint) along_joint(search, readings, at, stage, joint, other);
   }
   return search.as_tried();
+}
+
+std::vector<UnknownCandidate> score_joint_curves(
+    const Readings& readings, const JointFit& fit) {
+  const simulation::ExtendedModel extended(readings.model(), fit.effects);
+  const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+  const Covariates at = covariates_of(readings, fit, extended);
+  std::vector<UnknownCandidate> result;
+  for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
+    UnknownSearch search(readings, fit);
+    along_joint(
+        search, readings, at,
+        stage_columns(readings, fit.model, extended, simulated, Stage::kJointAngle, joint),
+        joint, joint);
+    std::vector<UnknownCandidate> found = search.as_tried();
+    result.push_back(found.empty() ? UnknownCandidate{} : std::move(found.front()));
+  }
+  return result;
 }
 
 std::vector<UnknownCandidate> score_unknown(const Readings& readings, const JointFit& fit) {

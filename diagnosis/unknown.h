@@ -73,6 +73,10 @@ struct RigRival {
 /// The error of one joint's value as a smooth function of each joint's value: of its own first.
 [[nodiscard]] std::vector<UnknownCandidate> score_joint_by_others(
     const Readings& readings, const JointFit& fit, int joint);
+/// The error of each joint's value as a smooth function of its own, one for each joint in their
+/// order, all with their columns.
+[[nodiscard]] std::vector<UnknownCandidate> score_joint_curves(
+    const Readings& readings, const JointFit& fit);
 /// All of them, best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_unknown(
     const Readings& readings, const JointFit& fit);

@@ -130,7 +130,7 @@ ArmOutcome challenge_arm(const ArmChallenge& of, std::uint64_t seed) {
   const geometry::Rig rig = session::read_bundle(folder.path().string()).rig;
   ArmOutcome outcome;
   outcome.joints = static_cast<int>(world.nominal.size());
-  outcome.strength = of.causes > 0 ? INFINITY : 0.0;
+  outcome.strength = of.causes > 0 ? HUGE_VAL : 0.0;
   const Eigen::MatrixXd Q = geometry_of(world, rig, measure_arm(world, g1, g2));
   for (std::uint64_t draw = 0; std::ssize(world.effects) < of.causes; ++draw) {
     ArmEffect effect = draw_arm_effect(world, seed * 1000 + draw);
