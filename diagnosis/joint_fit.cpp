@@ -183,7 +183,8 @@ class Fitter {
       doubt_mm_ = readings_.doubt_mm(fit_.model, extended_here());
       weigh_here();
       if (plain) fit_.weight.setOnes();
-      if (!keeps_slopes) linearise();
+      const bool fresh = !keeps_slopes;
+      if (fresh) linearise();
       const Equations equations = equations_here();
       const double gain = gain_of(equations);
       if (!plain && gain < kNoGain) {
@@ -218,8 +219,8 @@ class Fitter {
         continue;
       }
       constexpr double kNoRise = 1e-2;  // of the log likelihood
-      fit_.converged =
-          damping_ == 0.0 && gain < kNearGain && std::abs(fit_.log_likelihood - last) < kNoRise;
+      fit_.converged = fresh && damping_ == 0.0 && gain < kNearGain &&
+                       std::abs(fit_.log_likelihood - last) < kNoRise;
     }
   }
 

@@ -97,6 +97,11 @@ struct Shown {
   double tool_rms_mm = 0.0, tool_max_mm = 0.0;
 };
 
+/// The default rig can have it, and it has a form that can be computed.
+bool has_picture(const Effect& effect, const geometry::Rig& rig) {
+  return !effect.is_curve && !effect.places(rig).empty();
+}
+
 class Book {
  public:
   Book() : model_(geometry::default_rig()), readings_(model_, plain_session(model_)) {
@@ -107,6 +112,7 @@ class Book {
     fitted_ = qr.householderQ() *
               Eigen::MatrixXd::Identity(plain_mm_.size(), model_.parameter_count());
     for (const Effect* effect : simulation::all_effects()) {
+      if (!has_picture(*effect, model_.rig())) continue;
       for (const Place& place : effect->places(model_.rig())) {
         Eigen::MatrixXd columns = signature(*effect, place);
         columns -= fitted_ * (fitted_.transpose() * columns);
@@ -285,6 +291,24 @@ std::string hidden(const Book& book, const Effect& effect, const Place& place) {
   return text;
 }
 
+/// Curves of any form, and what only other robots and instruments than the default rig's have.
+std::string effects_without_picture(const geometry::Rig& rig) {
+  std::string page =
+      "\n## Curves, and other robots and instruments\n\nA curve has no form of its own to be "
+      "drawn; the others are looked for in robots that work in space, or where another "
+      "instrument than dials on a cuboid measures.\n";
+  for (const Effect* effect : simulation::all_effects()) {
+    if (has_picture(*effect, rig)) continue;
+    page += fmt::format(
+        "\n<a id=\"{0}\"></a>\n\n### {1} (`{0}`)\n\n| | |\n|---|---|\n| how it shows | {2} |\n"
+        "| effect on parts | {3} |\n| what to do | {4} |\n| told apart | {5} |\n"
+        "| poses that help | {6} |\n| needs | {7} |\n",
+        effect->cause, effect->in_words, effect->signature, effect->consequence, effect->advice,
+        effect->told_apart, effect->helps, needs_of(effect->needs));
+  }
+  return page;
+}
+
 /// What a diagnosis can find besides: it has no formula that would be searched for.
 std::string findings_without_effect() {
   constexpr std::array kKinds{
@@ -325,6 +349,7 @@ std::string causes_markdown() {
       "like* gives the causes whose signature points the same way after that fit (100 %: "
       "nothing on these poses tells them apart; at their likest place).\n";
   for (const Effect* effect : simulation::all_effects()) {
+    if (!has_picture(*effect, book.rig())) continue;
     const std::vector<Place> places = effect->places(book.rig());
     const Place& place = shown_place(*effect, places);
     page += fmt::format(
@@ -353,7 +378,7 @@ std::string causes_markdown() {
       page += fmt::format("| and the network? | {} |\n", effect->why_not_learned);
     }
   }
-  return page + findings_without_effect();
+  return page + effects_without_picture(book.rig()) + findings_without_effect();
 }
 
 }  // namespace sixdial::report

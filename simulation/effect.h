@@ -52,9 +52,11 @@ struct Circumstance {
 
 /// One pose on its way from joint angles to readings.
 struct Scene {
-  Eigen::VectorXd q;              // joint by joint [rad, or mm of a prismatic one]
-  Eigen::VectorXd v;              // the robot's parameters
-  std::span<const int> growing;   // those that are lengths of links: they grow with temperature
+  Eigen::VectorXd q;             // joint by joint [rad, or mm of a prismatic one]
+  Eigen::VectorXd v;             // the robot's parameters
+  std::span<const int> growing;  // those that are lengths of links: they grow with temperature
+  // Of a robot in space: where its base is, and where its last link ends, at the tool.
+  Eigen::Vector3d stands_mm{0, 0, 0}, end_mm{0, 0, 0};
   Eigen::VectorXd torque_Nmm;     // of the plungers on each joint (of effects that need kDials)
   Eigen::Vector3d p_WE{0, 0, 0};  // after kinematics; in the plane z stays 0
   Eigen::Vector3d turn_rad{

@@ -34,6 +34,8 @@ ExtendedModel::ExtendedModel(const ForwardModel& base, std::vector<ActiveEffect>
   const auto& parameters = base.robot().parameters;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].grows) growing_.push_back(static_cast<int>(k));
+    const bool place = parameters[k].stands && parameters[k].unit == "mm";
+    if (place && stands_.size() < 3) stands_.push_back(static_cast<int>(k));
   }
 }
 
@@ -155,6 +157,14 @@ void ExtendedModel::measure(
   apply(&Effect::after_reading, effects_, extra, sample, scene);
 }
 
+void ExtendedModel::set_ends(Scene& scene) const {
+  for (std::size_t axis = 0; axis < stands_.size(); ++axis) {
+    scene.stands_mm[static_cast<Eigen::Index>(axis)] = scene.v[stands_[axis]];
+  }
+  const bool chain = !base_->robot().kind->has_passive_joints;
+  scene.end_mm = chain ? scene.X.back().p : scene.X.front().p;
+}
+
 geometry::Reached ExtendedModel::pose(
     const ModelVector& model, const Trial& trial, Scene& scene) const {
   if (!base_->rig().on_cuboid()) {
@@ -163,6 +173,7 @@ geometry::Reached ExtendedModel::pose(
     const auto reached = robot.forward(scene.v, scene.q, trial.assembly, scene.X);
     if (!reached) return reached;
     scene.p_WE = scene.X[0].p;
+    set_ends(scene);
     return {};
   }
   const auto at = geometry::planar_pose(

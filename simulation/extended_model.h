@@ -56,8 +56,12 @@ class ExtendedModel {
   /// What the robot does with scene.q and scene.v: p_WE, gamma_rad, X.
   [[nodiscard]] geometry::Reached pose(
       const ModelVector& model, const Trial& trial, Scene& scene) const;
+  /// Fills what the scene says of the arm as a whole: its v and X are set.
+  void set_ends(Scene& scene) const;
   /// Parameters of the robot that are lengths of its links.
   [[nodiscard]] std::span<const int> growing() const { return growing_; }
+  /// Where the base stands, of a robot in space.
+  [[nodiscard]] std::span<const int> stands() const { return stands_; }
 
  private:
   void read_dials(Scene& scene) const;
@@ -66,6 +70,7 @@ class ExtendedModel {
   const ForwardModel* base_;
   std::vector<ActiveEffect> effects_;
   std::vector<int> growing_;
+  std::vector<int> stands_;  // the base's three coordinates among the robot's parameters
 };
 
 }  // namespace sixdial::simulation

@@ -157,6 +157,7 @@ ExtendedSlopes::Reached ExtendedSlopes::differentiate_pose(
   gamma_.setZero(count());
   if (!base.rig().on_cuboid()) {
     scene.X = frames_.X;
+    extended_.set_ends(scene);
     return {};
   }
   const std::optional<int> link = base.cuboid_link();
@@ -239,7 +240,23 @@ void ExtendedSlopes::differentiate_dials(
   extended_.measure(model, trial, sample, scene);
 }
 
-Eigen::MatrixXd ExtendedSlopes::differentiate_move(const Circumstance& sample, Scene& scene) {
+void ExtendedSlopes::differentiate_ends(
+    const Trial& trial, const Scene& scene, Eigen::MatrixXd& end, Eigen::MatrixXd& stands) {
+  if (std::exchange(frames_.tool_only, false)) {  // it has a pose: differentiate_pose was here
+    static_cast<void>(
+        extended_.base().robot().forward_derivative(scene.v, scene.q, trial.assembly, frames_));
+  }
+  const bool chain = !extended_.base().robot().kind->has_passive_joints;
+  const std::size_t last = chain ? frames_.X.size() - 1 : 0;
+  end = frames_.by_v[last].topRows<3>() * v_ + frames_.by_q[last].topRows<3>() * q_;
+  stands.setZero(3, count());
+  for (std::size_t axis = 0; axis < extended_.stands().size(); ++axis) {
+    stands.row(static_cast<Eigen::Index>(axis)) = v_.row(extended_.stands()[axis]);
+  }
+}
+
+Eigen::MatrixXd ExtendedSlopes::differentiate_move(
+    const Trial& trial, const Circumstance& sample, Scene& scene) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, count());
   const auto moves = [](const ActiveEffect& each) {
     return static_cast<bool>(each.effect->after_kinematics);
@@ -250,6 +267,8 @@ Eigen::MatrixXd ExtendedSlopes::differentiate_move(const Circumstance& sample, S
     moved_.q = start.q;
     moved_.v = start.v;
     moved_.p_WE = start.p_WE;
+    moved_.stands_mm = start.stands_mm;
+    moved_.end_mm = start.end_mm;
     extended_.move_tool(sample, moved_);
     into.resize(6);
     into << moved_.p_WE, moved_.turn_rad;
@@ -259,6 +278,22 @@ Eigen::MatrixXd ExtendedSlopes::differentiate_move(const Circumstance& sample, S
     central(start.p_WE[axis], kStep_mm, moved, slope);
     slope[axis] -= 1.0;  // the frame's own
     result += slope * p_.row(axis);
+  }
+  // Hardly any effect looks at the arm as a whole; one that does is found by moving its end.
+  Eigen::VectorXd here, elsewhere;
+  moved(here);
+  start.end_mm.array() += kStep_mm;
+  moved(elsewhere);
+  start.end_mm = scene.end_mm;
+  if (here != elsewhere) {
+    Eigen::MatrixXd end, stands;
+    differentiate_ends(trial, scene, end, stands);
+    for (int axis = 0; axis < 3; ++axis) {
+      central(start.end_mm[axis], kStep_mm, moved, slope);
+      result += slope * end.row(axis);
+      central(start.stands_mm[axis], kStep_mm, moved, slope);
+      result += slope * stands.row(axis);
+    }
   }
   for (std::size_t i = 0; i < numbers_.size(); ++i) {
     ActiveEffect& active = extended_.effects()[numbers_[i].effect];
@@ -273,7 +308,7 @@ void ExtendedSlopes::differentiate_channels(
     const ModelVector& model, const Trial& trial, const Circumstance& sample, Scene& scene,
     Slopes& slopes) {
   const ForwardModel& base = extended_.base();
-  const Eigen::MatrixXd move = differentiate_move(sample, scene);
+  const Eigen::MatrixXd move = differentiate_move(trial, sample, scene);
   extended_.measure(model, trial, sample, scene);  // fills scene.seen, too
   const geometry::Observation& seen = scene.seen;
   slopes.tool = p_ + move.topRows<3>();

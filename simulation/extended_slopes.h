@@ -63,7 +63,11 @@ class ExtendedSlopes {
       Slopes& slopes);
   /// d(p_WE, turn)/d(...) of Scene as move_tool leaves them, 6 x count, less that of the
   /// robot's own frames.
-  [[nodiscard]] Eigen::MatrixXd differentiate_move(const Circumstance& sample, Scene& scene);
+  [[nodiscard]] Eigen::MatrixXd differentiate_move(
+      const Trial& trial, const Circumstance& sample, Scene& scene);
+  /// d(Scene::end_mm)/d(...) and d(Scene::stands_mm)/d(...), 3 x count each.
+  void differentiate_ends(
+      const Trial& trial, const Scene& scene, Eigen::MatrixXd& end, Eigen::MatrixXd& stands);
 
   ExtendedModel extended_;  // its effects are moved and put back
   std::vector<EffectNumber> numbers_;

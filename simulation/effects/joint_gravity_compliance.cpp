@@ -13,6 +13,14 @@ constexpr EffectParameter kParameters[] = {
     {"tool", "rad/m", 2e-4},
 };
 
+/// Behind the last joint there is the tool alone: its own link ends on its axis, or nearly so.
+bool carries_links(const Place& place) { return place.joint != place.other_joint; }
+
+std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
+  if (k == 0 && !carries_links(place)) return std::nullopt;
+  return kParameters[k];
+}
+
 /// Turning joints that carry weight: not one whose axis always stands upright.
 std::vector<Place> places(const geometry::Rig& rig) {
   const geometry::RobotModel& robot = *rig.robot.model;
@@ -35,7 +43,9 @@ std::vector<Place> places(const geometry::Rig& rig) {
       for (const auto& by_q : at.by_q) moves += std::abs(by_q(2, place.joint));
     }
     constexpr double kLeast_mm = 1e-6;
-    if (moves > kLeast_mm) result.push_back(std::move(place));
+    if (!(moves > kLeast_mm)) continue;
+    place.other_joint = robot.joint_count() - 1;  // the last one
+    result.push_back(std::move(place));
   }
   return result;
 }
@@ -44,7 +54,8 @@ void bend(
     const Eigen::MatrixXd& weight_m, std::span<const double> x, const Place& place,
     Scene& scene) {
   if (weight_m.rows() <= place.joint) return;
-  scene.q[place.joint] += x[0] * weight_m(place.joint, 0) + x[1] * weight_m(place.joint, 1);
+  const double links = carries_links(place) ? x[0] * weight_m(place.joint, 0) : 0.0;
+  scene.q[place.joint] += links + x[1] * weight_m(place.joint, 1);
 }
 
 void bend_kinematics(
@@ -62,6 +73,7 @@ constexpr Effect kSideways{
     .in_words = "weight that pulls sideways",
     .places = places,
     .parameters = kParameters,
+    .parameter_of_place = parameter_of_place,
     .before_kinematics = bend_sideways};
 
 }  // namespace
@@ -73,6 +85,7 @@ constinit const Effect joint_gravity_compliance{
     .in_words_with_place = "compliance under weight of {place}",
     .places = places,
     .parameters = kParameters,
+    .parameter_of_place = parameter_of_place,
     .needs = kNothing,
     .sham = &kSideways,
     .before_kinematics = bend_kinematics,

@@ -1,4 +1,5 @@
-// Links grow with temperature: l (1 + a (T - 20 degC)), ISO 1 reference temperature.
+// Links grow with temperature: l (1 + a (T - 20 degC)), ISO 1 reference temperature. In space
+// the whole robot between its base and its tool does: not every length is a parameter there.
 #include <algorithm>
 
 #include "simulation/effect.h"
@@ -10,11 +11,21 @@ constexpr EffectParameter kParameters[] = {
     {"a", "1/K", 2e-5},
 };
 
-void bend_kinematics(
-    std::span<const double> x, const Place&, const Circumstance& sample, Scene& scene) {
+double grown(std::span<const double> x, const Circumstance& sample) {
   constexpr double kReference_degC = 20.0;
-  const double times = 1.0 + x[0] * (sample.temperature_degC - kReference_degC);
-  for (const int k : scene.growing) scene.v[k] *= times;
+  return x[0] * (sample.temperature_degC - kReference_degC);
+}
+
+void bend_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  if (place.axes > 2) return;
+  for (const int k : scene.growing) scene.v[k] *= 1.0 + grown(x, sample);
+}
+
+void bend_after_kinematics(
+    std::span<const double> x, const Place& place, const Circumstance& sample, Scene& scene) {
+  if (place.axes < 3) return;
+  scene.p_WE += grown(x, sample) * (scene.end_mm - scene.stands_mm);
 }
 
 std::vector<Place> places(const geometry::Rig& rig) {
@@ -33,6 +44,7 @@ constinit const Effect link_thermal_growth{
     .parameters = kParameters,
     .needs = kTemperature,
     .before_kinematics = bend_kinematics,
+    .after_kinematics = bend_after_kinematics,
     .size = "{a}",
     .plot = {Shows::kToolShift, Against::kTemperature, Groups::kNone, false},
     .twin = "link_thermal_growth",

@@ -9,22 +9,21 @@ namespace {
 constexpr std::uint64_t kFirstSeed = 4100;
 
 TEST(BlindArm, ACleanArmHasNoCause) {
-  constexpr int kSessions = 6;
-  for (int i = 0; i < kSessions; ++i) {
-    const ArmOutcome outcome =
-        challenge_arm({.causes = 0}, kFirstSeed + static_cast<std::uint64_t>(i));
+  constexpr std::uint64_t kSessions = 6;
+  for (std::uint64_t i = 0; i < kSessions; ++i) {
+    const ArmOutcome outcome = challenge_arm({.causes = 0}, kFirstSeed + i);
     EXPECT_FALSE(outcome.wrong) << "seed " << kFirstSeed + i << ": " << outcome.said;
     EXPECT_FALSE(outcome.detected) << "seed " << kFirstSeed + i << ": " << outcome.said;
   }
 }
 
 TEST(BlindArm, OneHiddenCauseIsNamedOrTied) {
-  constexpr int kSessions = 12;
+  constexpr std::uint64_t kSessions = 12;
   // Drawn once in a thousand outside by chance where nine of ten are in the set.
   constexpr int kFewestInSet = 8;
   int in_set = 0;
-  for (int i = 0; i < kSessions; ++i) {
-    const std::uint64_t seed = kFirstSeed + 100 + static_cast<std::uint64_t>(i);
+  for (std::uint64_t i = 0; i < kSessions; ++i) {
+    const std::uint64_t seed = kFirstSeed + 100 + i;
     const ArmOutcome outcome = challenge_arm({.causes = 1, .low = 0.5}, seed);
     EXPECT_FALSE(outcome.wrong) << "seed " << seed << ", " << outcome.joints
                                 << " joints: " << outcome.truth.front() << " was called "

@@ -78,5 +78,12 @@ TEST(Twins, AreAllLookedForOrOutsideOfTheCatalogue) {
   }
 }
 
+TEST(Twins, OfArmsAreAllLookedFor) {
+  for (const ArmCause& cause : arm_causes()) {
+    const std::string_view name = cause.id;
+    EXPECT_NE(simulation::find_effect(name), nullptr) << name;
+  }
+}
+
 }  // namespace
 }  // namespace sixdial::mock_devices
