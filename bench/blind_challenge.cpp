@@ -294,6 +294,12 @@ void print_power(int sessions, std::uint64_t first_seed, int threads) {
   }
 }
 
+void add_robot(CLI::App& app, std::string& robot) {
+  app.add_option("--robot", robot, "five_bar, or serial: drawn arms under a tracker")
+      ->check(CLI::IsMember({"five_bar", "serial"}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -303,12 +309,10 @@ int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   int first = 0;
   int threads = 2;
-  bool verbose = false;
-  bool workshop = false;
+  bool verbose = false, workshop = false;
   sixdial::blind::WorkshopCase rigs;
   bool exact = false, silent = false;
-  std::string file;
-  std::string robot = "five_bar";
+  std::string file, robot = "five_bar";
   CLI::App app{"Blind challenge: hidden effects, diagnosed without a hint"};
   app.add_option("--sessions", sessions, "drawn sessions of each kind")->capture_default_str();
   app.add_option("--seed", seed, "session i has the seed 1,000,000 x this + i")
@@ -324,9 +328,7 @@ int main(int argc, char** argv) {
   app.add_option("--cause", challenge.cause, "only this cause");
   app.add_option("--threads", threads, "the figures do not depend on it");
   app.add_option("--file", file, "finished sessions; a second run goes on from there");
-  app.add_option("--robot", robot, "five_bar, or serial: drawn arms under a tracker")
-      ->check(CLI::IsMember({"five_bar", "serial"}))
-      ->capture_default_str();
+  add_robot(app, robot);
   app.add_flag("--xy", challenge.xy_only, "positions instead of dial readings");
   app.add_flag("--curve", challenge.curve, "dials with error curves and hysteresis");
   app.add_flag("--rigs", challenge.drawn_rig, "another rig in each session");
@@ -348,9 +350,8 @@ int main(int argc, char** argv) {
   if (!file.empty()) finished().open(file);
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
   fmt::print("seed {}, {} sessions of a kind\n\n", seed, sessions);
-  if (robot == "serial") {
-    return sixdial::blind::print_arms(sessions, first_seed, threads, verbose) > 0 ? 1 : 0;
-  }
+  using sixdial::blind::print_arms;
+  if (robot == "serial") return print_arms(sessions, first_seed, threads, verbose) > 0 ? 1 : 0;
   if (workshop) {
     rigs.misplaced = !exact;
     rigs.deviations = !silent;

@@ -175,8 +175,8 @@ class Fitter {
 
  private:
   void iterate(int plain_steps) {
-    // Where a step did what the slopes had promised, they hold for the next one too; a fit ends
-    // by slopes that were taken where it stands.
+    // In space slopes are dear. Where a step did what they had promised they hold for the next
+    // one too; a fit ends by slopes that were taken where it stands.
     bool keeps_slopes = false;
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
       const bool plain = step < plain_steps;
@@ -202,8 +202,8 @@ class Fitter {
       const double fall = equations.squares - next->squares;
       const double promised = equations.solved.fall();
       constexpr double kAsPromised = 0.01;
-      keeps_slopes =
-          damping_ == 0.0 && std::abs(fall - promised) < kAsPromised * std::abs(promised);
+      keeps_slopes = readings_.axes() == 3 && damping_ == 0.0 &&
+                     std::abs(fall - promised) < kAsPromised * std::abs(promised);
       const double last = fit_.log_likelihood;
       fit_.model = std::move(next->model);
       fit_.effects = std::move(next->effects);

@@ -8,13 +8,11 @@
 #include <limits>
 #include <utility>
 
-#include "diagnosis/rig_columns.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
-constexpr double kFinestNoise_mm = 1e-6;
 // Of an angle that nobody knows the deviation of.
 constexpr double kUsualLever_mm = 500.0;
 
@@ -63,33 +61,6 @@ Readings::Readings(
     noise_of_dial_.push_back(rig_noise_of(d));
   }
   set_noise();
-}
-
-/// What nobody knows of the instrument starts where the samples put it.
-void Readings::set_nominal() {
-  nominal_ = model_->nominal();
-  const geometry::InstrumentModel& instrument = model_->instrument();
-  if (of_ != Of::kChannels || !instrument.kind->start) return;
-  const geometry::RobotModel& robot = model_->robot();
-  const Eigen::Index of_robot = model_->robot_parameter_count();
-  std::vector<std::vector<geometry::Pose<double>>> frames;
-  std::vector<std::size_t> reached;
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    const simulation::Trial& trial = (*trials_)[t];
-    if (trial.reading.size() != channels_) continue;
-    std::vector<geometry::Pose<double>> X(robot.frames.size());
-    if (!robot.forward(nominal_.head(of_robot), trial.q, trial.assembly, X)) continue;
-    frames.push_back(std::move(X));
-    reached.push_back(t);
-  }
-  std::vector<geometry::SeenSample> seen;
-  for (std::size_t i = 0; i < reached.size(); ++i) {
-    seen.push_back({frames[i], (*trials_)[reached[i]].reading});
-  }
-  if (seen.empty()) return;
-  Eigen::VectorXd x = instrument.nominal;
-  instrument.kind->start(instrument, seen, x);
-  nominal_.tail(x.size()) = x;
 }
 
 std::string Readings::channel_name(std::size_t channel) const {
@@ -437,73 +408,6 @@ const Eigen::MatrixXd& Readings::reading_columns(
     }
   }
   return reading_columns_->emplace(key, std::move(columns)).first->second;
-}
-
-const Eigen::MatrixXd& Readings::nuisance() const {
-  if (nuisance_) return *nuisance_;
-  const Eigen::MatrixXd of_rig = rig_columns(*this, placed_at_, rig_quantities());
-  const Eigen::MatrixXd angles =
-      model_->rig().on_cuboid() ? angles_of_free_mount() : known_parts_of_instrument();
-  nuisance_.emplace(count(), of_rig.cols() + angles.cols());
-  nuisance_->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
-  nuisance_->rightCols(angles.cols()) = angles;
-  return *nuisance_;
-}
-
-/// Parameters of another instrument than dials that are known to within something.
-std::vector<Eigen::Index> Readings::known_of_instrument() const {
-  std::vector<Eigen::Index> result;
-  if (model_->rig().on_cuboid()) return result;
-  const Eigen::VectorXd& known_to = model_->instrument().known_to;
-  for (Eigen::Index k = 0; k < known_to.size(); ++k) {
-    if (std::isfinite(known_to[k])) result.push_back(model_->robot_parameter_count() + k);
-  }
-  return result;
-}
-
-Eigen::MatrixXd Readings::known_parts_of_instrument() const {
-  const std::vector<Eigen::Index> known = known_of_instrument();
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), std::ssize(known));
-  if (known.empty() || of_ != Of::kChannels) return result;
-  simulation::ExtendedSlopes slopes({*model_, {}}, {});
-  simulation::ExtendedSlopes::Slopes seen;
-  simulation::Scene scene;
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    if (!has_rows(t)) continue;
-    if (!slopes.at(placed_at_, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
-    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
-      const int channel = rows_[static_cast<std::size_t>(row)].dial;
-      result.row(row) =
-          seen.reading(channel, known) * per_unit_[static_cast<std::size_t>(channel)];
-    }
-  }
-  const Eigen::Index of_robot = model_->robot_parameter_count();
-  for (std::size_t k = 0; k < known.size(); ++k) {
-    const double sd = model_->instrument().known_to[known[k] - of_robot];
-    result.col(static_cast<Eigen::Index>(k)) *= sd / std::max(kFinestNoise_mm, rig_noise_mm_);
-  }
-  return result;
-}
-
-Eigen::MatrixXd Readings::angles_of_free_mount() const {
-  if (model_->rig().cuboid.mount != geometry::Mount::kFree || of_ != Of::kDials) {
-    return Eigen::MatrixXd(count(), 0);
-  }
-  constexpr double kPriorAngle_rad = 0.01;
-  const double per_noise = kPriorAngle_rad / std::max(kFinestNoise_mm, rig_noise_mm_);
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), places_);
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    if (!has_rows(t)) continue;
-    const auto seen = model_->predict(
-        model_->nominal(), (*trials_)[t].q, (*trials_)[t].assembly, (*trials_)[t].gamma_rad,
-        false);
-    if (!seen) continue;
-    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
-      result(row, (*place_of_trial_)[t]) =
-          per_noise * seen->reading_J_gamma[rows_[static_cast<std::size_t>(row)].dial];
-    }
-  }
-  return result;
 }
 
 }  // namespace sixdial::diagnosis

@@ -276,7 +276,8 @@ std::shared_ptr<const geometry::RobotModel> slide_of(std::string colour) {
       {"z", geometry::JointKind::kPrismatic}};
   robot->parameters = {
       {"skew", "skew_deg", "deg", geometry::kDegPerRad, "rad", 0.01},
-      {"scale", "scale_mm", "mm", 1.0, "mm", 1.0, geometry::FileRange::kPositive, true}};
+      {"scale", "scale_mm", "mm", 1.0, "mm", 1.0, geometry::FileRange::kPositive}};
+  robot->parameters.back().optional = true;
   robot->nominal = Eigen::Vector2d(0.0, 100.0);
   robot->frames = {"E"};
   robot->assemblies = {{1, "the one"}};
