@@ -48,11 +48,15 @@ class CurvesFirst {
     found_.fit = fit_baseline(readings);
   }
 
-  void run() {
+  /// False where only a few joints err: their names are looked for one by one.
+  [[nodiscard]] bool run() {
+    constexpr std::size_t kMany = 3;
     while (take_best()) {
     }
+    if (found_.unknown.size() < kMany) return false;
     // Each again beside all others: the first were sized when the noise seemed larger.
     for (std::size_t i = 0; i < found_.unknown.size(); ++i) size_again(i);
+    return true;
   }
 
   [[nodiscard]] std::vector<JointCurve> curves() const {
@@ -137,13 +141,10 @@ class CurvesFirst {
 
 std::vector<JointCurve> find_joint_curves(
     const Readings& readings, const NamingSettings& settings) {
-  constexpr std::size_t kMany = 3;
   if (readings.axes() < 3) return {};
   CurvesFirst search(readings, settings);
-  search.run();
-  std::vector<JointCurve> curves = search.curves();
-  if (curves.size() < kMany) curves.clear();
-  return curves;
+  if (!search.run()) return {};
+  return search.curves();
 }
 
 JointFit with_joint_curves(

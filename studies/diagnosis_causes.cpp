@@ -166,42 +166,45 @@ double visible(const diagnosis::OwnCurve& curve, const diagnosis::Diagnosis& fou
 
 }  // namespace
 
+namespace {
+
+/// What causes of any curve have in common.
+FoundCause cause_of(const diagnosis::OwnCurve& curve, const diagnosis::Diagnosis& found) {
+  return {
+      .tied_with = rivals_of(curve),
+      .delta_bic = 2 * curve.evidence,
+      .gain_mm = kNan,
+      .standing = curve.confirmed ? Standing::kConfirmed : Standing::kSuspected,
+      .on_g1 = curve.on_g1,
+      .g2_log_odds = curve.g2_log_odds,
+      .visible_ratio = visible(curve, found)};
+}
+
+}  // namespace
+
 void add_dial_curves(
     std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
     const Readings& readings) {
   for (const diagnosis::DialCurve& each : found.named.dial_curves) {
-    causes.push_back(
-        {.kind = CauseKind::kDialCurve,
-         .id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))},
-         .tied_with = rivals_of(each),
-         .estimate =
-             {{"half_span", "mm", each.half_span, each.half_span_sd},
-              {"rms", "mm", each.rms, kNan},
-              {"limit", "mm", each.limit_mm, kNan}},
-         .delta_bic = 2 * each.evidence,
-         .gain_mm = kNan,
-         .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
-         .on_g1 = each.on_g1,
-         .g2_log_odds = each.g2_log_odds,
-         .visible_ratio = visible(each, found)});
+    FoundCause cause = cause_of(each, found);
+    cause.kind = CauseKind::kDialCurve;
+    cause.id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))};
+    cause.estimate = {
+        {"half_span", "mm", each.half_span, each.half_span_sd},
+        {"rms", "mm", each.rms, kNan},
+        {"limit", "mm", each.limit_mm, kNan}};
+    causes.push_back(std::move(cause));
   }
 }
 
 void add_joint_curves(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found) {
   for (const diagnosis::JointCurve& each : found.named.joint_curves) {
     const char* unit = each.place.slides ? "mm" : "rad";
-    causes.push_back(
-        {.id = id_of({simulation::curve_of_joints(), each.place}),
-         .tied_with = rivals_of(each),
-         .estimate =
-             {{"half_span", unit, each.half_span, each.half_span_sd},
-              {"rms", unit, each.rms, kNan}},
-         .delta_bic = 2 * each.evidence,
-         .gain_mm = kNan,
-         .standing = each.confirmed ? Standing::kConfirmed : Standing::kSuspected,
-         .on_g1 = each.on_g1,
-         .g2_log_odds = each.g2_log_odds,
-         .visible_ratio = visible(each, found)});
+    FoundCause cause = cause_of(each, found);
+    cause.id = id_of({simulation::curve_of_joints(), each.place});
+    cause.estimate = {
+        {"half_span", unit, each.half_span, each.half_span_sd}, {"rms", unit, each.rms, kNan}};
+    causes.push_back(std::move(cause));
   }
 }
 
