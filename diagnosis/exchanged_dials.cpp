@@ -29,7 +29,7 @@ Eigen::MatrixXd mounting_columns(const Readings& readings) {
 /// The likeliest of the fits from three starts, every dial free to stand elsewhere.
 JointFit fit_with_mounting(const Readings& readings, const simulation::ModelVector& start) {
   const Eigen::MatrixXd columns = mounting_columns(readings);
-  const simulation::ModelVector nominal = readings.nominal();
+  const simulation::ModelVector& nominal = readings.nominal();
   JointFit best = fit_jointly(readings, nominal, {}, nullptr, columns);
   const auto keep_likelier = [&](JointFit fit) {
     if (fit.log_likelihood > best.log_likelihood) best = std::move(fit);
