@@ -55,8 +55,9 @@ std::vector<simulation::Trial> trials(
   cells.resize(static_cast<std::size_t>(count));
   std::vector<simulation::Trial> result;
   for (const int cell : cells) {
+    const int row = cell / columns;
     const double u = (cell % columns + random.uniform()) / columns;
-    const double w = (cell / columns + random.uniform()) / rows;
+    const double w = (row + random.uniform()) / rows;
     const Rectangle& box = plan.workspace;
     const Vector2d target(
         box.x_low_mm + (box.x_high_mm - box.x_low_mm) * u,

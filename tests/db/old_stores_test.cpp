@@ -45,7 +45,6 @@ std::vector<std::string> rows_of(
 struct Views {
   std::vector<std::string> samples;
   std::vector<std::string> readings;
-  friend bool operator==(const Views&, const Views&) = default;
 };
 Views views_of(const std::string& path) {
   Database raw(path, Database::Mode::kReadOnly);

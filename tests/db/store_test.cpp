@@ -281,9 +281,8 @@ TEST_F(StoreSamples, CannotBeChangedOrDeletedEvenBySql) {
       "DELETE FROM samples",
       "UPDATE sample_channels SET value = 0",
       "DELETE FROM sample_channels",
-      "REPLACE INTO sample_channels SELECT sample_id, channel_index, channel, unit, 0, "
-      "quality, "
-      "reason, time_utc FROM sample_channels",
+      ("REPLACE INTO sample_channels SELECT sample_id, channel_index, channel, unit, 0, "
+       "quality, reason, time_utc FROM sample_channels"),
       "DELETE FROM withdrawals",
       "UPDATE rigs SET text = ''",
       "DELETE FROM sessions",

@@ -53,8 +53,8 @@ TEST(DrawnSamples, LieEvenlyInTheSessionAndOnBothSides) {
     held_out += all.held_out[static_cast<std::size_t>(t)];
   }
   EXPECT_NEAR(static_cast<int>(std::ranges::count(drawn, true)), kMost, 2);
-  EXPECT_NEAR(held_out, kMost / 3, 2);
-  for (const int each : by_tenth) EXPECT_NEAR(each, kMost / 10, 3);
+  EXPECT_NEAR(held_out, kMost / 3.0, 2);
+  for (const int each : by_tenth) EXPECT_NEAR(each, kMost / 10.0, 3);
   EXPECT_EQ(drawn_samples(all.trials, all.held_out, kMost, 1), drawn);
   EXPECT_NE(drawn_samples(all.trials, all.held_out, kMost, 2), drawn);
 }

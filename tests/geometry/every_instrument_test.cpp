@@ -294,10 +294,10 @@ TEST(InstrumentKinds, ANameCanBeHadOnce) {
 TEST(InstrumentKinds, ARigSaysWhyItCannotHaveItsInstrument) {
   Rig rig = default_rig();
   rig.instrument.kind = "crystal_ball";
-  EXPECT_THROW(instrument_of(rig), std::invalid_argument);
+  EXPECT_THROW((void)instrument_of(rig), std::invalid_argument);
   rig = default_rig();
   rig.cuboid.reference_pose_mm = {900, 900};
-  EXPECT_THROW(instrument_of(rig), std::invalid_argument);
+  EXPECT_THROW((void)instrument_of(rig), std::invalid_argument);
 }
 
 }  // namespace

@@ -12,7 +12,6 @@ namespace sixdial::service {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using testing::ShownSession;
 
 struct Size {

@@ -122,7 +122,7 @@ TEST_F(DiskTrouble, AFullDiskPausesTheCollectionAndWithRoomItGoesOnWithTheSameSa
   EXPECT_THAT(paused["message"].get<std::string>(), HasSubstr("make room and resume"));
   const auto stored = paused["stored_in_this_run"].get<std::size_t>();
   EXPECT_EQ(stored, acknowledged_.size());
-  const Json point = paused["point"];
+  const Json& point = paused["point"];
 
   LineClient client = daemon.client();
   client.call("collect.resume");  // too early: still full

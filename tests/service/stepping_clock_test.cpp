@@ -14,7 +14,6 @@ using namespace std::chrono_literals;
 
 using testing::create;
 using testing::error_code_of;
-using testing::eventually;
 using ::testing::HasSubstr;
 using testing::Key;
 using testing::key_of;

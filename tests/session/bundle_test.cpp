@@ -390,7 +390,7 @@ TEST(MeasuredSession, SaysWhatIsWrongWithASample) {
   sample = measured(0);
   sample.q[1] = 0.1;
   EXPECT_EQ(sample_problem(rig, sample), "") << "out of nominal reach is still a measurement";
-  sample.q[1] = INFINITY;
+  sample.q[1] = HUGE_VAL;
   EXPECT_EQ(sample_problem(rig, sample), "a joint angle is not finite");
 }
 

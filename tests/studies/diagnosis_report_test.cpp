@@ -25,11 +25,7 @@
 namespace sixdial::studies {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::error_code_of;
 using ::testing::HasSubstr;
-using testing::LineClient;
-using testing::RunningService;
 
 std::vector<std::string> section_ids(const std::vector<report::Section>& sections) {
   std::vector<std::string> ids;

@@ -27,11 +27,7 @@
 namespace sixdial::studies {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::error_code_of;
 using ::testing::HasSubstr;
-using testing::LineClient;
-using testing::RunningService;
 
 // A size is a normal estimate: five of its standard deviations are never missed by chance.
 constexpr double kSigmas = 5.0;

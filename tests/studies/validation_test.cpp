@@ -161,7 +161,7 @@ TEST(Validation, EachWayHasAPassOfItsOwnWithStatedSidesOfArrival) {
     }
   }
   request.set = "G9";
-  EXPECT_THROW(validation_plan(session, calibration, request), StudyError);
+  EXPECT_THROW((void)validation_plan(session, calibration, request), StudyError);
 }
 
 TEST(Compensation, AStoredResultAnswersAsTheNumbersItWasMadeFrom) {
