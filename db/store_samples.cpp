@@ -15,6 +15,11 @@ std::optional<std::string> text_of(const std::optional<session::TimePoint>& time
   return time ? std::optional(session::to_iso8601(*time)) : std::nullopt;
 }
 
+std::optional<double> commanded_value(const session::Sample& sample, std::size_t joint) {
+  const auto j = static_cast<Eigen::Index>(joint);
+  return j < sample.q_command.size() ? std::optional(sample.q_command[j]) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<double> coordinate(const std::optional<session::Position>& point, int axis) {
@@ -30,8 +35,8 @@ SampleWriter::SampleWriter(Database& database)
           "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       joint_(
           database,
-          "INSERT INTO sample_joints (sample_id, joint_index, joint, unit, value, approach) "
-          "VALUES (?, ?, ?, ?, ?, ?)"),
+          "INSERT INTO sample_joints (sample_id, joint_index, joint, unit, value, approach, "
+          "commanded) VALUES (?, ?, ?, ?, ?, ?, ?)"),
       channel_(
           database,
           "INSERT INTO sample_channels (sample_id, channel_index, channel, unit, value, "
@@ -54,7 +59,8 @@ SampleId SampleWriter::write(
     joint_
         .bind(
             id.value, static_cast<int>(i), layout.joints[i].name, layout.joints[i].unit,
-            sample.q[static_cast<Eigen::Index>(i)], session::approach_of(sample, i))
+            sample.q[static_cast<Eigen::Index>(i)], session::approach_of(sample, i),
+            commanded_value(sample, i))
         .run();
   }
   for (std::size_t i = 0; i < sample.channels.size(); ++i) {

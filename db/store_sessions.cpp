@@ -66,7 +66,8 @@ std::vector<StoredSample> samples_from(
   Statement joints(
       database,
       fmt::format(
-          "SELECT j.sample_id, j.value, j.approach FROM {} AS s JOIN sample_joints AS j ON "
+          "SELECT j.sample_id, j.value, j.approach, j.commanded FROM {} AS s JOIN "
+          "sample_joints AS j ON "
           "j.sample_id = s.id WHERE s.session_id = ? ORDER BY j.sample_id, j.joint_index",
           table));
   joints.bind(id.value);
@@ -74,6 +75,10 @@ std::vector<StoredSample> samples_from(
     sample.q.conservativeResize(sample.q.size() + 1);
     sample.q[sample.q.size() - 1] = joints.real(1);
     sample.approach.push_back(joints.integer_or_none(2));
+    if (const auto commanded = joints.real_or_none(3)) {
+      sample.q_command.conservativeResize(sample.q.size());
+      sample.q_command[sample.q.size() - 1] = *commanded;
+    }
   });
 
   Statement readings(

@@ -20,13 +20,18 @@ double prior_cost(std::size_t hypotheses) {
 }
 
 /// Sizes far beyond what rigs of this kind show are less believable: a Cauchy density, so that
-/// no effect is refused for its size. Somebody may have typed 57 for 75.
+/// no effect is refused for its size: somebody may have typed 57 for 75. But a share of a half
+/// or more takes away what it is a share of, which explains anything that always reads zero.
 double implausibility(const ActiveEffect& active) {
   if (active.effect->never_negative && active.x.front() < 0) return kNever;
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto parameter = parameter_at(*active.effect, active.place, i);
+    constexpr double kMostShare = 0.5;
+    if (parameter && parameter->unit == "1" && std::abs(active.x[k]) >= kMostShare) {
+      return kNever;
+    }
     if (parameter) sum += std::pow(active.x[k] / (kBelievedWidth * parameter->sigma), 2);
   }
   return std::isfinite(sum) ? std::log1p(sum) : kNever;

@@ -69,7 +69,7 @@ class CurvesFirst {
         curve.own_evidence = curve.evidence;
         curve.settled = found_.fit.converged;
         curve.left_out = found_.fit.left_out();
-        hold(i, curve);
+        hold_against_sham(readings_, without(i), settings_, curve);
         result.push_back(std::move(curve));
       }
     }
@@ -116,20 +116,6 @@ class CurvesFirst {
     std::vector<UnknownCandidate> all = score_joint_curves(readings_, without(i));
     found_.unknown[i] = std::move(all[joint_of(found_.unknown[i])]);
     fit_again();
-  }
-
-  /// Against the same size of curve by another joint's value.
-  void hold(std::size_t i, JointCurve& curve) const {
-    for (const UnknownCandidate& each :
-         score_joint_by_others(readings_, without(i), curve.place.joint)) {
-      if (each.covariates == curve.smooth.covariates) continue;
-      if (each.evidence < curve.sham_evidence) continue;
-      curve.sham_evidence = each.evidence;
-      const double odds = curve.own_evidence - each.evidence;
-      if (odds >= settings_.tie_log_odds) continue;
-      curve.tied_with_unknown = each.covariates;
-      curve.unknown_log_odds = odds;
-    }
   }
 
   const Readings& readings_;

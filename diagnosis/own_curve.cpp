@@ -162,26 +162,6 @@ void weigh(
   curve.left_out = found.fit.left_out();
 }
 
-/// A curve of the same size drawn against another joint's value is what flexibility alone
-/// gains: a name has to do clearly better.
-void hold_against_sham(
-    const Readings& readings, const Search& search, const NamingSettings& settings,
-    const Explanation& found, std::size_t first_part, JointCurve& curve) {
-  const Explanation less = search.without_unknown(found, first_part);
-  const std::vector<UnknownCandidate> shams =
-      score_joint_by_others(readings, less.fit, curve.place.joint);
-  for (const UnknownCandidate& each : shams) {
-    const bool own = each.covariates == curve.smooth.covariates;
-    double& best = own ? curve.own_evidence : curve.sham_evidence;
-    best = std::max(best, each.evidence);
-    if (own || each.evidence < curve.sham_evidence) continue;
-    const double odds = curve.own_evidence - each.evidence;
-    if (odds >= settings.tie_log_odds || !curve.tied_with_unknown.empty()) continue;
-    curve.tied_with_unknown = each.covariates;
-    curve.unknown_log_odds = odds;
-  }
-}
-
 /// A part of a smooth function of the dial's reading: neither a jump in time nor what goes by
 /// the direction of the plunger.
 bool may_be_part_of_curve(const simulation::Effect& effect) {
@@ -189,6 +169,26 @@ bool may_be_part_of_curve(const simulation::Effect& effect) {
 }
 
 }  // namespace
+
+void hold_against_sham(
+    const Readings& readings, const JointFit& without, const NamingSettings& settings,
+    JointCurve& curve) {
+  std::vector<std::string> best_sham;
+  for (const UnknownCandidate& each :
+       score_joint_by_others(readings, without, curve.place.joint)) {
+    if (each.covariates == curve.smooth.covariates) {
+      curve.own_evidence = std::max(curve.own_evidence, each.evidence);
+    } else if (each.evidence > curve.sham_evidence) {
+      curve.sham_evidence = each.evidence;
+      best_sham = each.covariates;
+    }
+  }
+  const double odds = curve.own_evidence - curve.sham_evidence;
+  if (best_sham.empty() || odds >= settings.tie_log_odds) return;
+  if (!curve.tied_with_unknown.empty()) return;
+  curve.tied_with_unknown = best_sham;
+  curve.unknown_log_odds = odds;
+}
 
 JointCurve curve_of_joint(
     const Readings& readings, const Explanation& found, const simulation::Place& place,
@@ -248,7 +248,8 @@ void tell_smooth_apart(
     JointCurve curve = curve_of_joint(readings, found, place, group);
     if (!(curve.half_span > kForSure * curve.half_span_sd)) continue;
     weigh(readings, search, settings, found, group, curve);
-    hold_against_sham(readings, search, settings, found, group.front(), curve);
+    hold_against_sham(
+        readings, search.without_unknown(found, group.front()).fit, settings, curve);
     result.joint_curves.push_back(std::move(curve));
     named.insert(group.begin(), group.end());
   }

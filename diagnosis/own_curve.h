@@ -20,6 +20,13 @@ void tell_smooth_apart(
     const Readings& readings, const Explanation& found, const simulation::Place& place,
     const std::vector<std::size_t>& group);
 
+/// A curve of the same size drawn against another joint's value is what flexibility alone
+/// gains: the name has to do clearly better, or is tied with that. `without`: a fit without the
+/// curve.
+void hold_against_sham(
+    const Readings& readings, const JointFit& without, const NamingSettings& settings,
+    JointCurve& curve);
+
 /// What stands at a dial beside a smooth function of the same dial's reading may be a part of
 /// it: tied with it.
 void doubt_beside_curves(

@@ -49,10 +49,8 @@ std::vector<Eigen::Index> blocks_of(const Readings& readings, bool of_stops) {
 std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
     const Readings& readings, const simulation::ModelVector& at) {
   std::vector<std::shared_ptr<const ScatterColumns>> result;
-  if (!readings.has_dials()) return result;
   const simulation::ExtendedModel plain(readings.model(), {});
   const Eigen::VectorXd simulated = readings.simulate(at, plain);
-  const Eigen::MatrixXd tool = stage_columns(readings, at, plain, simulated, Stage::kTool);
   Eigen::MatrixXd joints(
       readings.count(), static_cast<Eigen::Index>(readings.model().robot().joints.size()));
   for (Eigen::Index j = 0; j < joints.cols(); ++j) {
@@ -64,12 +62,21 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
   const std::vector<Eigen::Index> samples = blocks_of(readings, false);
   const std::vector<Eigen::Index> stops = blocks_of(readings, true);
   const auto add = [&](ScatterOf of, bool of_stops, const Eigen::MatrixXd& columns) {
-    const auto taken = static_cast<double>(columns.cols() + (free ? 1 : 0)) *
-                       static_cast<double>(samples.size() - 1);
-    if (static_cast<double>(readings.count()) - taken < kFewestOfScatter) return;
     result.push_back(std::make_shared<const ScatterColumns>(
         ScatterColumns{of, of_stops, columns, of_stops ? stops : samples}));
   };
+  if (!readings.has_dials()) {
+    if (static_cast<double>(samples.size() - 1) < kFewestOfScatter) return result;
+    add(ScatterOf::kJoints, false, joints);
+    if (stops.size() != samples.size()) add(ScatterOf::kJoints, true, joints);
+    return result;
+  }
+  const auto leaves_enough = [&](Eigen::Index columns) {
+    const auto taken =
+        static_cast<double>(columns + (free ? 1 : 0)) * static_cast<double>(samples.size() - 1);
+    return static_cast<double>(readings.count()) - taken >= kFewestOfScatter;
+  };
+  const Eigen::MatrixXd tool = stage_columns(readings, at, plain, simulated, Stage::kTool);
   // Both at once: half of the tool's variance from either. Which half it is matters little,
   // that the cuboid turns with one of them does.
   const double per_unit_mm = tool_motion_mm(readings, at, ScatterOf::kJoints);
@@ -78,9 +85,11 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
   both *= std::sqrt(0.5);
   for (const bool of_stops : {false, true}) {
     if (of_stops && stops.size() == samples.size()) break;
-    add(ScatterOf::kTool, of_stops, tool);
-    add(ScatterOf::kJoints, of_stops, joints);
-    if (per_unit_mm > 0) add(ScatterOf::kTool, of_stops, both);
+    if (leaves_enough(tool.cols())) add(ScatterOf::kTool, of_stops, tool);
+    if (leaves_enough(joints.cols())) add(ScatterOf::kJoints, of_stops, joints);
+    if (per_unit_mm > 0 && leaves_enough(both.cols())) {
+      add(ScatterOf::kTool, of_stops, both);
+    }
   }
   return result;
 }

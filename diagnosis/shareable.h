@@ -9,9 +9,10 @@
 
 namespace sixdial::diagnosis {
 
-/// All that this session could tell, with the robot at `at`. Empty where it has positions
-/// instead of dials, of which the shared part is not to be told from each one's own; and where
-/// too few dials touch.
+/// All that this session could tell, with the robot at `at`. Without dials a shift of the tool
+/// is not to be told from each reading's own noise, which is as large in all poses; scatter of
+/// the joint values is, as it moves the tool more in some poses and directions than in others.
+/// Empty where too few readings are left over.
 [[nodiscard]] std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
     const Readings& readings, const simulation::ModelVector& at);
 

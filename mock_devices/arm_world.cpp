@@ -264,6 +264,7 @@ std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
   arm.steps_ = g1 + g2;
   const Random plan(world.seed, Stream::kField);
   const Random noise(world.seed, Stream::kNoise);
+  const Random scatter(world.seed, Stream::kNoise, 1);
   const auto n = static_cast<Eigen::Index>(world.nominal.size());
   std::vector<ArmRow> rows;
   VectorXd before = VectorXd::Zero(n);
@@ -280,11 +281,20 @@ std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
       row.q_rad[j] = plan.uniform(counter, -world.range_rad, world.range_rad);
       approach[j] = row.q_rad[j] > before[j] ? 1.0 : -1.0;
     }
+    row.q_command_rad = row.q_rad;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto counter = static_cast<std::uint64_t>(2 * (i * n + j));
+      row.q_rad[j] += world.stop_scatter_rad * scatter.normal(counter);
+    }
     row.p_mm = arm.seen(row, approach, i);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto counter = static_cast<std::uint64_t>(2 * (i * n + j) + 1);
+      row.q_rad[j] += world.read_scatter_rad * scatter.normal(counter);
+    }
     for (int axis = 0; axis < 3; ++axis) {
       row.p_mm[axis] += world.noise_mm * noise.normal(static_cast<std::uint64_t>(3 * i + axis));
     }
-    before = row.q_rad;
+    before = row.q_command_rad;
     rows.push_back(std::move(row));
   }
   return rows;
@@ -310,12 +320,18 @@ void write_arm_bundle(
   std::ofstream csv(folder / "session.csv");
   csv << "set,point,repeat,time_utc,temperature_c";
   for (std::size_t j = 0; j < world.nominal.size(); ++j) csv << ",q" << j + 1 << "_rad";
+  for (std::size_t j = 0; world.writes_commands && j < world.nominal.size(); ++j) {
+    csv << ",q" << j + 1 << "_command_rad";
+  }
   csv << ",x_mm,y_mm,z_mm\n";
   for (const ArmRow& row : rows) {
     csv << fmt::format(
         "{},{},0,{},{:.2f}", row.set, row.point,
         iso8601(start + std::llround(1000 * row.time_s)), row.temperature_c);
     for (const double q : row.q_rad) csv << fmt::format(",{:.9f}", q);
+    if (world.writes_commands) {
+      for (const double q : row.q_command_rad) csv << fmt::format(",{:.9f}", q);
+    }
     for (const double p : row.p_mm) csv << fmt::format(",{:.5f}", p);
     csv << '\n';
   }

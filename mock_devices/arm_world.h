@@ -41,6 +41,9 @@ struct ArmWorld {
   double range_rad = 2.0;                  // joints move between plus and minus this
   double noise_mm = 0.02;                  // of one coordinate
   double warm_up_c = 4.0;                  // over the session
+  double stop_scatter_rad = 0.0;  // of each joint: it stops so far from where it was told
+  double read_scatter_rad = 0.0;  // its encoder's value is off by so much
+  bool writes_commands = false;   // the session has what was commanded, too
   std::vector<ArmEffect> effects;
   std::uint64_t seed = 1;
 };
@@ -70,6 +73,7 @@ struct ArmRow {
   int point = 0;
   double time_s = 0.0, temperature_c = 20.0;
   Eigen::VectorXd q_rad;  // by the encoders
+  Eigen::VectorXd q_command_rad;
   Eigen::Vector3d p_mm{0, 0, 0};
 };
 /// Random poses, one after the other, the first `g1` of them G1, the others G2.

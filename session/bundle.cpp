@@ -59,6 +59,7 @@ class RowReader {
       : rig_(rig), layout_(layout), columns_(std::move(columns)) {
     for (const HeaderColumn& column : columns_) {
       if (column.column == SampleColumn::kPoint) has_point_ = true;
+      if (column.column == SampleColumn::kCommand) has_commands_ = true;
     }
   }
 
@@ -75,6 +76,7 @@ class RowReader {
     sample.line = row.line;
     sample.source_row = std::string(row.text);
     sample.q.setZero(static_cast<Eigen::Index>(layout_.joints.size()));
+    sample.q_command.setConstant(has_commands_ ? sample.q.size() : 0, std::nan(""));
     sample.approach.resize(layout_.joints.size());
     sample.channels.assign(layout_.dials, {.reason = "no column in the file"});
     sample.others.assign(layout_.others.size(), std::nullopt);
@@ -90,6 +92,7 @@ class RowReader {
       return tl::unexpected(std::move(*mistake));
     }
     if (auto mistake = take_turn(row, sample)) return tl::unexpected(std::move(*mistake));
+    if (auto mistake = take_command(row, sample)) return tl::unexpected(std::move(*mistake));
     if (!has_point_) sample.point = next_point_[sample.set];
     if (auto mistake = check_against_rig(row, sample)) {
       return tl::unexpected(std::move(*mistake));
@@ -247,6 +250,22 @@ class RowReader {
     return std::nullopt;
   }
 
+  /// Commanded values of all joints, or of none.
+  std::optional<Mistake> take_command(const CsvRow& row, Sample& sample) const {
+    if (sample.q_command.array().isNaN().all()) {
+      sample.q_command.resize(0);
+      return std::nullopt;
+    }
+    for (Eigen::Index i = 0; i < sample.q_command.size(); ++i) {
+      if (std::isfinite(sample.q_command[i])) continue;
+      return at(
+          row, SampleColumn::kCommand,
+          "is empty while commanded values of other joints are not",
+          "give those of all joints or of none", static_cast<std::size_t>(i));
+    }
+    return std::nullopt;
+  }
+
   std::optional<Mistake> read_number(
       const CsvRow& row, const CsvField& field, const HeaderColumn& column, Sample& sample) {
     const bool joint = column.column == SampleColumn::kJoint;
@@ -258,6 +277,12 @@ class RowReader {
     switch (column.column) {
       case SampleColumn::kJoint:
         sample.q[static_cast<Eigen::Index>(column.index)] = number.value / column.per_unit;
+        break;
+      case SampleColumn::kCommand:
+        if (!empty) {
+          sample.q_command[static_cast<Eigen::Index>(column.index)] =
+              number.value / column.per_unit;
+        }
         break;
       case SampleColumn::kTemperature:
         if (!empty && number.value < -273.15) {
@@ -365,6 +390,7 @@ class RowReader {
   const SampleLayout& layout_;
   std::vector<HeaderColumn> columns_;
   bool has_point_ = false;
+  bool has_commands_ = false;
   Coordinates target_;  // of this row, as far as they are there
   Coordinates position_;
   Coordinates quaternion_;

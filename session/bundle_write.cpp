@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -49,9 +50,13 @@ std::string field_of(
       return std::to_string(sample.repeat);
     case SampleColumn::kTime:
       return sample.time_utc ? to_iso8601(*sample.time_utc) : "";
-    case SampleColumn::kJoint: {
+    case SampleColumn::kJoint:
+    case SampleColumn::kCommand: {
+      const Eigen::VectorXd& q =
+          column.column == SampleColumn::kJoint ? sample.q : sample.q_command;
       const bool length = layout.joints[column.index].unit == "mm";
-      return decimal(sample.q[at] * column.per_unit, length ? kPositionDigits : kAngleDigits);
+      if (at >= q.size()) return "";
+      return decimal(q[at] * column.per_unit, length ? kPositionDigits : kAngleDigits);
     }
     case SampleColumn::kTarget:
       return sample.target_mm ? decimal((*sample.target_mm)[at], kPositionDigits) : "";
@@ -102,7 +107,9 @@ std::vector<HeaderColumn> columns_of(const Session& session, const SampleLayout&
       if (sample.channels[i].value) (i < layout.dials ? any_dial : any_position) = true;
     }
   }
-  return spec_columns(layout, any_dial || !any_position, any_position);
+  const bool any_command = std::ranges::any_of(
+      session.samples, [](const Sample& each) { return each.q_command.size() > 0; });
+  return spec_columns(layout, any_dial || !any_position, any_position, any_command);
 }
 
 }  // namespace
@@ -167,6 +174,11 @@ std::string sample_problem(const SampleLayout& layout, const Sample& sample) {
     return fmt::format(
         "a joint {} is not finite", layout.joints[i].unit == "rad" ? "angle" : "value");
   }
+  const auto told = static_cast<std::size_t>(sample.q_command.size());
+  if (told != 0 && told != joints) {
+    return fmt::format("there are {} commanded values for {} joints", told, joints);
+  }
+  if (!sample.q_command.allFinite()) return "a commanded joint value is not finite";
   if (sample.approach.size() > joints) {
     return fmt::format("there are {} approaches for {} joints", sample.approach.size(), joints);
   }

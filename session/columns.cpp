@@ -25,6 +25,9 @@ std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
     columns.push_back({SampleColumn::kJoint, i, layout.joints[i].column()});
   }
+  for (std::size_t i = 0; i < layout.joints.size(); ++i) {
+    columns.push_back({SampleColumn::kCommand, i, layout.joints[i].command_column()});
+  }
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
     columns.push_back({SampleColumn::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
   }
@@ -48,16 +51,19 @@ bool measures_turn(const SampleLayout& layout) {
 }
 
 /// The other names and units in which a file may give what it must give: degrees, and q1, q2
-/// ... of an arm whose joints have names of their own.
+/// ... of an arm whose joints have names of their own. Commanded values in all of them.
 std::vector<HeaderColumn> other_names(const SampleLayout& layout) {
   std::vector<HeaderColumn> columns;
   const auto add = [&](std::size_t i, const std::string& name) {
     const Joint& joint = layout.joints[i];
+    const std::string command = name + std::string(kCommandSuffix);
     if (name != joint.name) {
       columns.push_back({SampleColumn::kJoint, i, name + '_' + joint.unit});
+      columns.push_back({SampleColumn::kCommand, i, command + '_' + joint.unit});
     }
     if (joint.degrees_too) {
       columns.push_back({SampleColumn::kJoint, i, name + "_deg", geometry::kDegPerRad});
+      columns.push_back({SampleColumn::kCommand, i, command + "_deg", geometry::kDegPerRad});
     }
   };
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
@@ -230,6 +236,13 @@ class Missing {
     } else if (coordinates > 0 && coordinates < axes) {
       need_all(SampleColumn::kChannel, layout_.dials, "", "a position");
     }
+    if (count(SampleColumn::kCommand, 0) > 0) {
+      for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+        need(
+            SampleColumn::kCommand, i, layout_.joints[i].command_column(),
+            "commanded values are of all joints or of none");
+      }
+    }
     const std::size_t targets = count(SampleColumn::kTarget, 0);
     if (targets > 0 && targets < axes)
       need_all(SampleColumn::kTarget, 0, "target_", "a target");
@@ -331,8 +344,10 @@ std::vector<HeaderColumn> read_header(
            "give each column a name of its own"});
     }
     const auto same = std::ranges::find_if(columns, [&](const HeaderColumn& each) {
-      return column.column == SampleColumn::kJoint && each.column == column.column &&
-             each.index == column.index && each.name != column.name;
+      const bool of_joint =
+          column.column == SampleColumn::kJoint || column.column == SampleColumn::kCommand;
+      return of_joint && each.column == column.column && each.index == column.index &&
+             each.name != column.name;
     });
     if (same != columns.end()) {
       mistakes.push_back(
@@ -358,10 +373,11 @@ std::vector<HeaderColumn> read_header(
 }
 
 std::vector<HeaderColumn> spec_columns(
-    const SampleLayout& layout, bool with_dials, bool with_position) {
+    const SampleLayout& layout, bool with_dials, bool with_position, bool with_commands) {
   std::vector<HeaderColumn> columns;
   for (HeaderColumn& column : known_columns(layout)) {
     const bool channel = column.column == SampleColumn::kChannel;
+    if (column.column == SampleColumn::kCommand && !with_commands) continue;
     if (!layout.gives_position && channel && column.index >= layout.dials) continue;
     if (channel && !(column.index < layout.dials ? with_dials : with_position)) continue;
     columns.push_back(std::move(column));

@@ -17,6 +17,7 @@ enum class SampleColumn {
   kRepeat,
   kTime,
   kJoint,     // with the joint's index
+  kCommand,   // of a joint, with its index: the value that it was told, beside the one read
   kTarget,    // with the axis' index
   kApproach,  // with the joint's index
   kTemperature,
@@ -30,6 +31,8 @@ enum class SampleColumn {
 
 /// Columns of dials are "dial_<id>_mm".
 inline constexpr std::string_view kDialColumn = "dial_";
+/// "q1_command_rad" stands beside "q1_rad".
+inline constexpr std::string_view kCommandSuffix = "_command";
 /// Channels of sockets have no column of their own: the column `socket` names one.
 inline constexpr std::string_view kSocketChannel = "socket_";
 
@@ -47,6 +50,7 @@ struct HeaderColumn {
 
 /// The columns in the spec's order for sessions measured here.
 [[nodiscard]] std::vector<HeaderColumn> spec_columns(
-    const SampleLayout& layout, bool with_dials, bool with_position);
+    const SampleLayout& layout, bool with_dials, bool with_position,
+    bool with_commands = false);
 
 }  // namespace sixdial::session

@@ -26,6 +26,8 @@ struct Joint {
   /// True: the alias q1 (q2, ...) is not accepted.
   bool known_by_name_only = true;
   [[nodiscard]] std::string column() const { return name + '_' + unit; }
+  /// Of the value that it was told, beside the one that was read back.
+  [[nodiscard]] std::string command_column() const { return name + "_command_" + unit; }
 };
 
 struct Channel {

@@ -54,6 +54,9 @@ struct Sample {
   std::vector<std::optional<double>> others{};
   /// Standard deviation of each coordinate, where the file gives it with the reading [mm].
   std::vector<std::optional<double>> position_sd_mm{};
+  /// Where the controller was told to go, joint by joint [rad, mm], beside q that was read
+  /// back; empty: not recorded.
+  Eigen::VectorXd q_command{};
   int line = 0;            // of the file it was read from, 0 if measured here
   std::string source_row;  // that line's text, given back unchanged on export
   /// Kept, but nothing is fitted to it or judged by it (studies/plausibility.h says why).

@@ -139,6 +139,25 @@ constexpr Words kWords[] = {
      "{miss:.2g} mm of where it was measured[, as it is within {now:.2g} mm]. Change the sign "
      "of "
      "the column."},
+    {"joints_echo_command",
+     "The joint values that were read back equal those commanded to the last digit: this "
+     "controller seems to give back what it was told. They do not say where the joints stood."},
+    {"commanded_joints_fit_better",
+     "The commanded joint values say better where the robot stood than those read back: fitted "
+     "to half of the poses they leave {commanded:.3g} mm at the others, those read back "
+     "{read:.3g} mm ({nearer} of {poses} poses are nearer). They are taken below. Look at "
+     "encoders, couplings and at when the values are read."},
+    {"read_joints_fit_better",
+     "The joint values read back say better where the robot stood than those commanded: fitted "
+     "to half of the poses they leave {read:.3g} mm at the others, those commanded "
+     "{commanded:.3g} mm. They are taken; the robot does not stop where it is told."},
+    {"commanded_joints_alike",
+     "Commanded joint values and those read back say equally well where the robot stood "
+     "({commanded:.3g} and {read:.3g} mm are left at poses that were not fitted). Those read "
+     "back are taken."},
+    {"few_poses_for_commands",
+     "Joint values were commanded and read back, but there are too few poses to tell which of "
+     "them say where the robot stood. Those read back are taken."},
     {"dials_exchanged",
      "Dials {dials} look exchanged ({how}): so they fit a robot like the rig file's within "
      "{miss:.2g} mm, as they are within {now:.2g} mm. A fit takes them put right. Exchange the "

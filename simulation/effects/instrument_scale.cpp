@@ -8,6 +8,13 @@ constexpr EffectParameter kParameters[] = {
     {"s", "1", 1e-3},
 };
 
+/// Contacts and sockets have no lengths of their own that could be wrong; a wire's share would
+/// be its own.
+std::vector<Place> where_places_are_measured(const geometry::Rig& rig) {
+  const bool places = geometry::instrument_of(rig)->find_channel("x").has_value();
+  return places ? at_the_instrument(rig) : std::vector<Place>();
+}
+
 void bend_after_kinematics(
     std::span<const double> x, const Place&, const Circumstance&, Scene& scene) {
   scene.p_WE += x[0] * scene.p_WE;
@@ -19,7 +26,7 @@ extern constinit const Effect instrument_scale;
 constinit const Effect instrument_scale{
     .cause = "instrument_scale",
     .in_words = "wrong scale of the instrument",
-    .places = at_the_instrument,
+    .places = where_places_are_measured,
     .parameters = kParameters,
     .needs = kNothing,
     .after_kinematics = bend_after_kinematics,

@@ -71,6 +71,7 @@ void look_for_far_positions(Look& look);
 void look_at_frame(Look& look);
 void look_for_moved_frame(Look& look);
 void look_at_targets(Look& look);
+void look_at_joint_values(Look& look);
 void look_at_certificates(Look& look);
 
 inline constexpr std::string_view kWrongMode = "wrong_mode";

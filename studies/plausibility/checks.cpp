@@ -66,6 +66,11 @@ const std::vector<PlausibilityCheck>& checks() {
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
       {"frame_moved", {"frame_moved"}, look_for_moved_frame},
+      // Which joint values are right, once all else is.
+      {"joint_values",
+       {"joints_echo_command", "commanded_joints_fit_better", "read_joints_fit_better",
+        "commanded_joints_alike", "few_poses_for_commands"},
+       look_at_joint_values},
       // What the figures can be traced to.
       {"certificates", {"certificate_expired"}, look_at_certificates},
   };
