@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "diagnosis/eliminated.h"
+#include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -248,6 +249,7 @@ class Fitter {
       const bool same = each == before;
       if (before && !same && fit_.random.cols() > fit_.known) continue;
       if (!before && !may_be_shared(left, *each)) continue;
+      if (comes_back(readings_, *each, {fit_.residual_mm, fit_.weight, fit_.noise})) continue;
       const auto size = scatter_size(left, *each, {.near = same ? ratio_before : 0.0});
       if (!size || size->gain <= most) continue;
       most = size->gain;

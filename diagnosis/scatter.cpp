@@ -11,7 +11,6 @@
 #include "diagnosis/gross_readings.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
-#include "geometry/same_pose.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -59,28 +58,13 @@ class Repeats {
     double sum = 0.0;
     double taken = 0.0;  // by what the readings of an arrival share
     for (const Eigen::Index row : rows) {
-      if (!same_pose(readings, rows.front(), row)) return;
+      if (!at_same_pose(readings, rows.front(), row)) return;
       sum += own_mm_[row];
       taken += leverage_[row];
     }
     const double mean = sum / count;
     for (const Eigen::Index row : rows) squares_ += std::pow(own_mm_[row] - mean, 2);
     freedom_ += (count - 1) * (1 - taken / count);
-  }
-  [[nodiscard]] static bool same_pose(
-      const Readings& readings, Eigen::Index a, Eigen::Index b) {
-    const auto& first = readings.trials()[static_cast<std::size_t>(
-        readings.rows()[static_cast<std::size_t>(a)].trial)];
-    const auto& other = readings.trials()[static_cast<std::size_t>(
-        readings.rows()[static_cast<std::size_t>(b)].trial)];
-    const auto& joints = readings.model().robot().joints;
-    for (Eigen::Index j = 0; j < first.q.size(); ++j) {
-      const auto joint = static_cast<std::size_t>(j);
-      if (first.approach_of(joint) * other.approach_of(joint) < 0) return false;
-      const double apart = std::abs(first.q[j] - other.q[j]);
-      if (apart > geometry::same_pose(joints[joint].unit())) return false;
-    }
-    return true;
   }
 
   std::map<std::pair<int, int>, std::vector<Eigen::Index>> groups_;  // by point and channel

@@ -1,6 +1,9 @@
 #include "diagnosis/shareable.h"
 
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "diagnosis/stages.h"
 #include "diagnosis/thresholds.h"
@@ -92,6 +95,57 @@ std::vector<std::shared_ptr<const ScatterColumns>> shareable_columns(
     }
   }
   return result;
+}
+
+bool at_same_pose(const Readings& readings, Eigen::Index a, Eigen::Index b) {
+  const auto trial_of = [&](Eigen::Index row) -> const simulation::Trial& {
+    const int trial = readings.rows()[static_cast<std::size_t>(row)].trial;
+    return readings.trials()[static_cast<std::size_t>(trial)];
+  };
+  const simulation::Trial& first = trial_of(a);
+  const simulation::Trial& other = trial_of(b);
+  const auto& joints = readings.model().robot().joints;
+  for (Eigen::Index j = 0; j < first.q.size(); ++j) {
+    const auto joint = static_cast<std::size_t>(j);
+    if (first.approach_of(joint) * other.approach_of(joint) < 0) return false;
+    const double apart = std::abs(first.q[j] - other.q[j]);
+    if (apart > geometry::same_pose(joints[joint].unit())) return false;
+  }
+  return true;
+}
+
+bool comes_back(
+    const Readings& readings, const ScatterColumns& columns, const LeftAtRepeats& left) {
+  const Eigen::VectorXd own = left.residual_mm.cwiseQuotient(left.noise);
+  const double variance = left.weight.dot(own.cwiseAbs2()) / std::max(1e-12, left.weight.sum());
+  // By point and channel: rows of different arrivals.
+  std::map<std::pair<int, int>, std::vector<Eigen::Index>> groups;
+  for (std::size_t b = 0; b < columns.blocks(); ++b) {
+    for (Eigen::Index row = columns.first_row[b]; row < columns.first_row[b + 1]; ++row) {
+      if (left.weight[row] <= kGoodWeight) continue;
+      const Row& each = readings.rows()[static_cast<std::size_t>(row)];
+      const int point = readings.trials()[static_cast<std::size_t>(each.trial)].point;
+      auto& group = groups[{point, each.dial}];
+      const bool another = group.empty() || group.back() < columns.first_row[b];
+      if (another && (group.empty() || at_same_pose(readings, group.front(), row))) {
+        group.push_back(row);
+      }
+    }
+  }
+  double squares = 0.0;
+  double freedom = 0.0;
+  for (const auto& [key, rows] : groups) {
+    if (rows.size() < 2) continue;
+    squares += (own(rows).array() - own(rows).mean()).square().sum();
+    freedom += static_cast<double>(rows.size()) - 1;
+  }
+  // Readings of one arrival are no independent witnesses of its shift.
+  constexpr double kReadingsOfAShift = 3.0;
+  constexpr double kLevel = 1e-3;
+  const double told = freedom / kReadingsOfAShift;
+  if (told < 3 || !(variance > 0.0)) return false;
+  const boost::math::chi_squared law(told);
+  return squares / (variance * freedom) * told < boost::math::quantile(law, kLevel);
 }
 
 double tool_motion_mm(

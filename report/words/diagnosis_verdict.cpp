@@ -196,11 +196,14 @@ std::string remainder_sentence(const DiagnosisResult& result) {
         "that was recorded.{}",
         rms, noise, scatter_sentence(result));
   }
+  // A rig file may allow more noise than there is.
+  const bool more = left.rms_mm > result.noise.sigma_mm;
   return fmt::format(
-      "What is left ({} rms) is more than the noise ({}) and depends on {}; no known cause "
+      "What is left ({} rms) is {} the noise ({}) {} depends on {}; no known cause "
       "explains it.{}{}",
-      rms, noise, covariates_in_words(result.unexplained.depends_on),
-      noisy_dials_sentence(result), scatter_sentence(result));
+      rms, more ? "more than" : "within", noise, more ? "and" : "but",
+      covariates_in_words(result.unexplained.depends_on), noisy_dials_sentence(result),
+      scatter_sentence(result));
 }
 
 /// What could not be tested, by reason: "a, b and c: the session has no time_utc column."
