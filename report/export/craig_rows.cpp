@@ -36,6 +36,11 @@ struct Normal {
   Vector foot, meets, direction;
 };
 
+/// Of the two directions of a normal the one that the arm's own frames are turned to.
+Vector nearer(const Vector& direction, const Vector& across) {
+  return direction.dot(across) < 0 ? Vector(-direction) : direction;
+}
+
 Normal normal_of(const Axis& one, const Axis& next, const Vector& from) {
   const Vector cross = one.along.cross(next.along);
   const Number sine = cross.norm();
@@ -45,16 +50,12 @@ Normal normal_of(const Axis& one, const Axis& next, const Vector& from) {
     Vector direction = meets - from;
     direction -= one.along * one.along.dot(direction);
     if (direction.norm() < kCoincident_mm) direction = one.across;
-    direction.normalize();
-    return {from, meets, direction};
+    return {from, meets, nearer(direction.normalized(), one.across)};
   }
   const Number s2 = sine * sine;
   const Number t = between.cross(next.along).dot(cross) / s2;
   const Number u = between.cross(one.along).dot(cross) / s2;
-  Vector direction = cross / sine;
-  // Of its two directions the one that lies nearer to how the arm's own frames are turned.
-  if (direction.dot(one.across) < 0) direction = -direction;
-  return {one.at + t * one.along, next.at + u * next.along, direction};
+  return {one.at + t * one.along, next.at + u * next.along, nearer(cross / sine, one.across)};
 }
 
 Number angle_about(const Vector& axis, const Vector& from, const Vector& to) {
@@ -67,13 +68,19 @@ CraigArm craig_arm(const JointChain& given) {
   const JointChain chain = along_z(given);
   const std::vector<Axis> axes = axes_of(chain);
   CraigArm arm;
-  // The arm's own frame on the first axis is where the rows begin.
-  Matrix R_first;
-  R_first << axes.front().across, axes.front().along.cross(axes.front().across),
-      axes.front().along;
-  arm.base = behind(chain.base, {axes.front().at.cast<double>(), R_first.cast<double>()});
-  Vector at = axes.front().at;  // the origin of the present row's frame, before its d
-  Vector x = axes.front().across;
+  // The origin and the x of the present row's frame, before its d and theta. The rows begin in
+  // the arm's base, or, where the first axis is not upright in its middle, on that axis.
+  Vector at = Vector::Zero();
+  Vector x = Vector::UnitX();
+  const Axis& first = axes.front();
+  arm.base = chain.base;
+  if (first.along != Vector::UnitZ() || !first.at.head<2>().isZero(0.0L)) {
+    Matrix R_first;
+    R_first << first.across, first.along.cross(first.across), first.along;
+    arm.base = behind(chain.base, {first.at.cast<double>(), R_first.cast<double>()});
+    at = first.at;
+    x = first.across;
+  }
   Number a = 0, alpha = 0;
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const bool last = i + 1 == axes.size();

@@ -123,7 +123,7 @@ std::vector<std::string> heading(
           full.robot().kind->in_words,
           extended ? ", extended by the causes that were named" : ", as it was calibrated"),
       fmt::format(
-          "Written by sixdial {} (export-model, {}) from the session {}, {} of {}.",
+          "Written by Sixdial {} (export-model, {}) from the session {}, {} of {}.",
           SIXDIAL_VERSION, format, full.inputs.session, extended ? "diagnosis" : "calibration",
           full.created_utc),
       fmt::format("Data {}, rig {}.", full.inputs.data_hash, full.inputs.rig_hash)};

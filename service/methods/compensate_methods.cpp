@@ -269,7 +269,7 @@ constexpr std::array kMethods{
                   "page)",
         .example = R"({"session": "demo", "as": "python"})",
         .runs_on = RunsOn::kLong,
-        .command = "sixdial export-model {session} --as FORMAT",
+        .command = "sixdial export-model {session} --as python",
         .run = export_robot},
     RpcMethod{
         .name = "compensate.target",
