@@ -21,7 +21,7 @@ namespace {
 
 struct ExportModelOptions {
   std::string calibration_method{studies::kPaperMethod};
-  std::string subject, as, by, output, result_file, diagnosis_file;
+  std::string subject, as, by, output, result_file, diagnosis_file, urdf_file;
   std::vector<double> endstops_mm;
   std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
@@ -117,7 +117,8 @@ service::ExitCode export_bundle(Cli& cli, const ExportModelOptions& options) {
     report::check_may_command(warnings);
     const report::Exported found = report::export_model(
         studies::exported_model(result, session), options.as,
-        {.endstops_mm = options.endstops_mm});
+        {.endstops_mm = options.endstops_mm,
+         .urdf_text = options.urdf_file.empty() ? "" : session::read_file(options.urdf_file)});
     Json answer = report::to_json(found);
     answer["warnings"] = report::warnings_json(warnings);
     print_exported(cli, options, std::move(answer), found.text);
@@ -136,6 +137,7 @@ service::ExitCode export_session(Cli& cli, const ExportModelOptions& options) {
   if (options.result > 0) params["result"] = options.result;
   if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
   if (options.from_other_session) params["from_other_session"] = true;
+  if (!options.urdf_file.empty()) params["urdf_text"] = session::read_file(options.urdf_file);
   constexpr std::array kEndstops{"endstop_a_mm", "endstop_b_mm", "endstop_c_mm"};
   for (std::size_t i = 0; i < options.endstops_mm.size(); ++i) {
     params[kEndstops.at(i)] = options.endstops_mm[i];
@@ -207,6 +209,12 @@ void add_export_command(CLI::App& app, Cli& cli) {
           "of klipper: position_endstop of stepper_a, b and c as printer.cfg has them now [mm]")
       ->delimiter(',')
       ->expected(3);
+  command
+      ->add_option(
+          "--urdf", options->urdf_file,
+          "of urdf: the file that the arm came from; its origins are set right, its shapes and "
+          "masses stay")
+      ->check(existing_file());
   add_seed(*command, options->seed, "of a bundle's calibration or diagnosis");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {

@@ -39,12 +39,15 @@ Exported export_model(
         studies::StudyErrorCode::kInvalidParams, fmt::format("there is no format '{}'", name),
         {{"param", "as"}}, fmt::format("One of {}.", fmt::join(known, ", ")));
   }
-  if (!options.endstops_mm.empty() && format != &klipper_format) {
+  const auto belongs = [&](bool given, const ExportFormat& to, const char* param) {
+    if (!given || format == &to) return;
     throw studies::StudyError(
         studies::StudyErrorCode::kInvalidParams,
-        fmt::format("the format {} has no end stops", name), {{"param", "endstops"}},
-        "They belong to the format klipper.");
-  }
+        fmt::format("the format {} does not take {}", name, param), {{"param", param}},
+        fmt::format("It belongs to the format {}.", to.name));
+  };
+  belongs(!options.endstops_mm.empty(), klipper_format, "endstops");
+  belongs(!options.urdf_text.empty(), urdf_format, "urdf");
   HeldModel held = format->hold(full, options);
   Exported result{
       .format = std::string(format->name),

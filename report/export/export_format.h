@@ -41,6 +41,9 @@ struct HeldModel {
 struct ExportOptions {
   /// Of "klipper": position_endstop of the three towers as printer.cfg has them now [mm].
   std::vector<double> endstops_mm{};
+  /// Of "urdf": the text of the URDF that the arm came from, whose origins are set right;
+  /// empty: a new one is written.
+  std::string urdf_text{};
 };
 
 struct ExportFormat {

@@ -121,6 +121,12 @@ JointChain joint_chain(const studies::ExportedModel& model, bool with_shifts) {
   return chain;
 }
 
+JointChain nominal_chain(const studies::ExportedModel& model) {
+  studies::ExportedModel nominal{.base = model.base, .model = model.model};
+  nominal.model.head(model.nominal.size()) = model.nominal;
+  return joint_chain(nominal);
+}
+
 JointChain along_z(JointChain chain) {
   const auto turned = [](const Vector3d& axis) -> Pose<double> {
     if (axis == Vector3d::UnitZ()) return {};

@@ -35,6 +35,8 @@ struct JointChain {
 /// the zeros that its settled shifts have moved.
 [[nodiscard]] JointChain joint_chain(
     const studies::ExportedModel& model, bool with_shifts = true);
+/// The same of the robot that the rig file describes.
+[[nodiscard]] JointChain nominal_chain(const studies::ExportedModel& model);
 [[nodiscard]] bool is_arm(const studies::ExportedModel& model);
 /// Turns the frames of the joints so that each has its axis along z.
 [[nodiscard]] JointChain along_z(JointChain chain);

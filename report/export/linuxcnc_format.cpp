@@ -51,10 +51,7 @@ std::string write(
     const studies::ExportedModel& full, const HeldModel& held, const ExportOptions&) {
   const CraigArm arm = craig_arm(joint_chain(held.model));
   const CraigArm whole = craig_arm(joint_chain(full));
-  studies::ExportedModel nominal = full;
-  nominal.effects.clear();
-  nominal.model.head(nominal.nominal.size()) = nominal.nominal;
-  const CraigArm before = craig_arm(joint_chain(nominal));
+  const CraigArm before = craig_arm(nominal_chain(full));
   std::string text = commented(heading(full, held, "linuxcnc"), "# ");
   text += commented(
       {"The frame on the first axis in the instrument's frame:", pose_in_words(whole.base),

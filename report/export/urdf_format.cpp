@@ -5,21 +5,36 @@
 
 #include "report/export/holding.h"
 #include "report/export/joint_chain.h"
+#include "report/export/urdf_correction.h"
 
 namespace sixdial::report {
 namespace {
 
 using geometry::JointKind;
 
-HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
+HeldModel hold(const studies::ExportedModel& full, const ExportOptions& options) {
   if (!is_arm(full)) {
     refuse_robot(full, "a URDF", "it is a tree of joints, and this robot closes a loop");
   }
   Holding holding(full);
+  const bool corrects = !options.urdf_text.empty();
+  if (corrects) {
+    holding.leave_nominal(
+        {.what = "where the arm stands",
+         .why = "of the URDF that is corrected the joints of the arm are set alone",
+         .instead = "Enter it where the URDF or the program places the arm's base."},
+        is_of_base);
+    holding.leave_nominal(
+        {.what = "the tool on the last link",
+         .why = "what is behind the last joint of the URDF stays as it is",
+         .instead = "Enter it where the tool's link or frame is defined."},
+        is_of_tool);
+  }
   holding.leave_out_effects(
       "a URDF has the geometry alone",
       [&](const simulation::ActiveEffect& each) { return is_settled_shift(each, full); });
   holding.leave_out_learned();
+  if (corrects) return holding.done();
   holding.note(
       "Limits of effort and velocity are 0 where none are known: put in those of the arm, with "
       "its masses and shapes");
@@ -110,7 +125,12 @@ std::string joint_text(
 }
 
 std::string write(
-    const studies::ExportedModel& full, const HeldModel& held, const ExportOptions&) {
+    const studies::ExportedModel& full, const HeldModel& held, const ExportOptions& options) {
+  if (!options.urdf_text.empty()) {
+    return corrected_urdf(
+        options.urdf_text, nominal_chain(full), joint_chain(held.model),
+        "\n" + commented(heading(full, held, "urdf"), "  "));
+  }
   const JointChain chain = joint_chain(held.model);
   const auto& joints = full.robot().joints;
   std::string text = "<?xml version=\"1.0\"?>\n<!--\n";

@@ -134,6 +134,7 @@ report::ExportOptions export_options(const Call& call) {
       options.endstops_mm.push_back(call.params[key].get<double>());
     }
   }
+  options.urdf_text = param_or<std::string>(call.params, "urdf_text", "");
   return options;
 }
 
@@ -251,6 +252,10 @@ constexpr std::array kExportParams{
         "of as klipper: position_endstop of stepper_a as printer.cfg has it now"),
     endstop("endstop_b_mm", "the same of stepper_b"),
     endstop("endstop_c_mm", "the same of stepper_c"),
+    Param{
+        .name = "urdf_text",
+        .doc = "of as urdf: the URDF that the arm came from, whose origins are set right; "
+               "default: a new one"},
     Param{
         .name = "offset",
         .type = ParamType::kInteger,

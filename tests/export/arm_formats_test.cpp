@@ -173,6 +173,89 @@ TEST(Urdf, AStepThatHasComeIsInTheJointsZero) {
   }
 }
 
+// Fixed joints before and between those of the arm, a shape, a mass, a joint beside the arm.
+constexpr const char* kMakersUrdf = R"xml(<?xml version="1.0"?>
+<robot name="two axes"><!-- of its maker -->
+  <link name="floor"/>
+  <joint name="bolt" type="fixed"><parent link="floor"/><child link="plinth"/>
+    <origin xyz="0.1 0.2 0.3" rpy="0 0 0.5"/></joint>
+  <link name="plinth"/>
+  <joint name="pan" type="revolute"><parent link="plinth"/><child link="column"/>
+    <origin xyz="0 0 0.15" rpy="0 0.1 0"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" effort="30" velocity="1.5"/></joint>
+  <link name="column"><inertial><mass value="3.5"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="bracket" type="fixed"><parent link="column"/><child link="flange"/>
+    <origin xyz="0.05 0 0.1" rpy="1.5707963267948966 0 0"/></joint>
+  <link name="flange"/>
+  <joint name="tilt" type="continuous"><parent link="flange"/><child link="table"/>
+    <axis xyz="0 1 0"/></joint>
+  <link name="table"><visual><geometry><box size="0.2 0.2 0.01"/></geometry></visual></link>
+  <joint name="to_tool" type="fixed"><parent link="table"/><child link="tool"/>
+    <origin xyz="0.1 0 0.2" rpy="0 0 0"/></joint>
+  <link name="tool"/>
+  <joint name="lid" type="revolute"><parent link="column"/><child link="cover"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+  <link name="cover"/>
+</robot>
+)xml";
+
+/// That arm, from its plinth.
+ExportedModel makers_arm() {
+  auto read = geometry::read_urdf(kMakersUrdf, "plinth", "tool");
+  if (!read) throw std::invalid_argument(read.error());
+  return studies::made_model(geometry::serial_model(*read));
+}
+
+TEST(Urdf, OfTheMakerIsSetRightAndKeepsTheRest) {
+  ExportedModel model = makers_arm();
+  const auto& parameters = model.robot().parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    // What such a file does not get.
+    const auto at = static_cast<Eigen::Index>(k);
+    const bool outside = parameters[k].stands || parameters[k].rig_key.starts_with("tool_");
+    if (outside) model.model[at] = model.nominal[at];
+  }
+  const Exported exported = export_model(model, "urdf", {.urdf_text = kMakersUrdf});
+  EXPECT_TRUE(exported.left_out.empty());
+  for (const char* const kept :
+       {"<mass value=\"3.5\"", "<box size=\"0.2 0.2 0.01\"", "of its maker", "velocity=\"1.5\"",
+        "<origin xyz=\"0.1 0.2 0.3\" rpy=\"0 0 0.5\"", "Nothing of the model is left out"}) {
+    EXPECT_THAT(exported.text, HasSubstr(kept));
+  }
+  const auto read = urdf::parseURDF(exported.text);
+  ASSERT_NE(read, nullptr);
+  const KDL::Frame plinth = frame_of(read->getJoint("bolt")->parent_to_joint_origin_transform);
+  for (const studies::ModelPose& pose : model.poses) {
+    const KDL::Frame whole =
+        urdf_pose(*read, {{"pan", pose.q[0]}, {"tilt", pose.q[1]}, {"lid", 0.0}});
+    expect_at(model, pose.q, plinth.Inverse() * whole);
+  }
+}
+
+TEST(Urdf, OfTheMakerTellsBaseAndToolAndRefusesAnotherArms) {
+  const ExportedModel model = makers_arm();
+  const Exported exported = export_model(model, "urdf", {.urdf_text = kMakersUrdf});
+  ASSERT_EQ(exported.left_out.size(), 2U);
+  EXPECT_GT(exported.left_out[0].miss.max_mm, 0.1);
+  const auto why = [&](const std::string& text) {
+    try {
+      static_cast<void>(export_model(model, "urdf", {.urdf_text = text}));
+    } catch (const studies::StudyError& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  std::string moved = kMakersUrdf;
+  moved.replace(moved.find("0 0 0.15"), 8, "0 0 0.16");
+  EXPECT_THAT(why(moved), HasSubstr("its joint pan stands elsewhere"));
+  std::string renamed = kMakersUrdf;
+  renamed.replace(renamed.find("\"tilt\""), 6, "\"roll\"");
+  EXPECT_THAT(why(renamed), HasSubstr("it has no joint tilt"));
+  EXPECT_THAT(why("<robot"), HasSubstr("the URDF cannot be corrected"));
+  EXPECT_THAT(why("<html/>"), HasSubstr("it has no <robot>"));
+}
+
 /// "... x y z = 1 2 3 mm, roll pitch yaw = 4 5 6 deg", the n-th of a text.
 KDL::Frame frame_in(const std::string& text, std::size_t n) {
   static const std::regex pose(
