@@ -83,6 +83,7 @@ void add_commands(CLI::App& app, Cli& cli) {
   add_recommend_command(app, cli);
   add_import_command(app, cli);
   add_compensate_commands(app, cli);
+  add_export_command(app, cli);
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);
   add_service_commands(app, cli);

@@ -60,6 +60,7 @@ void add_rig_adopt(CLI::App& group, Cli& cli);          // rig adopt
 void add_job_commands(CLI::App& app, Cli& cli);         // job ...
 void add_import_command(CLI::App& app, Cli& cli);       // import
 void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
+void add_export_command(CLI::App& app, Cli& cli);       // export-model
 void add_recommend_command(CLI::App& app, Cli& cli);    // recommend
 void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
 void add_dials_command(CLI::App& app, Cli& cli);        // dials

@@ -114,20 +114,6 @@ void print_plan(
   }
 }
 
-/// The calibration or diagnosis that the angles need first. Off a terminal one line announces
-/// it: its progress would be longer than the answer.
-template <class Work>
-auto made_first(
-    const Console& console, const std::string& what, const std::string& option,
-    const Work& work) {
-  Console calm = console;
-  if (!console.terminal && !console.quiet) {
-    console.note(fmt::format("making {} first; {} FILE takes a stored one", what, option));
-    calm.quiet = true;
-  }
-  return run_here(calm, what, work);
-}
-
 using Warnings = std::vector<studies::Warning>;
 
 /// Refuses to command by data that contradict themselves. Gives the working mode that commands

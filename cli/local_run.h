@@ -36,6 +36,20 @@ template <class Work>
   return *std::move(result);
 }
 
+/// The calibration or diagnosis that a command needs first. Off a terminal one line announces
+/// it: its progress would be longer than the answer. `option`: what takes a stored one.
+template <class Work>
+[[nodiscard]] auto made_first(
+    const Console& console, const std::string& what, const std::string& option,
+    const Work& work) {
+  Console calm = console;
+  if (!console.terminal && !console.quiet) {
+    console.note("making " + what + " first; " + option + " FILE takes a stored one");
+    calm.quiet = true;
+  }
+  return run_here(calm, what, work);
+}
+
 /// The same with a session: what speaks against it is told where the work gives up, too.
 template <class Work>
 [[nodiscard]] auto run_on(

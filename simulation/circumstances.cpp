@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "geometry/same_pose.h"
+#include "simulation/weight.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -262,43 +263,6 @@ class Walk {
   Prediction seen_;
 };
 
-/// Moments of weight about the joints of a robot that stands upright on its base: by virtual
-/// work, of masses that are not known and so count one each.
-class Weight {
- public:
-  Weight(const ForwardModel& model, const ModelVector& at)
-      : robot_(model.robot()), v_(at.head(model.robot_parameter_count())), frames_(robot_) {
-    applies_ = robot_.axes == 3 && !robot_.kind->has_passive_joints;
-    for (std::size_t k = 0; k < robot_.parameters.size(); ++k) {
-      if (robot_.parameters[k].stands) v_[static_cast<Eigen::Index>(k)] = 0.0;
-    }
-  }
-
-  void take(const Trial& trial, Circumstance& sample) {
-    if (!applies_ || trial.q.size() != robot_.joint_count()) return;
-    if (!robot_.forward_derivative(v_, trial.q, trial.assembly, frames_)) return;
-    sample.weight_m = along(-Eigen::Vector3d::UnitZ(), trial.q.size());
-    sample.weight_sideways_m = along(Eigen::Vector3d::UnitX(), trial.q.size());
-  }
-
- private:
-  /// Joints x 2: of masses in the links, and in the tool.
-  [[nodiscard]] Eigen::MatrixXd along(const Eigen::Vector3d& down, Eigen::Index joints) const {
-    constexpr double kMetre_mm = 1000.0;
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(joints, 2);
-    result.col(1) = frames_.by_q[0].topRows<3>().transpose() * down / kMetre_mm;
-    for (std::size_t k = 1; k < frames_.by_q.size(); ++k) {
-      result.col(0) += frames_.by_q[k].topRows<3>().transpose() * down / kMetre_mm;
-    }
-    return result;
-  }
-
-  const geometry::RobotModel& robot_;
-  Eigen::VectorXd v_;
-  geometry::Frames frames_;
-  bool applies_ = false;
-};
-
 /// Variance of wandering, per unit of `along`: of known values against the line between their
 /// neighbours, and against their neighbour alone.
 struct Wandering {
@@ -384,7 +348,7 @@ std::vector<Circumstance> circumstances_of(
   }
 
   std::vector<Circumstance> result;
-  Weight weight(model, at);
+  Weight weight(model.robot(), at.head(model.robot_parameter_count()));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> previous_mm(model.rig().dials.size(), nan);
   Walk walk(model, at, trials);
@@ -396,7 +360,7 @@ std::vector<Circumstance> circumstances_of(
     each.temperature_degC = temperature_degC[t].value;
     each.temperature_sd_degC = temperature_degC[t].sd;
     walk.take(t, each);
-    weight.take(trials[t], each);
+    weight.take(trials[t].q, trials[t].assembly, each);
     each.previous_mm = previous_mm;
     for (std::size_t i = 0; i < previous_mm.size() && i < trials[t].reading.size(); ++i) {
       previous_mm[i] = trials[t].reading[i].value_or(nan);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "simulation/weight.h"
 #include "studies/compensate.h"
 
 namespace sixdial::studies {
@@ -128,8 +129,10 @@ tl::expected<geometry::Position, geometry::KinematicTrouble> ExtendedCommand::po
   trial.q = q;
   trial.assembly = assembly;
   simulation::Scene scene;
-  const auto ran =
-      extended.run(model_, trial, circumstance(moment, forces_at(q, assembly)), scene);
+  simulation::Circumstance sample = circumstance(moment, forces_at(q, assembly));
+  simulation::Weight(base_.robot(), model_.head(base_.robot_parameter_count()))
+      .take(q, assembly, sample);
+  const auto ran = extended.run(model_, trial, sample, scene);
   if (!ran) return tl::unexpected(ran.error());
   geometry::Position p_WE = scene.p_WE.head(axes_);
   if (learned_) p_WE += learned_(q);

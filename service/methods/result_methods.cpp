@@ -21,6 +21,7 @@
 #include "service/service.h"
 #include "service/store_json.h"
 #include "service/study_params.h"
+#include "service/text_page.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
 #include "studies/method_name.h"
@@ -30,8 +31,6 @@ namespace sixdial::service {
 namespace {
 
 constexpr auto kReportPatience = std::chrono::minutes(5);  // its pages are made, too
-constexpr std::size_t kMostPageBytes =
-    std::size_t{24} * 1024;  // doubled by quotes in the worst case
 
 Json start_calibration(const Call& call) {
   const studies::CalibrationRequest request = calibration_request(call.params);
@@ -43,13 +42,6 @@ Json start_calibration(const Call& call) {
           std::stop_token stop) {
         return report::to_json(studies::calibrate(session, request, progress, std::move(stop)));
       });
-}
-
-/// Not in the middle of a UTF-8 letter.
-std::size_t page_end(const std::string& text, std::size_t begin) {
-  std::size_t end = std::min(text.size(), begin + kMostPageBytes);
-  while (end < text.size() && end > begin && (text[end] & 0xC0) == 0x80) --end;
-  return end;
 }
 
 Json get(const Call& call) {

@@ -1,5 +1,6 @@
 // The base creeps on the table while time passes: x0 and y0 grow.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -45,5 +46,14 @@ constinit const Effect base_drift{
     .helps =
         "A few anchor points measured again at the start, in the middle and at the end; a "
         "temperature that does not rise with the clock."};
+
+extern constinit const EffectInCode base_drift_in_code;
+constinit const EffectInCode base_drift_in_code{
+    .cause = "base_drift", .at = [](const Place&) -> EffectStatements {
+      return {
+          .tool =
+              "p[0] += {0} * time_h\n"
+              "p[1] += {1} * time_h"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,6 +1,7 @@
 // The measuring frame's axes are not square: x += s (y - y_ref); in space also x += s_xz z and
 // y += s_yz z.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -45,5 +46,14 @@ constinit const Effect frame_skew{
         "The base's rotation and the links take up part of it; squareness of the cuboid turns "
         "with the cuboid, skew does not.",
     .helps = "A large area in x and y, and several working modes."};
+
+extern constinit const EffectInCode frame_skew_in_code;
+constinit const EffectInCode frame_skew_in_code{
+    .cause = "frame_skew", .at = [](const Place&) -> EffectStatements {
+      return {
+          .tool =
+              "p[0] += {0} * p[1] + {1} * p[2]\n"
+              "p[1] += {2} * p[2]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -59,5 +60,18 @@ constinit const Effect instrument_drift{
         "A knock jumps at one sample, drift goes on all the time. Whether the instrument or "
         "the robot's base moves only points on the table can tell.",
     .helps = "A few poses measured again at the start, in the middle and at the end."};
+
+extern constinit const EffectInCode instrument_drift_in_code;
+constinit const EffectInCode instrument_drift_in_code{
+    .cause = "instrument_drift", .at = [](const Place&) -> EffectStatements {
+      return {
+          .tool =
+              "p[0] += time_h * ({0} + ({4} * was[2] - {5} * was[1]) / 1000.0)\n"
+              "p[1] += time_h * ({1} + ({5} * was[0] - {3} * was[2]) / 1000.0)\n"
+              "p[2] += time_h * ({2} + ({3} * was[1] - {4} * was[0]) / 1000.0)\n"
+              "turn[0] += time_h * {3} / 1000.0\n"
+              "turn[1] += time_h * {4} / 1000.0\n"
+              "turn[2] += time_h * {5} / 1000.0"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,5 +1,6 @@
 // The instrument's lengths are too long or too short by a constant share: p += s p.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -43,5 +44,11 @@ constinit const Effect instrument_scale{
         "All links of the robot longer by the same share look just so: where every length is "
         "free, nothing can tell them apart.",
     .helps = "A scale bar in the measured volume."};
+
+extern constinit const EffectInCode instrument_scale_in_code;
+constinit const EffectInCode instrument_scale_in_code{
+    .cause = "instrument_scale", .at = [](const Place&) -> EffectStatements {
+      return {.tool = "p[{axis}] += {0} * p[{axis}]"};
+    }};
 
 }  // namespace sixdial::simulation

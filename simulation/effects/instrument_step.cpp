@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -56,5 +57,18 @@ constinit const Effect instrument_step{
         "errors before and after the event.",
     .told_apart = "Drift goes on all the time; a knock is there from one sample on.",
     .helps = "A few poses measured again before and after the event."};
+
+extern constinit const EffectInCode instrument_step_in_code;
+constinit const EffectInCode instrument_step_in_code{
+    .cause = "instrument_step", .at = [](const Place&) -> EffectStatements {
+      return {
+          .tool =
+              "p[0] += {0} + ({4} * was[2] - {5} * was[1]) / 1000.0\n"
+              "p[1] += {1} + ({5} * was[0] - {3} * was[2]) / 1000.0\n"
+              "p[2] += {2} + ({3} * was[1] - {4} * was[0]) / 1000.0\n"
+              "turn[0] += {3} / 1000.0\n"
+              "turn[1] += {4} / 1000.0\n"
+              "turn[2] += {5} / 1000.0"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,5 +1,6 @@
 // Lost motion: theta -= (b/2) direction of arrival.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -47,5 +48,11 @@ constinit const Effect joint_backlash{
         "Clearance of the elbows follows the tool's direction of travel, hysteresis one "
         "dial's plunger; backlash follows one joint's direction.",
     .helps = "Every place approached from both sides of that joint (`--approach both-sides`)."};
+
+extern constinit const EffectInCode joint_backlash_in_code;
+constinit const EffectInCode joint_backlash_in_code{
+    .cause = "joint_backlash", .at = [](const Place&) -> EffectStatements {
+      return {.joints = "q[{joint}] -= 0.5 * {0} * approach[{joint}]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,5 +1,6 @@
 // A wrist's gears or a belt pass a share of one joint's turn on to another: q_i += k q_j.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -54,5 +55,11 @@ constinit const Effect joint_coupling{
         "A wrong ratio goes by the joint's own angle. Neighbouring joints with parallel axes "
         "look alike.",
     .helps = "Poses in which the two joints move independently over their whole ranges."};
+
+extern constinit const EffectInCode joint_coupling_in_code;
+constinit const EffectInCode joint_coupling_in_code{
+    .cause = "joint_coupling", .at = [](const Place&) -> EffectStatements {
+      return {.joints = "q[{joint}] += {0} * q[{other}]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,6 +1,7 @@
 // Gear, strain-wave drive or encoder errs within a turn: q += c(q), a smooth curve of the
 // joint's own value with any number of waves.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 #include "simulation/smooth_function.h"
 
 namespace sixdial::simulation {
@@ -50,5 +51,11 @@ constinit const Effect joint_curve{
         "An eccentricity has one wave a turn, a second harmonic two: where these suffice they "
         "are named. A curve that another joint's angle would explain as well is tied.",
     .helps = "That joint over its whole range in small steps, the others where they vary."};
+
+extern constinit const EffectInCode joint_curve_in_code;
+constinit const EffectInCode joint_curve_in_code{
+    .cause = "joint_curve", .at = [](const Place&) -> EffectStatements {
+      return {.joints = "q[{joint}] += smooth_value({curve}, q[{joint}])"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -45,5 +46,11 @@ constinit const Effect joint_eccentricity{
         "The second harmonic turns twice as fast; over less than half a turn of the joint "
         "both, and a wrong ratio, look alike and are given as a set.",
     .helps = "The widest range of that joint that the dials allow, in several working modes."};
+
+extern constinit const EffectInCode joint_eccentricity_in_code;
+constinit const EffectInCode joint_eccentricity_in_code{
+    .cause = "joint_eccentricity", .at = [](const Place&) -> EffectStatements {
+      return {.joints = "q[{joint}] += {0} * sin(q[{joint}]) + {1} * cos(q[{joint}])"};
+    }};
 
 }  // namespace sixdial::simulation

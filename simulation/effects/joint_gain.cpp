@@ -1,6 +1,7 @@
 // Encoder or gear ratio off: theta += g (theta - mid). The middle is taken by the joint's
 // offset.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -36,5 +37,11 @@ constinit const Effect joint_gain{
         "An eccentricity over a small range is nearly a straight line as well; the encoder "
         "offset takes up the rest.",
     .helps = "The widest range of that joint, in several working modes."};
+
+extern constinit const EffectInCode joint_gain_in_code;
+constinit const EffectInCode joint_gain_in_code{
+    .cause = "joint_gain", .at = [](const Place&) -> EffectStatements {
+      return {.joints = "q[{joint}] += {0} * q[{joint}]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -106,5 +107,12 @@ constinit const Effect joint_gravity_compliance{
         "weight "
         "that pulls sideways, which nothing does.",
     .helps = "The arm stretched and folded at the same angles of that joint; two loads."};
+
+extern constinit const EffectInCode joint_gravity_compliance_in_code;
+constinit const EffectInCode joint_gravity_compliance_in_code{
+    .cause = "joint_gravity_compliance", .at = [](const Place& place) -> EffectStatements {
+      if (!carries_links(place)) return {.joints = "q[{joint}] += {1} * weight[{joint}][1]"};
+      return {.joints = "q[{joint}] += {0} * weight[{joint}][0] + {1} * weight[{joint}][1]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -45,5 +46,12 @@ constinit const Effect joint_second_harmonic{
         "An eccentricity is half as fast; over a small range both look alike and are given as "
         "a set.",
     .helps = "The widest range of that joint, in several working modes."};
+
+extern constinit const EffectInCode joint_second_harmonic_in_code;
+constinit const EffectInCode joint_second_harmonic_in_code{
+    .cause = "joint_second_harmonic", .at = [](const Place&) -> EffectStatements {
+      return {
+          .joints = "q[{joint}] += {0} * sin(2.0 * q[{joint}]) + {1} * cos(2.0 * q[{joint}])"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -60,5 +61,16 @@ constinit const Effect link_thermal_growth{
         "Drift of the base goes with the clock; with a temperature that only rises the two "
         "look alike.",
     .helps = "A temperature that goes up and down again, with anchor points revisited."};
+
+extern constinit const EffectInCode link_thermal_growth_in_code;
+constinit const EffectInCode link_thermal_growth_in_code{
+    .cause = "link_thermal_growth", .at = [](const Place& place) -> EffectStatements {
+      if (place.axes < 3) {
+        return {.joints = "v[{grows}] *= 1.0 + {0} * (temperature_degC - 20.0)"};
+      }
+      return {
+          .tool =
+              "p[{axis}] += {0} * (temperature_degC - 20.0) * (end[{axis}] - stands[{axis}])"};
+    }};
 
 }  // namespace sixdial::simulation

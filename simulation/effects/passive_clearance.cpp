@@ -1,5 +1,6 @@
 // Play in the passive elbow joints: E lags or leads along its direction of travel.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -41,5 +42,11 @@ constinit const Effect passive_clearance{
         "Backlash goes by the direction of one joint; clearance by the direction of the "
         "tool's last move.",
     .helps = "The same places reached from four directions."};
+
+extern constinit const EffectInCode passive_clearance_in_code;
+constinit const EffectInCode passive_clearance_in_code{
+    .cause = "passive_clearance", .at = [](const Place&) -> EffectStatements {
+      return {.tool = "p[{axis}] += {0} * travel[{axis}]"};
+    }};
 
 }  // namespace sixdial::simulation

@@ -1,5 +1,6 @@
 // Something was knocked: a constant shift from one sample on. The sample is searched.
 #include "simulation/effect.h"
+#include "simulation/effect_in_code.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -88,5 +89,13 @@ constinit const Effect step{
     .told_apart = "Drift goes on all the time; a step is there from one sample on.",
     .helps =
         "Anchor points measured again before and after the event, at more than one place."};
+
+extern constinit const EffectInCode step_in_code;
+constinit const EffectInCode step_in_code{
+    .cause = "step", .at = [](const Place& place) -> EffectStatements {
+      if (place.joint >= 0) return {.joints = "q[{joint}] += {0}"};
+      if (place.name == "base") return {.tool = "p[0] += {0}\np[1] += {1}"};
+      return {};  // the cuboid, a dial: the readings alone
+    }};
 
 }  // namespace sixdial::simulation

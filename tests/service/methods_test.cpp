@@ -114,6 +114,7 @@ TEST(Methods, EveryExampleIsAnsweredAsItsRowSays) {
 
   EXPECT_LT(run_well("compensate.target")["closure_mm"], 1e-9);
   EXPECT_EQ(run_well("compensate.plan")["points"], 1);
+  EXPECT_EQ(run_well("model.export")["format"], "python");
   EXPECT_EQ(run_well("compare.start")["kind"], "comparison");
   EXPECT_EQ(error_code_of(run("diagnose.report")), "not_found");
   const Json diagnosis = run_well("diagnose.start");

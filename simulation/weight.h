@@ -1,0 +1,34 @@
+// What weight does to the joints of an arm: the moment that each carries, by virtual work. The
+// masses are not known, so that each counts one; an effect scales them
+// (Circumstance::weight_m).
+//
+//   Weight weight(robot, v);
+//   weight.take(q, assembly, sample);  // sets weight_m and weight_sideways_m
+#pragma once
+
+#include <Eigen/Core>
+
+#include "geometry/robot_kind.h"
+#include "simulation/effect.h"
+
+namespace sixdial::simulation {
+
+class Weight {
+ public:
+  /// The robot with these parameters, upright on its base: where it stands does not count. Of a
+  /// robot in the plane or with passive joints nothing is ever set.
+  Weight(const geometry::RobotModel& robot, const geometry::Values& v);
+
+  /// Of joint values that have no pose nothing is set.
+  void take(const Eigen::VectorXd& q, geometry::Assembly assembly, Circumstance& sample);
+
+ private:
+  [[nodiscard]] Eigen::MatrixXd along(const Eigen::Vector3d& down, Eigen::Index joints) const;
+
+  const geometry::RobotModel& robot_;
+  bool applies_ = false;
+  Eigen::VectorXd v_;
+  geometry::Frames frames_;
+};
+
+}  // namespace sixdial::simulation
