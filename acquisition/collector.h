@@ -57,6 +57,7 @@ struct CollectorSettings {
   std::chrono::milliseconds move_timeout{60'000};
   int robot_retries = 2;
   double approach_rad = 0.01;   // from how far a joint comes when its side is asked for
+  double approach_mm = 1.0;     // ... a linear one
   double implausible_mm = 5.0;  // from the nominal robot
   OnBranchChange on_branch_change = OnBranchChange::kPause;
   /// The robot is halted, and the run paused, where two dials that surely touch the cuboid on a

@@ -1,15 +1,13 @@
-// Connection strings of a rig file: where a dial or the robot is plugged in, and how to talk to
-// it.
+// Connection strings of a rig file: where a dial is plugged in, and how to talk to it.
 //
 //   serial:/dev/serial/by-id/...?dialect=sylvac
 //   serial:/dev/ttyUSB0?dialect=mux10&channel=3
 //   modbus-tcp://host:port?unit=1&index=0&base=0&count=6&scale=0.001&word_order=high
 //                         &function=4&format=int32&status=100&counter=106
 //   modbus-rtu:/dev/ttyUSB1?baud=19200&parity=N&unit=1&...
-//   manual          (a person moves the robot)
 //
-// Everywhere: timeout_ms (device time, 20..300) and, on Modbus, quiet_ms (how long the slowest
-// device may be late).
+// The robot's: acquisition/robot_driver.h. Everywhere: timeout_ms (device time, 20..300) and,
+// on Modbus, quiet_ms (how long the slowest device may be late).
 #pragma once
 
 #include <chrono>
@@ -71,16 +69,11 @@ struct ModbusConnection {
   std::chrono::milliseconds quiet{1000};  // after an error: longer than the slowest device
 };
 
-struct ManualConnection {};
-
 using DialConnection = std::variant<SerialConnection, ModbusConnection>;
-using RobotConnection = std::variant<ModbusConnection, ManualConnection>;
 
 /// The error is one sentence that names what is wrong and the nearest thing that would be
 /// right.
 [[nodiscard]] tl::expected<DialConnection, std::string> parse_dial_connection(
-    std::string_view text);
-[[nodiscard]] tl::expected<RobotConnection, std::string> parse_robot_connection(
     std::string_view text);
 
 /// "127.0.0.1:1502", "/dev/ttyUSB0".

@@ -23,7 +23,9 @@ void lower(Reading& reading, Quality quality, std::string_view why, std::string 
 
 Plausibility::Plausibility(const geometry::Rig& rig, double limit_mm)
     : rig_(rig), limit_mm_(limit_mm) {
-  if (rig.cuboid.mount == geometry::Mount::kFree) return;
+  // What another instrument should show rests on where the robot stands, which nobody knows
+  // before the first calibration.
+  if (!rig.on_cuboid() || rig.cuboid.mount == geometry::Mount::kFree) return;
   if (const auto angle = geometry::reference_link_angle(rig)) reference_angle_rad_ = *angle;
 }
 

@@ -26,7 +26,8 @@ class Plausibility {
   Plausibility(const geometry::Rig& rig, double limit_mm);
 
   /// What each dial should read by the nominal parameters with clamp angle 0; `assembly` empty:
-  /// the rig's. Empty expectations where the pose cannot be computed.
+  /// the rig's. Empty expectations where the pose cannot be computed, and of any instrument but
+  /// the cuboid's.
   [[nodiscard]] std::vector<ExpectedDial> expected_at(
       const Eigen::VectorXd& q,
       std::optional<geometry::Assembly> assembly = std::nullopt) const;

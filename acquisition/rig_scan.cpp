@@ -11,6 +11,7 @@
 #include "acquisition/dial_bank.h"
 #include "acquisition/plausibility.h"
 #include "acquisition/port_rights.h"
+#include "acquisition/robot_driver.h"
 #include "acquisition/serial_port.h"
 #include "session/reason.h"
 
@@ -150,18 +151,17 @@ std::string perhaps_at(
 
 void check_robot(
     const geometry::Rig& rig, CheckedRig& checked, Clock& clock, const std::stop_token& stop) {
-  const auto connection = parse_robot_connection(rig.robot.connection);
+  const auto connection = robot_connection_of(rig);
   if (!connection) {
     checked.robot_trouble = connection.error();
     checked.robot_fix = "correct `connection` of [robot] in the rig file";
     return;
   }
-  const auto* modbus = std::get_if<ModbusConnection>(&*connection);
-  if (modbus == nullptr) return;  // moved by hand: nobody to ask
-  ModbusRobot robot(*modbus, clock);
-  const auto state = robot.state(stop);
+  if (connection->driver->by_hand) return;  // nobody to ask
+  const auto robot = connection->open({.clock = clock});
+  const auto state = robot->state(stop);
   if (state) {
-    checked.robot = *state;
+    if (state->q.size() > 0) checked.robot = *state;  // else it knows nothing before it moves
     if (state->motion == Motion::kFault) {
       checked.robot_trouble = fmt::format("the controller reports fault {}", state->fault_code);
       checked.robot_fix = "clear it at the controller; the next good move does so, too";

@@ -202,6 +202,15 @@ tl::expected<std::string, Fault> SerialPort::read_frame(
   }
 }
 
+tl::expected<std::string, Fault> SerialPort::read_some(
+    steady_clock::time_point deadline, const std::stop_token& stop) {
+  if (!pending_.empty()) return std::exchange(pending_, {});
+  std::array<char, 256> bytes{};
+  return receive(bytes.data(), bytes.size(), deadline, stop).map([&](std::size_t count) {
+    return std::string(bytes.data(), count);
+  });
+}
+
 tl::expected<std::string, Fault> SerialPort::drain_until(
     steady_clock::time_point deadline, const std::stop_token& stop) {
   std::string dropped = std::exchange(pending_, {});

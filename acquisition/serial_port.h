@@ -46,6 +46,9 @@ class SerialPort {
   [[nodiscard]] tl::expected<std::string, Fault> read_frame(
       std::string_view end, std::chrono::steady_clock::time_point deadline,
       const std::stop_token& stop);
+  /// What comes next, of any length; empty: nothing came by the deadline, or stopped.
+  [[nodiscard]] tl::expected<std::string, Fault> read_some(
+      std::chrono::steady_clock::time_point deadline, const std::stop_token& stop);
   /// Reads and drops whatever comes until then; at least what is there now.
   [[nodiscard]] tl::expected<std::string, Fault> drain_until(
       std::chrono::steady_clock::time_point deadline, const std::stop_token& stop);

@@ -17,6 +17,7 @@
 #include "geometry/rig.h"
 #include "geometry/units.h"
 #include "mock_devices/iso_time.h"
+#include "mock_devices/mock_arm.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
 #include "mock_devices/workshop.h"
@@ -41,7 +42,16 @@ struct Arguments {
   geometry::Rig file;  // what people wrote down of the rig
   std::string bundle;
   std::vector<int> points{100, 50};
+  int joints = 6;
 };
+constexpr const char* kArm = "serial";
+constexpr double kArmNoise_mm = 0.02;  // of a wire's reading
+
+void write_text(const std::string& file, const std::string& text, const char* option) {
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot write {}", option, file));
+}
 
 mock_devices::Pool pool_of(const std::string& name) {
   if (name == "outside") return mock_devices::Pool::kOutside;
@@ -85,11 +95,7 @@ void make_world(Arguments& arguments) {
         world.rig, *arguments.hide_seed, pool_of(arguments.hide_pool)));
   }
   if (!arguments.reveal_file.empty()) {
-    std::ofstream file(arguments.reveal_file);
-    file << mock_devices::answer_json(world);
-    if (!file.flush()) {
-      throw std::runtime_error(fmt::format("--reveal: cannot write {}", arguments.reveal_file));
-    }
+    write_text(arguments.reveal_file, mock_devices::answer_json(world), "--reveal");
   }
 }
 
@@ -112,8 +118,14 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--start-time", rig.start_time, "Mock UTC at the start")
       ->capture_default_str();
   cli::add_seed(app, world.seed, "Seed of everything that is drawn");
-  app.add_option("--robot", arguments.robot, "The true robot")
-      ->check(CLI::IsMember({"table2", "drawn", "nominal"}))
+  app.add_option(
+         "--robot", arguments.robot,
+         "The true robot: a five-bar, or an arm of joints in series under draw wires (serial), "
+         "drawn from the seed")
+      ->check(CLI::IsMember({"table2", "drawn", "nominal", kArm}))
+      ->capture_default_str();
+  app.add_option("--joints", arguments.joints, "Of an arm")
+      ->check(CLI::Range(3, 8))
       ->capture_default_str();
   app.add_option("--clamp", arguments.clamp_deg, "Clamp angle of the cuboid [deg], else drawn");
   app.add_option("--noise", world.dials.noise_sd_mm, "Noise of a reading, sd [mm]")
@@ -157,6 +169,24 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
 }
 
+mock_devices::ArmWorld arm_world(const Arguments& arguments) {
+  const std::uint64_t seed = arguments.rig.world.seed;
+  mock_devices::ArmWorld world = mock_devices::drawn_arm(seed, arguments.joints);
+  world.noise_mm = kArmNoise_mm;
+  world.warm_up_c = arguments.rig.world.warm_up.rise_c;
+  std::uint64_t next = seed;
+  for (const std::string& text : arguments.hide) {
+    world.effects.push_back(mock_devices::parse_arm_effect(world, text, next++));
+  }
+  if (arguments.hide_seed) {
+    world.effects.push_back(mock_devices::draw_arm_effect(world, *arguments.hide_seed));
+  }
+  if (!arguments.reveal_file.empty()) {
+    write_text(arguments.reveal_file, mock_devices::arm_answer_json(world), "--reveal");
+  }
+  return world;
+}
+
 /// Random poses, each joint arriving from either side; as a careful operator would bring it.
 void write_session(const Arguments& arguments) {
   const mock_devices::World& world = arguments.rig.world;
@@ -184,6 +214,19 @@ std::string ready_line(const mock_devices::MockRig& rig, const Arguments& argume
   return line.dump();
 }
 
+std::string ready_line(const mock_devices::MockArm& arm, const Arguments& arguments) {
+  nlohmann::ordered_json line;
+  line["ready"] = true;
+  line["address"] = arguments.rig.address;
+  line["dial_port"] = arm.dial_port();
+  line["robot_port"] = arm.robot_port();
+  line["speed"] = arguments.rig.clock_speed;
+  line["start_time"] = arguments.rig.start_time;
+  line["now"] = mock_devices::iso8601(arm.utc_ms());
+  line["seed"] = arguments.rig.world.seed;
+  return line.dump();
+}
+
 /// What the file says of the rig, with the connections that are open.
 geometry::Rig as_written_down(geometry::Rig file, const geometry::Rig& connected) {
   file.robot.connection = connected.robot.connection;
@@ -200,11 +243,44 @@ int printed() {
   return 1;
 }
 
+/// Until a signal; the exit code.
+int wait_for_signal(const sigset_t& signals) {
+  if (printed() != 0) return 1;
+  int received = 0;
+  sigwait(&signals, &received);
+  return 0;
+}
+
+/// An arm instead of the five-bar: a session written, or its ports served.
+int run_arm(const Arguments& arguments, const sigset_t& signals) {
+  const mock_devices::ArmWorld world = arm_world(arguments);
+  if (!arguments.bundle.empty()) {
+    mock_devices::write_arm_bundle(
+        arguments.bundle,
+        mock_devices::measure_arm(world, arguments.points[0], arguments.points[1]), world);
+    return 0;
+  }
+  mock_devices::MockArm arm(
+      {.world = world,
+       .rows = std::max(1, arguments.points[0] + arguments.points[1]),
+       .clock_speed = arguments.rig.clock_speed,
+       .start_time = arguments.rig.start_time,
+       .address = arguments.rig.address,
+       .dial_port = arguments.rig.dial_port,
+       .robot_port = arguments.rig.robot_port});
+  arm.start();
+  if (!arguments.write_rig.empty())
+    write_text(arguments.write_rig, arm.rig_text(), "--write-rig");
+  fmt::print("{}\n", ready_line(arm, arguments));
+  return wait_for_signal(signals);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "mock rig: robot controller and six dials on Modbus TCP and pseudo-terminals\nPrints one "
+      "mock rig: robot controller and six dials on Modbus TCP and pseudo-terminals, or an arm "
+      "under six draw wires (--robot serial)\nPrints one "
       "line of JSON with its ports when it is ready, and serves until SIGINT or SIGTERM.",
       "sixdial-mock-rig"};
   app.set_version_flag("--version", SIXDIAL_VERSION);
@@ -231,6 +307,7 @@ int main(int argc, char** argv) {
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    if (arguments.robot == kArm) return run_arm(arguments, signals);
     make_world(arguments);
     if (!arguments.bundle.empty()) {
       write_session(arguments);
@@ -244,10 +321,7 @@ int main(int argc, char** argv) {
           session::write_rig(as_written_down(arguments.file, rig.connected_rig("modbus-tcp"))));
     }
     fmt::print("{}\n", ready_line(rig, arguments));
-    if (printed() != 0) return 1;
-    int received = 0;
-    sigwait(&signals, &received);
-    return 0;
+    return wait_for_signal(signals);
   } catch (const std::exception& error) {
     fmt::print(stderr, "sixdial-mock-rig: {}\n", error.what());
     return 1;

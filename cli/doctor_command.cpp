@@ -107,7 +107,7 @@ void name_boxes_of(const geometry::Rig& rig, std::vector<std::string>& boxes) {
 
 /// A file that says nothing of how well it knows its own geometry is read as exact.
 std::string silence_of(const geometry::Rig& rig) {
-  return rig.dials.empty() || rig.states_deviations()
+  return rig.dials.empty() || !rig.on_cuboid() || rig.states_deviations()
              ? ""
              : "the rig file does not say how well the places of the dials are "
                "known; real ones are known to 0.03 to 0.1 mm";

@@ -9,6 +9,7 @@
 #include "db/store_steps.h"
 #include "session/bundle.h"
 #include "session/csv.h"
+#include "session/live_channels.h"
 #include "session/rig_file.h"
 #include "session/sha256.h"
 
@@ -168,12 +169,14 @@ SessionId Store::create_session(
 SessionId Store::import_session(
     const Session& session, const Operator& who, const std::string& note) {
   // What stands in the store must be readable from it, whoever filled the struct in memory.
-  const session::SampleLayout layout =
-      session::layout_of(session::parse_rig(session::rig_toml(session), "rig.toml"));
+  const geometry::Rig rig = session::parse_rig(session::rig_toml(session), "rig.toml");
+  const session::SampleLayout layout = session::layout_of(rig);
+  const bool live = session::has_live_channels(rig);
   return writing([&] {
     const SessionId id = insert_session(session, "imported", who, note);
     SampleWriter writer(*database_);
-    for (const Sample& sample : session.samples) {
+    for (const Sample& each : session.samples) {
+      const Sample& sample = live ? session::as_dials(rig, each) : each;
       const std::string problem = session::sample_problem(layout, sample);
       if (!problem.empty()) {
         throw StoreError(
@@ -244,7 +247,7 @@ Session Store::session_of(SessionId id) {
 }
 
 Session Store::load_session(SessionId id) {
-  return reading([&] { return session_of(id); });
+  return reading([&] { return session::as_instrument(session_of(id)); });
 }
 
 std::vector<StoredSample> Store::list_samples(SessionId id) {

@@ -259,6 +259,13 @@ ArmEffect draw_arm_effect(const ArmWorld& world, std::uint64_t seed) {
   return {std::string(cause.id), places[pick(1, places.size())], size};
 }
 
+Vector3d seen_tool(
+    const ArmWorld& world, const ArmRow& row, const VectorXd& approach, int index, int rows) {
+  Arm arm(world);
+  arm.steps_ = rows;
+  return arm.seen(row, approach, index);
+}
+
 std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
   Arm arm(world);
   arm.steps_ = g1 + g2;
@@ -300,20 +307,30 @@ std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
   return rows;
 }
 
+std::string arm_robot_text(
+    const ArmWorld& world, const std::string& more, std::optional<double> range_rad) {
+  std::string text = fmt::format(
+      "[robot]\nmodel = \"serial\"\nconvention = \"dh\"\n"
+      "tool_x_mm = {}\ntool_y_mm = {}\ntool_z_mm = {}\n{}",
+      world.tool_nominal_mm.x(), world.tool_nominal_mm.y(), world.tool_nominal_mm.z(), more);
+  for (const DhRow& row : world.nominal) {
+    text += fmt::format(
+        "\n[[joint]]\na_mm = {}\nalpha_deg = {}\nd_mm = {}\n", row.a_mm,
+        row.alpha_rad * 180.0 / kPi, row.d_mm);
+    if (range_rad) {
+      const double deg = *range_rad * 180.0 / kPi;
+      text += fmt::format("low_deg = {:.1f}\nhigh_deg = {:.1f}\n", -deg, deg);
+    }
+  }
+  return text;
+}
+
 void write_arm_bundle(
     const std::filesystem::path& folder, const std::vector<ArmRow>& rows,
     const ArmWorld& world) {
   std::filesystem::create_directories(folder);
   std::ofstream rig(folder / "rig.toml");
-  rig << fmt::format(
-      "name = \"an arm\"\n\n[robot]\nmodel = \"serial\"\nconvention = \"dh\"\n"
-      "tool_x_mm = {}\ntool_y_mm = {}\ntool_z_mm = {}\n",
-      world.tool_nominal_mm.x(), world.tool_nominal_mm.y(), world.tool_nominal_mm.z());
-  for (const DhRow& row : world.nominal) {
-    rig << fmt::format(
-        "\n[[joint]]\na_mm = {}\nalpha_deg = {}\nd_mm = {}\n", row.a_mm,
-        row.alpha_rad * 180.0 / kPi, row.d_mm);
-  }
+  rig << "name = \"an arm\"\n\n" << arm_robot_text(world);
   rig << fmt::format(
       "\n[instrument]\nkind = \"position\"\ndimensions = 3\nsd_mm = {:.6f}\n", world.noise_mm);
   const std::int64_t start = milliseconds_of("2026-03-02T08:30:00.000Z");

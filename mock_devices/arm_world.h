@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -76,9 +77,19 @@ struct ArmRow {
   Eigen::VectorXd q_command_rad;
   Eigen::Vector3d p_mm{0, 0, 0};
 };
+/// Where an instrument sees the tool [mm], without its noise: `approach` is the side from which
+/// each joint came (-1, 0, 1), `index` the row's number of `rows`.
+[[nodiscard]] Eigen::Vector3d seen_tool(
+    const ArmWorld& world, const ArmRow& row, const Eigen::VectorXd& approach, int index,
+    int rows);
 /// Random poses, one after the other, the first `g1` of them G1, the others G2.
 [[nodiscard]] std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2);
 
+/// [robot] and [[joint]] of rig.toml, as the file says the arm is; `more` are further lines of
+/// [robot], each joint goes between plus and minus `range_rad`.
+[[nodiscard]] std::string arm_robot_text(
+    const ArmWorld& world, const std::string& more = "",
+    std::optional<double> range_rad = std::nullopt);
 /// session.csv and rig.toml of the nominal arm.
 void write_arm_bundle(
     const std::filesystem::path& folder, const std::vector<ArmRow>& rows,

@@ -20,7 +20,7 @@ enum class RobotFault : std::uint16_t { kNone = 0, kOutOfReach = 1, kStopped = 2
 struct RobotReport {
   MotionState state = MotionState::kIdle;
   RobotFault fault = RobotFault::kNone;
-  Eigen::Vector2d q_rad{0, 0};  // by the encoders
+  Eigen::VectorXd q_rad = Eigen::VectorXd::Zero(2);  // by the encoders
   std::uint16_t moves_started = 0;
   double temperature_c = 20.0;
   std::uint16_t cycles = 0;

@@ -6,7 +6,7 @@
 namespace sixdial::mock_devices {
 
 Move::Move(
-    const Eigen::Vector2d& from_rad, const Eigen::Vector2d& to_rad, double start_s,
+    const Eigen::VectorXd& from_rad, const Eigen::VectorXd& to_rad, double start_s,
     const MotionLimits& limits, double share)
     : from_(from_rad),
       to_(to_rad),
@@ -23,7 +23,7 @@ Move::Move(
   end_s_ = start_s + way_rad_ / speed_ + ramp_s_;
 }
 
-Eigen::Vector2d Move::at(double asked_s) const {
+Eigen::VectorXd Move::at(double asked_s) const {
   const double time_s = std::min(asked_s, stop_s_);
   if (time_s <= start_s_) return from_;
   if (time_s >= end_s_) return to_;

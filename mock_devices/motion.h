@@ -1,4 +1,4 @@
-// Point-to-point moves of the two joints: trapezoid of speed, both joints start and end
+// Point-to-point moves of any number of joints: trapezoid of speed, all joints start and end
 // together.
 #pragma once
 
@@ -17,19 +17,19 @@ class Move {
  public:
   /// `share` of full speed, in (0, 1].
   Move(
-      const Eigen::Vector2d& from_rad, const Eigen::Vector2d& to_rad, double start_s,
+      const Eigen::VectorXd& from_rad, const Eigen::VectorXd& to_rad, double start_s,
       const MotionLimits& limits, double share);
 
   [[nodiscard]] double start_s() const { return start_s_; }
   [[nodiscard]] double end_s() const { return std::min(end_s_, stop_s_); }
-  [[nodiscard]] const Eigen::Vector2d& from_rad() const { return from_; }
-  [[nodiscard]] const Eigen::Vector2d& to_rad() const { return to_; }
-  [[nodiscard]] Eigen::Vector2d at(double time_s) const;
+  [[nodiscard]] const Eigen::VectorXd& from_rad() const { return from_; }
+  [[nodiscard]] const Eigen::VectorXd& to_rad() const { return to_; }
+  [[nodiscard]] Eigen::VectorXd at(double time_s) const;
   /// Stops the joints where they are at that time.
   void cut(double time_s) { stop_s_ = std::min(stop_s_, time_s); }
 
  private:
-  Eigen::Vector2d from_, to_;
+  Eigen::VectorXd from_, to_;
   double start_s_, end_s_;
   double stop_s_ = std::numeric_limits<double>::infinity();
   double way_rad_;  // of the joint that goes further

@@ -10,6 +10,7 @@ constexpr double kRadPerCount = 1e-8;
 constexpr std::uint32_t kInvalid = 0x80000000U;
 constexpr std::uint16_t kStatus = 100;
 constexpr std::uint16_t kFloats = 8000;
+constexpr std::uint16_t kJointCount = 200;
 
 std::uint16_t high(std::uint32_t value) { return static_cast<std::uint16_t>(value >> 16); }
 std::uint16_t low(std::uint32_t value) { return static_cast<std::uint16_t>(value & 0xFFFFU); }
@@ -68,20 +69,20 @@ std::optional<std::vector<std::uint16_t>> RobotRegisterMap::read(
     return std::vector<std::uint16_t>(
         holding_.begin() + address, holding_.begin() + static_cast<std::ptrdiff_t>(end));
   }
+  if (port_.joints != 2 && address == kJointCount && count == 1) {
+    return std::vector{static_cast<std::uint16_t>(port_.joints)};
+  }
   const RobotReport report = port_.report();
-  const std::uint32_t q1 = counts_of(report.q_rad[0]);
-  const std::uint32_t q2 = counts_of(report.q_rad[1]);
+  std::vector<std::uint16_t> input;
+  for (const double q_rad : report.q_rad) {
+    const std::uint32_t counts = counts_of(q_rad);
+    input.insert(input.end(), {high(counts), low(counts)});
+  }
   const auto temperature = static_cast<std::int16_t>(std::lround(report.temperature_c * 100.0));
-  const std::array<std::uint16_t, 9> input{
-      high(q1),
-      low(q1),
-      high(q2),
-      low(q2),
-      static_cast<std::uint16_t>(report.state),
-      report.moves_started,
-      static_cast<std::uint16_t>(temperature),
-      static_cast<std::uint16_t>(report.fault),
-      report.cycles};
+  input.insert(
+      input.end(), {static_cast<std::uint16_t>(report.state), report.moves_started,
+                    static_cast<std::uint16_t>(temperature),
+                    static_cast<std::uint16_t>(report.fault), report.cycles});
   if (end > input.size()) return std::nullopt;
   return std::vector<std::uint16_t>(
       input.begin() + address, input.begin() + static_cast<std::ptrdiff_t>(end));
@@ -89,21 +90,24 @@ std::optional<std::vector<std::uint16_t>> RobotRegisterMap::read(
 
 std::optional<ModbusException> RobotRegisterMap::write(
     std::uint16_t address, std::span<const std::uint16_t> values) {
-  constexpr std::size_t kCommand = 4;
-  constexpr std::size_t kSpeed = 5;
+  const std::size_t at_command = 2 * port_.joints;
+  const std::size_t at_speed = at_command + 1;
   if (address + values.size() > holding_.size()) return ModbusException::kIllegalAddress;
   // All or nothing: a bad value leaves every register as it was.
   auto changed = holding_;
   std::copy(values.begin(), values.end(), changed.begin() + address);
-  const std::uint16_t command = changed[kCommand];
-  if (command > 2 || changed[kSpeed] < 1 || changed[kSpeed] > 100) {
+  const std::uint16_t command = changed[at_command];
+  if (command > 2 || changed[at_speed] < 1 || changed[at_speed] > 100) {
     return ModbusException::kIllegalValue;
   }
-  changed[kCommand] = 0;  // taken
+  changed[at_command] = 0;  // taken
   holding_ = changed;
   if (command == 1) {
-    port_.start(
-        {rad_of(holding_[0], holding_[1]), rad_of(holding_[2], holding_[3])}, holding_[kSpeed]);
+    Eigen::VectorXd q_rad(static_cast<Eigen::Index>(port_.joints));
+    for (std::size_t j = 0; j < port_.joints; ++j) {
+      q_rad[static_cast<Eigen::Index>(j)] = rad_of(holding_[2 * j], holding_[2 * j + 1]);
+    }
+    port_.start(q_rad, holding_[at_speed]);
   } else if (command == 2) {
     port_.stop();
   }

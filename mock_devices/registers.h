@@ -41,13 +41,21 @@ class DialRegisterMap final : public RegisterMap {
 /// How the controller's registers reach the robot.
 struct RobotCalls {
   std::function<RobotReport()> report;
-  std::function<void(const Eigen::Vector2d& q_rad, int speed_percent)> start;
+  std::function<void(const Eigen::VectorXd& q_rad, int speed_percent)> start;
   std::function<void()> stop;
+  std::size_t joints = 2;
 };
+
+/// Of n joints: holding 0..2n-1 targets, then command and speed; input 0..2n-1 actual values,
+/// then status, moves, temperature, fault, cycle; input 200 the number of joints, unless it is
+/// two.
 
 class RobotRegisterMap final : public RegisterMap {
  public:
-  explicit RobotRegisterMap(RobotCalls port) : port_(std::move(port)) {}
+  explicit RobotRegisterMap(RobotCalls port)
+      : port_(std::move(port)), holding_(2 * port_.joints + 2, 0) {
+    holding_.back() = 100;  // full speed
+  }
   std::optional<std::vector<std::uint16_t>> read(
       RegisterTable table, std::uint16_t address, std::uint16_t count) override;
   std::optional<ModbusException> write(
@@ -55,7 +63,7 @@ class RobotRegisterMap final : public RegisterMap {
 
  private:
   RobotCalls port_;
-  std::array<std::uint16_t, 6> holding_{0, 0, 0, 0, 0, 100};
+  std::vector<std::uint16_t> holding_;
 };
 
 }  // namespace sixdial::mock_devices

@@ -63,7 +63,7 @@ RobotCalls RigBench::robot_port() {
   return {
       .report = [this] { return robot(); },
       .start =
-          [this](const Eigen::Vector2d& q_rad, int speed_percent) {
+          [this](const Eigen::VectorXd& q_rad, int speed_percent) {
             const std::lock_guard lock(mutex_);
             live_.start_move(q_rad, speed_percent, seconds_());
           },
@@ -72,6 +72,12 @@ RobotCalls RigBench::robot_port() {
             const std::lock_guard lock(mutex_);
             live_.stop(seconds_());
           }};
+}
+
+std::vector<std::string> RigBench::dial_ids() const {
+  std::vector<std::string> ids;
+  for (const geometry::Dial& dial : world_.rig.dials) ids.push_back(dial.id);
+  return ids;
 }
 
 ShownDial RigBench::show(std::size_t dial, const std::string& connection) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "mock_devices/bench.h"
 #include "mock_devices/dials/dialect.h"
 #include "mock_devices/faults.h"
 #include "mock_devices/live_rig.h"
@@ -33,15 +34,15 @@ class MockClock {
   std::chrono::steady_clock::time_point wall_start_;
 };
 
-class RigBench {
+class RigBench final : public Bench {
  public:
   /// `seconds`: the mock time.
   RigBench(const World& world, const LiveRigHabits& habits, std::function<double()> seconds);
 
-  /// The displays as one connection sees them; `connection` is what faults are ordered for. The
-  /// bench must outlive it.
-  [[nodiscard]] std::unique_ptr<Panel> panel(std::string connection);
-  [[nodiscard]] RobotCalls robot_port();
+  [[nodiscard]] std::unique_ptr<Panel> panel(std::string connection) override;
+  [[nodiscard]] RobotCalls robot_port() override;
+  [[nodiscard]] std::vector<std::string> dial_ids() const override;
+  [[nodiscard]] std::uint64_t seed() const override { return world_.seed; }
 
   /// Zero and hold act at once; the other faults wait in the book for their reply.
   void order_fault(std::size_t dial, const FaultOrder& order);

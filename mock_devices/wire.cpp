@@ -106,7 +106,7 @@ struct Client {
 
 class Wire::Loop {
  public:
-  Loop(RigBench& bench, const WireOptions& options)
+  Loop(Bench& bench, const WireOptions& options)
       : bench_(bench),
         options_(options),
         wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
@@ -139,7 +139,7 @@ class Wire::Loop {
  private:
   void open_lines() {
     std::filesystem::create_directories(options_.pty_directory);
-    const geometry::Rig& rig = bench_.world().rig;
+    const std::vector<std::string> dials = bench_.dial_ids();
     for (const std::string& name : options_.dialects) {
       const Dialect* dialect = find_dialect(name);
       if (dialect == nullptr) {
@@ -149,12 +149,12 @@ class Wire::Loop {
       }
       Dialect spoken = *dialect;
       if (dialect == &kModbusRtu) spoken.line.baud = options_.rtu_baud;
-      const std::size_t lines = dialect->shared ? 1 : rig.dials.size();
+      const std::size_t lines = dialect->shared ? 1 : dials.size();
       for (std::size_t dial = 0; dial < lines; ++dial) {
-        const std::string key = dialect->shared ? name : name + "_" + rig.dials[dial].id;
+        const std::string key = dialect->shared ? name : name + "_" + dials[dial];
         const std::filesystem::path link = options_.pty_directory / key;
         lines_.emplace_back(
-            spoken, dial, bench_.panel(name), link, options_.speed, bench_.world().seed);
+            spoken, dial, bench_.panel(name), link, options_.speed, bench_.seed());
         serial_[key] = link;
       }
     }
@@ -323,7 +323,7 @@ class Wire::Loop {
     }
   }
 
-  RigBench& bench_;
+  Bench& bench_;
   const WireOptions options_;
   Descriptor wake_;
   Listener dials_;
@@ -338,7 +338,7 @@ class Wire::Loop {
   std::thread thread_;
 };
 
-Wire::Wire(RigBench& bench, const WireOptions& options)
+Wire::Wire(Bench& bench, const WireOptions& options)
     : loop_(std::make_unique<Loop>(bench, options)) {}
 Wire::~Wire() = default;
 std::uint16_t Wire::dial_port() const { return loop_->dial_port(); }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "mock_devices/rig_bench.h"
+#include "mock_devices/bench.h"
 
 namespace sixdial::mock_devices {
 
@@ -31,7 +31,7 @@ class Wire {
  public:
   /// Opens every port and starts the thread; throws std::system_error naming the port that
   /// could not be opened. The bench must outlive the wire.
-  Wire(RigBench& bench, const WireOptions& options);
+  Wire(Bench& bench, const WireOptions& options);
   ~Wire();
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "acquisition/connection.h"
+#include "acquisition/robot_driver.h"
 #include "service/collection_run.h"
 #include "service/first_pass.h"
 #include "service/sample_json.h"
 #include "service/store_json.h"
+#include "session/live_channels.h"
 
 namespace sixdial::service {
 namespace {
@@ -45,12 +46,13 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
 
 Collection::Collection(
     EventHub& events, db::Store& store, acquisition::Clock& clock,
-    std::function<void()> changed, std::function<void()> take_ports)
+    std::function<void()> changed, std::function<void()> take_ports, bool allow_exec)
     : events_(events),
       store_(store),
       clock_(clock),
       changed_(std::move(changed)),
-      take_ports_(std::move(take_ports)) {}
+      take_ports_(std::move(take_ports)),
+      allow_exec_(allow_exec) {}
 
 Collection::~Collection() { stop_and_wait(); }
 
@@ -93,6 +95,12 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
   run->rig = store_.load_rig(run->id);
   run->settings = request.settings;
   run->stop_below_mm = request.stop_below_mm;
+  if (run->stop_below_mm && session::has_live_channels(run->rig)) {
+    throw Error(
+        ErrorCode::kInvalidParams,
+        "the live estimate is made from positions, and this instrument shows none",
+        {{"param", "stop_below_mm"}}, "Collect the whole plan.");
+  }
   run->speed_percent = request.speed_percent;
   run->first_pass = request.first_pass;
   run->caller = request.caller;
@@ -119,21 +127,29 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
 
 void Collection::connect_devices(Run& run) {
   if (take_ports_) take_ports_();
-  const auto robot = acquisition::parse_robot_connection(run.rig.robot.connection);
+  const auto robot = acquisition::robot_connection_of(run.rig);
   if (!robot) {
     throw Error(
         ErrorCode::kBadData, "the robot's connection: " + robot.error(), {{"field", "robot"}},
-        R"(In rig.toml: connection = "modbus-tcp://host:port" or "manual" under [robot].)");
+        fmt::format(
+            "In rig.toml, `connection` of [robot] is one of: {}.", acquisition::robot_forms()));
   }
-  if (const auto* modbus = std::get_if<acquisition::ModbusConnection>(&*robot)) {
-    run.robot = std::make_shared<acquisition::ModbusRobot>(*modbus, clock_);
-  } else {
-    run.robot = std::make_shared<acquisition::ManualRobot>(
-        [this](const Eigen::VectorXd& q, const std::stop_token& stop) {
-          return ask_person(q, stop);
-        });
-    run.settings.approach_rad = kApproachByHand_rad;
+  if (robot->driver->runs_programs && !allow_exec_) {
+    throw Error(
+        ErrorCode::kWrongState,
+        fmt::format(
+            "the rig file moves the robot by a program of its own ({}), and this service was "
+            "not told that it may run one",
+            run.rig.robot.connection),
+        {{"field", "robot"}},
+        "Start sixdiald with --allow-exec if everyone who reaches its socket may run programs "
+        "as its user.");
   }
+  run.robot = robot->open(
+      {.clock = clock_, .ask = [this](const Eigen::VectorXd& q, const std::stop_token& stop) {
+         return ask_person(q, stop);
+       }});
+  if (robot->driver->by_hand) run.settings.approach_rad = kApproachByHand_rad;
   auto dials = acquisition::DialBank::open(run.rig, clock_);
   if (!dials) {
     throw Error(
@@ -194,7 +210,7 @@ void Collection::run(Run& run, const std::stop_token& stop) {
   Json error;
   std::string why;
   try {
-    run.estimate.emplace(run.rig, run.plan.points);
+    if (!session::has_live_channels(run.rig)) run.estimate.emplace(run.rig, run.plan.points);
     bool told = false;
     for (const session::Sample& sample : store_.load_session(run.id).samples) {
       told = take_in(run, sample) || told;
@@ -252,58 +268,6 @@ std::string Collection::why_ended(
       "for, after {} samples of G1; {} points of the plan were left out",
       run.estimate->uncertainty().max_mm, *run.stop_below_mm, run.estimate->filter().samples(),
       result.left_out);
-}
-
-bool Collection::take_in(Run& run, const session::Sample& sample) {
-  const bool told = run.estimate->add(sample);
-  const db::PointKey key{sample.set, sample.point, sample.repeat};
-  const std::lock_guard lock(mutex_);
-  unusual_.erase(key);
-  if (told && run.estimate->last_unusual()) unusual_[key] = *run.estimate->last_times_usual();
-  return told;
-}
-
-std::string Collection::unusual(const std::string& session, const db::PointKey& point) const {
-  const std::lock_guard lock(mutex_);
-  const auto found = unusual_.find(point);
-  if (session != session_ || found == unusual_.end()) return "";
-  return fmt::format("{:.0f} times as far off as usual", found->second);
-}
-
-void Collection::samples_changed(const std::string& session) {
-  std::shared_ptr<const Run> run;
-  std::uint64_t turn = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    if (session != session_ || is_active(state_) || !run_) return;
-    run = run_;
-    turn = ++estimate_turn_;
-    unusual_.clear();
-    estimate_.reset();
-  }
-  studies::LiveEstimate estimate(run->rig, run->plan.points);
-  std::map<db::PointKey, double> unusual;
-  bool told = false;
-  for (const session::Sample& sample : store_.load_session(run->id).samples) {
-    if (!estimate.add(sample)) continue;
-    told = true;
-    if (!estimate.last_unusual()) continue;
-    unusual[{sample.set, sample.point, sample.repeat}] = *estimate.last_times_usual();
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    // Another collection has begun meanwhile, or another sample was withdrawn.
-    if (turn != estimate_turn_) return;
-    unusual_ = std::move(unusual);
-    if (told) estimate_ = estimate.summary();
-  }
-  publish("estimate");
-}
-
-void Collection::show_estimate(const Run& run) {
-  studies::EstimateSummary estimate = run.estimate->summary();
-  const std::lock_guard lock(mutex_);
-  estimate_ = std::move(estimate);
 }
 
 void Collection::finish(CollectState state, Json error, std::string why) {

@@ -17,6 +17,7 @@
 #include "acquisition/collector.h"
 #include "acquisition/dial_bank.h"
 #include "acquisition/robot.h"
+#include "acquisition/robots/manual_robot.h"
 #include "db/store.h"
 #include "service/methods/method.h"
 #include "service/socket/event_hub.h"
@@ -58,10 +59,12 @@ inline constexpr int kFirstPassSpeed_percent = 10;
 class Collection {
  public:
   /// All must outlive the collection. `changed` is called after each change of the state,
-  /// `take_ports` before the devices are opened, so that others release their ports.
+  /// `take_ports` before the devices are opened, so that others release their ports. Without
+  /// `allow_exec` no program is run that a rig file names.
   Collection(
       EventHub& events, db::Store& store, acquisition::Clock& clock,
-      std::function<void()> changed, std::function<void()> take_ports = {});
+      std::function<void()> changed, std::function<void()> take_ports = {},
+      bool allow_exec = false);
   ~Collection();  // stop() and wait
   Collection(const Collection&) = delete;
   Collection& operator=(const Collection&) = delete;
@@ -131,6 +134,7 @@ class Collection {
   acquisition::Clock& clock_;
   const std::function<void()> changed_;
   const std::function<void()> take_ports_;
+  const bool allow_exec_;
 
   mutable std::mutex mutex_;
   std::condition_variable_any answered_;

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "acquisition/dial_examples.h"
+#include "acquisition/robot_driver.h"
 #include "report/causes_doc.h"
 #include "service/live/live_page.h"
 #include "service/methods/method.h"
@@ -35,12 +36,14 @@ struct DaemonOptions {
   std::string database = default_database_path().string();
   double clock_speed = 1.0;
   double longest_shut_down_s = 0.9;
+  bool allow_exec = false;
   std::string clock_start;
   std::string log_level = "info";
   bool print_protocol = false;
   bool print_manual = false;
   bool print_causes = false;
   bool print_dials = false;
+  bool print_robots = false;
   std::string print_rig;
   std::uint16_t live_port = kDefaultLivePort;
   const CLI::Option* live = nullptr;  // --live, given or not
@@ -80,6 +83,7 @@ ServiceOptions service_options(const DaemonOptions& options) {
   ServiceOptions wanted;
   wanted.database = options.database;
   wanted.clock_speed = options.clock_speed;
+  wanted.allow_exec = options.allow_exec;
   if (!options.clock_start.empty()) {
     wanted.clock_start = session::from_iso8601(options.clock_start);
     if (!wanted.clock_start) {
@@ -106,6 +110,10 @@ void add_options(CLI::App& app, DaemonOptions& options) {
          "seconds after a signal to end, at most: what still hangs then is left")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
+  app.add_flag(
+      "--allow-exec", options.allow_exec,
+      "a rig file may name a program that moves the robot (exec:): whoever reaches the socket "
+      "runs it as this user");
   app.add_option("--log-level", options.log_level, "debug, info, warn, error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
   options.live =
@@ -121,6 +129,9 @@ void add_options(CLI::App& app, DaemonOptions& options) {
   app.add_flag(
       "--print-dials", options.print_dials,
       "print the table of dials of doc/devices.md and end");
+  app.add_flag(
+      "--print-robots", options.print_robots,
+      "print the table of robot connections of doc/devices.md and end");
   app.add_option(
       "--print-rig", options.print_rig,
       "print the example rig file of this dial's dialect and end");
@@ -215,6 +226,7 @@ int run_daemon(
   if (options.print_causes) return printed(out << report::causes_markdown(), err);
   if (options.print_protocol) return printed(out << protocol_markdown(), err);
   if (options.print_dials) return printed(out << acquisition::dial_table(), err);
+  if (options.print_robots) return printed(out << acquisition::robot_table(), err);
   if (!options.print_rig.empty()) return print_rig(options.print_rig, out, err);
   if (options.print_manual) return printed(out << manual_page(app), err);
   start_log(options.log_level);

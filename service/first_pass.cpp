@@ -43,12 +43,12 @@ void Collection::prepare_first_pass(Run& run) {
   if (!run.speed_percent) run.speed_percent = kFirstPassSpeed_percent;
   run.before_first_move = fmt::format(
       "first pass to the {} outermost points at {} % of full speed; nothing is stored. Look "
-      "first: nobody in reach of the links, the emergency stop at hand; every plunger meets "
-      "its "
-      "face of the cuboid at the height of the face's middle, and no link, clamp or cable "
-      "meets "
-      "a dial on the way",
-      run.plan.points.size(), *run.speed_percent);
+      "first: nobody in reach of the links, the emergency stop at hand; {}no link, clamp or "
+      "cable meets a dial on the way",
+      run.plan.points.size(), *run.speed_percent,
+      run.rig.on_cuboid() ? "every plunger meets its face of the cuboid at the height of the "
+                            "face's middle, and "
+                          : "");
 }
 
 // Judged as a sample is, but by a person at the rig and at once: what is far off here may be a

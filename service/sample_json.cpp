@@ -27,7 +27,7 @@ std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
         "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
         value.reason.empty() ? session::to_string(value.quality) : value.reason);
   }
-  if (session::trial_of(rig, sample).position_mm) return doubt;
+  if (!rig.on_cuboid() || session::trial_of(rig, sample).position_mm) return doubt;
   return doubt.empty() ? "three dials that touch are needed" : "no position: " + doubt;
 }
 

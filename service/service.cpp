@@ -48,7 +48,7 @@ Service::Service(ServiceOptions options)
       dial_watch_(events_, reader_, *clock_),
       collection_(
           events_, store_, *clock_, [this] { announce_change(); },
-          [this] { dial_watch_.stop(); }) {
+          [this] { dial_watch_.stop(); }, options_.allow_exec) {
   jobs_.set_listener([this] { announce_change(); });
 }
 

@@ -25,6 +25,7 @@ struct ServiceOptions {
   double clock_speed = 1.0;  // seconds of the rig for one on the wall clock
   std::optional<session::TimePoint> clock_start{};  // what the rig's clock begins with
   std::shared_ptr<acquisition::Clock> clock{};      // instead, for tests
+  bool allow_exec = false;  // a rig file may name a program that moves the robot
 };
 
 class Service {

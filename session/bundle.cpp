@@ -13,6 +13,7 @@
 #include "geometry/tool.h"
 #include "session/columns.h"
 #include "session/csv.h"
+#include "session/live_channels.h"
 #include "session/rig_file.h"
 #include "session/rig_write.h"
 #include "session/sample_layout.h"
@@ -406,10 +407,8 @@ Session parse_session(
   Session session;
   session.name = options.name;
   session.rig = parse_rig(rig_text, rig_name);
-  // What needs another file beside it would not be read again from the store.
-  session.rig_text = session.rig.robot.model->from_other_file
-                         ? write_rig(session.rig, traceability_of(rig_text))
-                         : std::string(rig_text);
+  session.rig_text = self_contained(session.rig, rig_text);
+  session.rig = as_instrument(std::move(session.rig));
   CsvTable table = read_csv(csv_text, csv_name);
   while (!table.rows.empty() && is_empty(table.rows.back())) {
     table.end = table.line_end + std::string(table.rows.back().text) + table.end;

@@ -12,6 +12,7 @@
 #include "geometry/units.h"
 #include "session/csv.h"
 #include "session/data_error.h"
+#include "session/live_channels.h"
 #include "session/rig_file.h"
 #include "session/rig_write.h"
 #include "session/sample_layout.h"
@@ -76,7 +77,8 @@ std::string time_of(const std::string& cell, char decimal) {
 
 class Importer {
  public:
-  explicit Importer(const ImportMap& map) : map_(map), rig_(parse_rig(map.rig_toml, map.file)) {
+  explicit Importer(const ImportMap& map)
+      : map_(map), rig_(as_instrument(parse_rig(map.rig_toml, map.file))) {
     const SampleLayout layout = layout_of(rig_);
     for (std::size_t i = 0; i < layout.joints.size(); ++i) {
       const Joint& joint = layout.joints[i];

@@ -114,8 +114,9 @@ tl::expected<Eigen::VectorXd, PlanRefusal> measurable(
   if (std::string why = singular_there(rig, q, *assembly); !why.empty()) {
     return refuse(std::move(why));
   }
+  if (rig.dials.empty() || !rig.on_cuboid()) return q;
   const auto reference = geometry::reference_link_angle(rig);
-  if (rig.dials.empty() || !reference) return q;
+  if (!reference) return q;
   const auto pose =
       geometry::planar_pose(*rig.robot.model, v, q, *assembly, geometry::cuboid_link(rig));
   if (!pose) return refuse(std::string(describe(pose.error())));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 
 #include "geometry/rig.h"
 
@@ -15,6 +16,8 @@ struct DialFigure {
   bool required;
   bool zero_allowed;
 };
+/// Of dials on a cuboid only.
+inline constexpr std::string_view kTipRadius = "tip_radius_mm";
 inline constexpr std::array<DialFigure, 7> kDialFigures{{
     {"travel_mm", [](geometry::Dial& d) -> double& { return d.geometry.travel_mm; }, true,
      false},

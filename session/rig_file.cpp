@@ -315,15 +315,17 @@ class RigReader : InstrumentChecks {
     }
     std::set<std::string> ids;
     for (const toml::node& node : *array) {
-      rig.dials.push_back(read_dial(*node.as_table(), common, ids));
+      rig.dials.push_back(read_dial(*node.as_table(), common, ids, rig.on_cuboid()));
       geometry::DialDeviations& own = rig.dials.back().deviations;
       own = deviations;
       read_deviations(*node.as_table(), "[[dial]]", own);
     }
   }
 
+  /// Where it stands on the table is asked of dials on a cuboid only.
   Dial read_dial(
-      const toml::table& from, const toml::table* common, std::set<std::string>& ids) {
+      const toml::table& from, const toml::table* common, std::set<std::string>& ids,
+      bool on_cuboid) {
     Dial dial;
     const std::string where = "[[dial]]";
     known_keys(from, where, dial_keys());
@@ -334,11 +336,15 @@ class RigReader : InstrumentChecks {
       dial.id = text(from, where, "id", "");
       check_id(dial.id, from.get("id")->source(), ids);
     }
-    if (const auto position = pair(from, where, "position_mm")) {
-      dial.geometry.position_mm = *position;
+    const auto asked = [&](const char* key) { return on_cuboid || from.get(key) != nullptr; };
+    if (asked("position_mm")) {
+      dial.geometry.position_mm =
+          pair(from, where, "position_mm").value_or(dial.geometry.position_mm);
     }
-    if (const auto axis = pair(from, where, "axis")) {
-      dial.geometry.axis = unit_axis(*axis, from.get("axis")->source());
+    if (asked("axis")) {
+      if (const auto axis = pair(from, where, "axis")) {
+        dial.geometry.axis = unit_axis(*axis, from.get("axis")->source());
+      }
     }
     for (const DialFigure& figure : kDialFigures) {
       const bool own = from.get(figure.key) != nullptr;
@@ -347,7 +353,7 @@ class RigReader : InstrumentChecks {
         length(from, where, figure.key, figure.zero_allowed, figure.of(dial));
       } else if (shared) {
         figure.of(dial) = common->get(figure.key)->value<double>().value_or(figure.of(dial));
-      } else if (figure.required) {
+      } else if (figure.required && (on_cuboid || figure.key != kTipRadius)) {
         fault(
             from.source(), figure.key, "missing in [[dial]] and in [dials]",
             "add it to [dials], for all dials, or here");

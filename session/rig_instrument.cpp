@@ -9,6 +9,7 @@
 #include "geometry/instrument_kind.h"
 #include "geometry/units.h"
 #include "session/csv.h"
+#include "session/live_channels.h"
 #include "session/sample_layout.h"
 #include "session/toml_write.h"
 
@@ -241,6 +242,12 @@ void InstrumentChecks::check_instrument(const toml::table& top, const geometry::
     fault(
         from->source(), "instrument", fmt::format("kind \"{}\": {}", kind->name, made.error()),
         "see doc/robots.md for the tables that it takes");
+    return;
+  }
+  if (const auto fault_of_dials = live_channel_fault(rig)) {
+    fault(
+        top.get("dial")->source(), "dial", *fault_of_dials,
+        "give each dial the name of its place as id");
   }
 }
 

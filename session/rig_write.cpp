@@ -94,9 +94,12 @@ std::string dials_text(const geometry::Rig& rig, const Traceability& traced) {
   });
   if (alike) out += deviations_text(rig.dials.front().deviations);
   for (Dial dial : rig.dials) {
-    out += fmt::format(
-        "\n[[dial]]\nid = {}\nposition_mm = {}\naxis = {}\n", toml_string(dial.id),
-        toml_pair(dial.geometry.position_mm), toml_pair(dial.geometry.axis));
+    out += fmt::format("\n[[dial]]\nid = {}\n", toml_string(dial.id));
+    if (rig.on_cuboid()) {
+      out += fmt::format(
+          "position_mm = {}\naxis = {}\n", toml_pair(dial.geometry.position_mm),
+          toml_pair(dial.geometry.axis));
+    }
     for (std::size_t f = 0; f < kDialFigures.size(); ++f) {
       if (shared[f]) continue;
       out +=
@@ -157,6 +160,11 @@ std::string write_rig(const geometry::Rig& rig, const Traceability& traced) {
   const std::string thermometer = lines_of(traced, "thermometer");
   if (!thermometer.empty()) out += "\n[thermometer]\n" + thermometer;
   return out;
+}
+
+std::string self_contained(const geometry::Rig& rig, std::string_view rig_text) {
+  return rig.robot.model->from_other_file ? write_rig(rig, traceability_of(rig_text))
+                                          : std::string(rig_text);
 }
 
 }  // namespace sixdial::session

@@ -30,6 +30,7 @@ std::optional<NominalPose> nominal_pose(
 
 std::vector<geometry::DialReading> readings_of(const geometry::Rig& rig, const Sample& sample) {
   std::vector<geometry::DialReading> readings;
+  if (!rig.on_cuboid()) return readings;  // channels of another instrument
   for (std::size_t i = 0; i < rig.dials.size() && i < sample.channels.size(); ++i) {
     const ChannelValue& dial = sample.channels[i];
     if (!dial.value || dial.quality == Quality::kBad) continue;

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/connection.h"
-#include "acquisition/robot.h"
+#include "acquisition/robot_driver.h"
 #include "service/methods/shared_params.h"
 #include "service/service.h"
 
@@ -49,10 +48,8 @@ void halt_alone(const Call& call) {
   }
   db::Store& reader = call.service.reader();
   const geometry::Rig rig = reader.load_rig(reader.find_session(session));
-  const auto connection = acquisition::parse_robot_connection(rig.robot.connection);
-  const auto* modbus =
-      connection ? std::get_if<acquisition::ModbusConnection>(&*connection) : nullptr;
-  if (modbus == nullptr) {
+  const auto connection = acquisition::robot_connection_of(rig);
+  if (!connection || connection->driver->by_hand) {
     throw Error(
         ErrorCode::kWrongState,
         "the robot of this session has no controller that could stop it",
@@ -60,7 +57,7 @@ void halt_alone(const Call& call) {
         "It is moved by hand, or the rig file has no connection for it.");
   }
   acquisition::SystemClock clock;
-  const auto told = acquisition::ModbusRobot(*modbus, clock).halt({});
+  const auto told = connection->open({.clock = clock})->halt({});
   if (told) return;
   throw Error(
       ErrorCode::kDevice,

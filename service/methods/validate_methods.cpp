@@ -14,6 +14,7 @@
 #include "service/result_lookup.h"
 #include "service/session_name.h"
 #include "service/store_json.h"
+#include "session/live_channels.h"
 #include "session/rig_file.h"
 #include "studies/stored_warnings.h"
 
@@ -91,6 +92,16 @@ void follow(
 
 /// Throws Error bad_data where this rig cannot be measured on from here.
 void check_can_measure(const geometry::Rig& rig, const std::string& session) {
+  if (session::has_live_channels(rig)) {
+    throw Error(
+        ErrorCode::kBadData,
+        fmt::format(
+            "the instrument of session {} shows distances or touches and no position of the "
+            "tool: what each model reaches cannot be measured by it",
+            session),
+        {{"session", session}},
+        "The report compares the models on the points that were not fitted (G2).");
+  }
   if (rig.dials.empty()) {
     throw Error(
         ErrorCode::kBadData,

@@ -8,6 +8,7 @@
 
 #include "acquisition/collector.h"
 #include "acquisition/dial_bank.h"
+#include "acquisition/robots/modbus_robot.h"
 #include "tests/acquisition/controller.h"
 #include "tests/acquisition/wire.h"
 
@@ -67,8 +68,8 @@ TEST(CollectOverTheWire, GivesTheReadingsOfEachPose) {
   AcceleratedClock clock(
       20.0, session::TimePoint{std::chrono::milliseconds{1'700'000'000'000}});
   const auto connection =
-      parse_robot_connection(fmt::format("modbus-tcp://127.0.0.1:{}", robot_server.port()));
-  ModbusRobot robot(std::get<ModbusConnection>(connection.value()), clock);
+      parse_modbus_robot(fmt::format("modbus-tcp://127.0.0.1:{}", robot_server.port()));
+  ModbusRobot robot(connection.value(), clock);
   const auto bank = DialBank::open(rig, clock);
   ASSERT_TRUE(bank) << bank.error();
   std::vector<CollectedSample> stored;

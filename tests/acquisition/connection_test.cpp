@@ -67,18 +67,6 @@ TEST(Connection, ReadsAModbusLine) {
   EXPECT_EQ(line.map.unit, 5);
 }
 
-TEST(Connection, ReadsTheRobot) {
-  EXPECT_TRUE(
-      std::holds_alternative<ManualConnection>(parse_robot_connection("manual").value()));
-  const auto robot = std::get<ModbusConnection>(
-      parse_robot_connection("modbus-tcp://10.0.0.7:502?unit=2").value());
-  EXPECT_EQ(robot.map.unit, 2);
-  const auto refused = parse_robot_connection("serial:/dev/ttyUSB0");
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error(), HasSubstr("manual"));
-  EXPECT_FALSE(parse_robot_connection("modbus-tcp://h?index=1"));
-}
-
 TEST(Connection, ExplainsWhatIsWrongAndWhatWouldBeRight) {
   EXPECT_THAT(refusal("modbus-tpc://h:1"), HasSubstr("did you mean 'modbus-tcp'"));
   EXPECT_THAT(refusal("seriel:/dev/ttyUSB0"), HasSubstr("did you mean 'serial'"));

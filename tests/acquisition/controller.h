@@ -12,12 +12,13 @@ namespace sixdial::test {
 /// Arrives after `polls` reads of its state.
 class Controller {
  public:
-  Controller() {
-    for (int i = 0; i <= 8; ++i) table.input[i] = 0;
-    for (int i = 0; i <= 5; ++i) table.holding[i] = 0;
+  explicit Controller(int joints = 2) : after_(2 * joints) {
+    for (int i = 0; i <= after_ + 4; ++i) table.input[i] = 0;
+    for (int i = 0; i <= after_ + 1; ++i) table.holding[i] = 0;
+    if (joints != 2) table.input[200] = static_cast<std::uint16_t>(joints);
     put_int32(table.input, 0, 157'079'633);  // 1.57079633 rad
     put_int32(table.input, 2, -20'000'000);
-    table.input[6] = static_cast<std::uint16_t>(-125);  // -1.25 degC
+    table.input[after_ + 2] = static_cast<std::uint16_t>(-125);  // -1.25 degC
     table.on_write = [this](int) { command(); };
     table.before_read = [this](int address) {
       if (address == 0) step();
@@ -32,32 +33,33 @@ class Controller {
  private:
   void command() {
     if (deaf) return;
-    const int wanted = std::exchange(table.holding[4], std::uint16_t{0});
+    const int wanted = std::exchange(table.holding[after_], std::uint16_t{0});
     if (wanted == 2) {
-      table.input[4] = 3;
-      table.input[7] = 2;
+      table.input[after_] = 3;
+      table.input[after_ + 3] = 2;
       left_ = -1;
     }
     if (wanted != 1) return;
     const int theta1 = table.holding[0] << 16 | table.holding[1];
     if (std::abs(theta1) > 400'000'000) {
-      table.input[4] = 3;
-      table.input[7] = 1;
+      table.input[after_] = 3;
+      table.input[after_ + 3] = 1;
       return;
     }
-    ++table.input[5];
-    table.input[4] = 1;
-    table.input[7] = 0;
+    ++table.input[after_ + 1];
+    table.input[after_] = 1;
+    table.input[after_ + 3] = 0;
     left_ = polls;
   }
   void step() {
-    ++table.input[8];
+    ++table.input[after_ + 4];
     if (left_ < 0 || --left_ > 0) return;
     left_ = -1;
-    for (int i = 0; i < 4; ++i) table.input[i] = table.holding[i];
-    table.input[4] = 2;
+    for (int i = 0; i < after_; ++i) table.input[i] = table.holding[i];
+    table.input[after_] = 2;
     if (on_arrival) on_arrival();
   }
+  int after_ = 4;  // the first register behind the joints
   int left_ = -1;
 };
 

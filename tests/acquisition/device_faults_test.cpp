@@ -12,7 +12,7 @@
 
 #include "acquisition/collector.h"
 #include "acquisition/dial_bank.h"
-#include "acquisition/robot.h"
+#include "acquisition/robots/modbus_robot.h"
 #include "mock_devices/mock_rig.h"
 #include "session/reason.h"
 #include "tests/acquisition/device_fault_cases.h"
@@ -49,8 +49,8 @@ class Bench {
     rig_ = mock_.connected_rig(connection);
   }
   void connect() {
-    const auto robot = parse_robot_connection(rig_.robot.connection);
-    robot_ = std::make_unique<ModbusRobot>(std::get<ModbusConnection>(robot.value()), clock_);
+    const auto robot = parse_modbus_robot(rig_.robot.connection);
+    robot_ = std::make_unique<ModbusRobot>(robot.value(), clock_);
     bank_ = std::move(DialBank::open(rig_, clock_).value());
   }
   mock_devices::MockRig& mock() { return mock_; }

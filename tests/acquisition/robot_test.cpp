@@ -1,12 +1,12 @@
 // The robot's controller over real Modbus bytes, and the person who stands in for it.
-#include "acquisition/robot.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "acquisition/robots/manual_robot.h"
+#include "acquisition/robots/modbus_robot.h"
 #include "tests/acquisition/controller.h"
 #include "tests/acquisition/wire.h"
 
@@ -25,8 +25,8 @@ class Robot : public testing::Test {
  protected:
   ModbusRobot connect(const ModbusTcpServer& server) {
     const auto parsed =
-        parse_robot_connection(fmt::format("modbus-tcp://127.0.0.1:{}", server.port()));
-    return {std::get<ModbusConnection>(parsed.value()), clock_};
+        parse_modbus_robot(fmt::format("modbus-tcp://127.0.0.1:{}", server.port()));
+    return {parsed.value(), clock_};
   }
   SystemClock clock_;
   Controller controller_;
@@ -133,12 +133,61 @@ TEST_F(Robot, AControllerThatIsNotThereIsALinkFault) {
     ModbusTcpServer server(controller_.table);
     port = server.port();
   }
-  const auto parsed = parse_robot_connection(fmt::format("modbus-tcp://127.0.0.1:{}", port));
-  ModbusRobot robot(std::get<ModbusConnection>(parsed.value()), clock_);
+  const auto parsed = parse_modbus_robot(fmt::format("modbus-tcp://127.0.0.1:{}", port));
+  ModbusRobot robot(parsed.value(), clock_);
   const auto state = robot.state({});
   ASSERT_FALSE(state);
   EXPECT_EQ(state.error().kind, RobotFaultKind::kLink);
   EXPECT_THAT(state.error().detail, testing::HasSubstr("disconnected"));
+}
+
+// The map behind two joints stays where it was; with three it moves by two registers.
+TEST(ModbusRobot, HasTheRegistersOfSoManyJointsAsTheRobot) {
+  Controller controller(3);
+  ModbusTcpServer server(controller.table);
+  SystemClock clock;
+  const auto parsed =
+      parse_modbus_robot(fmt::format("modbus-tcp://127.0.0.1:{}", server.port()));
+  const std::vector<RobotJoint> joints{{"q1", true}, {"q2", true}, {"q3", false}};
+  ModbusRobot robot(parsed.value(), clock, joints);
+  const Eigen::Vector3d target(0.5, -1.25, 321.4567);
+  const auto there = robot.move_to(target, 10s, {});
+  ASSERT_TRUE(there) << there.error().detail;
+  EXPECT_EQ(there->motion, Motion::kInPosition);
+  EXPECT_EQ(there->moves, 1);
+  EXPECT_NEAR(there->q[0], target[0], kCount_rad);
+  EXPECT_NEAR(there->q[1], target[1], kCount_rad);
+  EXPECT_NEAR(there->q[2], target[2], 0.5e-5) << "10 nm a count";
+  EXPECT_DOUBLE_EQ(there->temperature_c.value(), -1.25);
+  ASSERT_TRUE(robot.set_speed(40, {}));
+  EXPECT_EQ(controller.table.holding[7], 40);
+  ASSERT_TRUE(robot.halt({}));
+  EXPECT_EQ(robot.state({})->fault_code, 2);
+  EXPECT_EQ(
+      robot.move_to(Eigen::Vector3d(0, 0, 30'000), 10s, {}).error().kind,
+      RobotFaultKind::kUnreachable)
+      << "more than the registers hold";
+  EXPECT_EQ(
+      robot.move_to(Eigen::Vector2d(0, 0), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
+}
+
+TEST(ModbusRobot, AControllerOfAnotherNumberOfJointsIsRefusedBeforeAnythingMoves) {
+  SystemClock clock;
+  const std::vector<RobotJoint> joints{{"q1", true}, {"q2", true}, {"q3", true}, {"q4", true}};
+  for (const int has : {2, 3}) {
+    Controller controller(has);
+    if (has == 2) controller.table.input.erase(200);  // as they always were
+    ModbusTcpServer server(controller.table);
+    const auto parsed =
+        parse_modbus_robot(fmt::format("modbus-tcp://127.0.0.1:{}", server.port()));
+    ModbusRobot robot(parsed.value(), clock, joints);
+    const auto refused = robot.move_to(Eigen::Vector4d(0.1, 0.2, 0.3, 0.4), 10s, {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, RobotFaultKind::kController);
+    EXPECT_THAT(refused.error().detail, testing::HasSubstr(fmt::format("has {} joints", has)));
+    EXPECT_FALSE(robot.set_speed(10, {}));
+    EXPECT_EQ(controller.table.input[2 * has + 1], 0) << "nothing was started";
+  }
 }
 
 TEST(ManualRobot, AsksAPersonAndTakesTheirWord) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "acquisition/connection.h"
+#include "acquisition/robot_driver.h"
 #include "cli/cli.h"
 #include "session/csv.h"
 #include "session/rig_file.h"
@@ -49,7 +50,7 @@ TEST(ExampleRigs, EachConnectionHasOneAndEachLineOfItCanBeUsed) {
       }
     }
     EXPECT_EQ(places.size(), 6U) << "two dials in one place";
-    EXPECT_TRUE(acquisition::parse_robot_connection(rig.robot.connection));
+    EXPECT_TRUE(acquisition::robot_connection_of(rig));
     const std::string text = session::read_file(entry.path().string());
     EXPECT_TRUE(text.starts_with("# ")) << "commented";
     ++rigs;

@@ -15,6 +15,9 @@
 #include "acquisition/connection.h"
 #include "acquisition/dial_protocol.h"
 #include "acquisition/modbus_frame.h"
+#include "acquisition/robot_driver.h"
+#include "acquisition/robots/exec_command.h"
+#include "acquisition/robots/gcode/dialect.h"
 #include "geometry/robots/serial.h"
 #include "service/socket/request.h"
 #include "session/bundle.h"
@@ -34,6 +37,7 @@ int session_csv_fuzz(const std::uint8_t* data, std::size_t size);
 int session_rig_fuzz(const std::uint8_t* data, std::size_t size);
 int import_fuzz(const std::uint8_t* data, std::size_t size);
 int urdf_fuzz(const std::uint8_t* data, std::size_t size);
+int fuzz_robot_answers(const std::uint8_t* data, std::size_t size);
 }
 
 namespace sixdial {
@@ -182,6 +186,30 @@ TEST(CorpusReach, BehindEveryParserIsAValidInput) {
   EXPECT_GE(accepted("session_rig_corpus", is_rig), 1);
 }
 
+TEST(CorpusReach, BehindEveryParserOfARobotIsAValidInput) {
+  namespace a = acquisition;
+  const std::vector<a::RobotJoint> joints{{"theta1", true}, {"slide", false}};
+  for (const a::RobotDriver* driver : a::robot_drivers()) {
+    const auto is_robot = [&](const std::string& input) {
+      const auto parsed = a::parse_robot_connection(input, joints);
+      return parsed.has_value() && parsed->driver == driver;
+    };
+    EXPECT_GE(accepted("connection_corpus", is_robot), 1) << driver->scheme;
+  }
+  for (const a::GcodeDialect* dialect : a::gcode_dialects()) {
+    const auto is_report = [&](const std::string& input) {
+      const auto line = dialect->parse(input);
+      return line && line->kind == a::GcodeLineKind::kReport;
+    };
+    EXPECT_GE(accepted("robot_answers_corpus", is_report), 1) << dialect->name;
+  }
+  const auto is_printed = [&](const std::string& input) {
+    const auto answer = a::parse_exec_output(input, joints);
+    return answer && answer->q.has_value();
+  };
+  EXPECT_GE(accepted("robot_answers_corpus", is_printed), 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     , Corpus,
     testing::Values(
@@ -192,7 +220,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fuzzer{"session_csv", "session_csv_corpus", session_csv_fuzz, 3'000},
         Fuzzer{"session_rig", "session_rig_corpus", session_rig_fuzz, 1'000},
         Fuzzer{"import", "import_corpus", import_fuzz, 1'000},
-        Fuzzer{"urdf", "urdf_corpus", urdf_fuzz, 1'000}),
+        Fuzzer{"urdf", "urdf_corpus", urdf_fuzz, 1'000},
+        Fuzzer{"robot_answers", "robot_answers_corpus", fuzz_robot_answers, 100'000}),
     [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

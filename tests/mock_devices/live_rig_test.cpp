@@ -31,7 +31,8 @@ Vector2d angles_at(const World& world, const Vector2d& target_mm) {
 
 TEST(Move, IsATrapezoidThatBothJointsShare) {
   const Move move(
-      {0, 1}, {0.8, 0.6}, 10.0, {.speed_rad_s = 0.8, .acceleration_rad_s2 = 4.0}, 0.5);
+      Vector2d(0, 1), Vector2d(0.8, 0.6), 10.0,
+      {.speed_rad_s = 0.8, .acceleration_rad_s2 = 4.0}, 0.5);
   // 0.4 rad/s reached in 0.1 s: 0.8 / 0.4 + 0.1 s in all.
   EXPECT_NEAR(move.end_s() - move.start_s(), 2.1, 1e-12);
   EXPECT_EQ(move.at(9.0), Vector2d(0, 1));
@@ -47,7 +48,7 @@ TEST(Move, IsATrapezoidThatBothJointsShare) {
 }
 
 TEST(Move, StopsWhereItIsCutAndStillKnowsHowItGotThere) {
-  Move move({0, 0}, {0.8, 0}, 0.0, {}, 1.0);
+  Move move(Vector2d(0, 0), Vector2d(0.8, 0), 0.0, {}, 1.0);
   const Vector2d early = move.at(0.2);
   const Vector2d there = move.at(0.5);
   move.cut(0.5);

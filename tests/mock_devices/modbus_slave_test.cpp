@@ -167,7 +167,7 @@ RobotCalls port_to(Told& told) {
           [] {
             RobotReport report;
             report.state = MotionState::kInPosition;
-            report.q_rad = {1.5, -0.00000001};
+            report.q_rad = Eigen::Vector2d(1.5, -0.00000001);
             report.moves_started = 7;
             report.temperature_c = -1.25;
             report.cycles = 9;
@@ -207,6 +207,35 @@ TEST(RobotRegisters, StartsOnCommandWithTargetAndSpeedAndReadsBackTaken) {
   EXPECT_FALSE(map.write(4, {&stop, 1}));
   EXPECT_EQ(told.stops, 1);
   EXPECT_EQ(told.starts, 1);
+}
+
+TEST(RobotRegisters, OfMoreJointsAllThatFollowsMovesOn) {
+  Eigen::VectorXd sent;
+  int stops = 0;
+  RobotRegisterMap map(
+      {.report =
+           [] {
+             RobotReport report;
+             report.state = MotionState::kMoving;
+             report.q_rad = Eigen::Vector3d(1.5, -0.00000001, 0.0);
+             report.moves_started = 7;
+             return report;
+           },
+       .start = [&](const Eigen::VectorXd& q_rad, int) { sent = q_rad; },
+       .stop = [&] { ++stops; },
+       .joints = 3});
+  const auto values = map.read(RegisterTable::kInput, 0, 11).value();
+  EXPECT_EQ(values[0], 0x08F0);
+  EXPECT_EQ(values[6], 1) << "status";
+  EXPECT_EQ(values[7], 7) << "moves";
+  EXPECT_EQ(map.read(RegisterTable::kInput, 200, 1).value(), std::vector<std::uint16_t>{3});
+  EXPECT_FALSE(map.read(RegisterTable::kInput, 8, 4));
+  const std::vector<std::uint16_t> all{0, 0, 0, 0, 0x08F0, 0xD180, 1, 30};
+  EXPECT_FALSE(map.write(0, all));
+  EXPECT_NEAR(sent[2], 1.5, 1e-15);
+  const std::uint16_t stop = 2;
+  EXPECT_FALSE(map.write(6, {&stop, 1}));
+  EXPECT_EQ(stops, 1);
 }
 
 TEST(RobotRegisters, ABadValueChangesNothing) {

@@ -91,6 +91,28 @@ TEST_F(MockProgram, PrintsItsPortsServesAndEndsOnSigterm) {
       std::filesystem::exists(std::filesystem::symlink_status(folder_ / "ptys" / "mux10")));
 }
 
+TEST_F(MockProgram, ServesAnArmUnderDrawWires) {
+  const std::string rig = (folder_ / "arm.toml").string();
+  const std::string answer = (folder_ / "arm.json").string();
+  Program program(
+      {"--robot", "serial", "--joints", "4", "--seed", "7", "--hide-seed", "5", "--reveal",
+       answer, "--write-rig", rig});
+  const auto ready = nlohmann::json::parse(program.line());
+  EXPECT_EQ(ready["ready"], true);
+  Port robot(Port::tcp(ready["robot_port"].get<std::uint16_t>()));
+  EXPECT_EQ(robot_input(robot, 8), 0) << "status of a controller of four joints";
+  EXPECT_EQ(robot_input(robot, 200), 4);
+  Port wires(Port::tcp(ready["dial_port"].get<std::uint16_t>()));
+  EXPECT_EQ(read_six(wires).size(), 6U);
+  std::stringstream text;
+  text << std::ifstream(rig).rdbuf();
+  EXPECT_NE(text.str().find("kind = \"distance\""), std::string::npos);
+  std::ifstream file(answer);
+  EXPECT_EQ(nlohmann::json::parse(file)["effects"].size(), 1U);
+  ASSERT_EQ(::kill(program.pid, SIGTERM), 0);
+  EXPECT_EQ(program.wait(), 0);
+}
+
 TEST_F(MockProgram, SaysWhatIsWrongWithAnEffectAndFails) {
   Program program({"--hide", "joint_backlash:joint3:0.001"});
   const std::string line = program.line();

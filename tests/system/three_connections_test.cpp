@@ -11,7 +11,7 @@
 #include "acquisition/clock.h"
 #include "acquisition/connection.h"
 #include "acquisition/dial_bank.h"
-#include "acquisition/robot.h"
+#include "acquisition/robots/modbus_robot.h"
 #include "geometry/instruments/contact.h"
 #include "geometry/robots/five_bar.h"
 #include "mock_devices/mock_rig.h"
@@ -42,9 +42,9 @@ TEST(ThreeConnections, GiveTheSamePositionForTheSamePose) {
   acquisition::AcceleratedClock clock(
       kSpeed, *session::from_iso8601("2026-03-02T08:30:00.000Z"));
   const geometry::Rig rig = mock.connected_rig("modbus-tcp");
-  const auto connection = acquisition::parse_robot_connection(rig.robot.connection);
+  const auto connection = acquisition::parse_modbus_robot(rig.robot.connection);
   ASSERT_TRUE(connection) << connection.error();
-  acquisition::ModbusRobot robot(std::get<acquisition::ModbusConnection>(*connection), clock);
+  acquisition::ModbusRobot robot(*connection, clock);
   std::map<std::string, std::unique_ptr<acquisition::DialBank>> banks;
   for (const char* kind : {"modbus-tcp", "mux10", "sylvac"}) {
     auto bank = acquisition::DialBank::open(mock.connected_rig(kind), clock);

@@ -1,4 +1,7 @@
-#include "acquisition/robot.h"
+#include "acquisition/robots/manual_robot.h"
+
+#include "acquisition/connection_text.h"
+#include "acquisition/robot_driver.h"
 
 namespace sixdial::acquisition {
 
@@ -22,5 +25,21 @@ tl::expected<RobotState, RobotFault> ManualRobot::move_to(
   state_.temperature_c = answer->temperature_c;
   return state_;
 }
+
+namespace {
+
+OpenRobot parse(std::string_view rest, std::span<const RobotJoint>) {
+  if (!rest.empty()) refuse("nothing follows 'manual'");
+  return [](const RobotSite& site) { return std::make_unique<ManualRobot>(site.ask); };
+}
+
+}  // namespace
+
+extern constinit const RobotDriver manual_robot{
+    .scheme = "manual",
+    .form = "manual",
+    .in_words = "nothing: a person moves the robot and confirms on the screen",
+    .by_hand = true,
+    .parse = parse};
 
 }  // namespace sixdial::acquisition

@@ -1,13 +1,17 @@
+#include "acquisition/robots/modbus_robot.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "acquisition/bus.h"
+#include "acquisition/connection_text.h"
 #include "acquisition/longest_silence.h"
-#include "acquisition/robot.h"
+#include "acquisition/robot_driver.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -16,11 +20,9 @@ using std::chrono::milliseconds;
 
 constexpr int kHolding = 3;
 constexpr int kInput = 4;
-constexpr int kTarget = 0;   // holding 0..3
-constexpr int kCommand = 4;  // holding
-constexpr int kSpeed = 5;    // holding
-constexpr int kStateWords = 9;
-constexpr int kJoints = 2;  // whose registers the map has
+constexpr int kTarget = 0;        // holding; behind the targets come command and speed
+constexpr int kAfterJoints = 5;   // input: status, moves, temperature, fault, cycle
+constexpr int kJointCount = 200;  // input; controllers of two joints need not have it
 constexpr std::uint16_t kStart = 1;
 constexpr std::uint16_t kStop = 2;
 constexpr double kDegCPerCount = 0.01;
@@ -50,50 +52,66 @@ RobotFault controller_fault(int code) {
   }
 }
 
-RobotState state_of(const Words& words) {
-  RobotState state;
-  state.q.resize(kJoints);
-  for (int joint = 0; joint < kJoints; ++joint) {
-    const auto at = static_cast<std::size_t>(2 * joint);
-    state.q[joint] = int32_of(words[at], words[at + 1]) * kRadPerCount;
-  }
-  state.motion = words[4] <= 3 ? static_cast<Motion>(words[4]) : Motion::kFault;
-  state.moves = words[5];
-  state.temperature_c = static_cast<std::int16_t>(words[6]) * kDegCPerCount;
-  state.fault_code = words[7];
-  state.cycle = words[8];
-  return state;
-}
-
-bool fits(double q_rad) {
-  const double counts = q_rad / kRadPerCount;
+bool fits(double q, double per_count) {
+  const double counts = q / per_count;
   return std::isfinite(counts) && std::abs(counts) < std::numeric_limits<std::int32_t>::max();
 }
 
 }  // namespace
 
-std::string_view describe(RobotFaultKind kind) {
-  switch (kind) {
-    case RobotFaultKind::kLink:
-      return "the robot controller does not answer";
-    case RobotFaultKind::kUnreachable:
-      return "the robot cannot reach the target";
-    case RobotFaultKind::kHalted:
-      return "the robot was stopped";
-    case RobotFaultKind::kNotThere:
-      return "the robot did not arrive in time";
-    case RobotFaultKind::kController:
-      return "the robot controller reports a fault";
-    case RobotFaultKind::kCancelled:
-      return "the move was cancelled";
+std::vector<RobotJoint> two_turning_joints() { return {{"q1", true}, {"q2", true}}; }
+
+ModbusRobot::ModbusRobot(
+    const ModbusConnection& connection, Clock& clock, std::span<const RobotJoint> joints)
+    : unit_word_(std::ranges::all_of(joints, &RobotJoint::turns) ? "rad" : "rad, mm"),
+      joints_checked_(joints.size() == 2),
+      unit_(connection.map.unit),
+      clock_(clock),
+      link_(connection.endpoint, connection.timeout, connection.quiet, clock) {
+  for (const RobotJoint& joint : joints) {
+    per_count_.push_back(joint.turns ? kRadPerCount : kMmPerCount);
   }
-  return "unknown robot fault";
 }
 
-ModbusRobot::ModbusRobot(const ModbusConnection& connection, Clock& clock)
-    : unit_(connection.map.unit),
-      clock_(clock),
-      link_(connection.endpoint, connection.timeout, connection.quiet, clock) {}
+RobotState ModbusRobot::state_of(const Words& words) const {
+  RobotState state;
+  state.q.resize(joints());
+  for (int joint = 0; joint < joints(); ++joint) {
+    const auto at = static_cast<std::size_t>(2 * joint);
+    state.q[joint] =
+        int32_of(words[at], words[at + 1]) * per_count_[static_cast<std::size_t>(joint)];
+  }
+  const std::span<const std::uint16_t> more =
+      std::span(words).subspan(static_cast<std::size_t>(2 * joints()));
+  state.motion = more[0] <= 3 ? static_cast<Motion>(more[0]) : Motion::kFault;
+  state.moves = more[1];
+  state.temperature_c = static_cast<std::int16_t>(more[2]) * kDegCPerCount;
+  state.fault_code = more[3];
+  state.cycle = more[4];
+  return state;
+}
+
+// With another number of joints every register behind them is another one: status would be read
+// from a joint's value. A controller that cannot tell has two.
+tl::expected<void, RobotFault> ModbusRobot::check_joints(const std::stop_token& stop) {
+  if (joints_checked_) return {};
+  const auto count = read(kInput, kJointCount, 1, stop);
+  if (!count && !is_illegal_address(count.error())) {
+    return tl::unexpected(link_fault(count.error()));
+  }
+  const int has = count ? count->front() : 2;
+  if (has != joints()) {
+    return tl::unexpected(RobotFault{
+        RobotFaultKind::kController,
+        fmt::format(
+            "the controller has {} joints{}, the rig file has {}: look at its [[joint]] rows "
+            "and at the controller's address",
+            has, count ? "" : fmt::format(" (no input register {} says otherwise)", kJointCount),
+            joints())});
+  }
+  joints_checked_ = true;
+  return {};
+}
 
 LinkState ModbusRobot::link_state() const {
   const std::lock_guard lock(mutex_);
@@ -149,13 +167,17 @@ milliseconds ModbusRobot::silent_for() const {
 }
 
 tl::expected<std::optional<int>, RobotFault> ModbusRobot::speed(const std::stop_token& stop) {
-  const auto words = read(kHolding, kSpeed, 1, stop);
+  if (const auto same = check_joints(stop); !same) return tl::unexpected(same.error());
+  const auto words = read(kHolding, speed_register(), 1, stop);
   if (!words) return tl::unexpected(link_fault(words.error()));
   return std::optional<int>(words->front());
 }
 
 tl::expected<RobotState, RobotFault> ModbusRobot::state(const std::stop_token& stop) {
-  const auto words = read(kInput, 0, kStateWords, stop);
+  if (const auto same = check_joints(stop); !same && !stop.stop_requested()) {
+    return tl::unexpected(same.error());
+  }
+  const auto words = read(kInput, 0, 2 * joints() + kAfterJoints, stop);
   if (!words) {
     if (stop.stop_requested())
       return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
@@ -166,14 +188,15 @@ tl::expected<RobotState, RobotFault> ModbusRobot::state(const std::stop_token& s
 
 tl::expected<void, RobotFault> ModbusRobot::set_speed(
     int percent, const std::stop_token& stop) {
+  if (const auto same = check_joints(stop); !same) return tl::unexpected(same.error());
   const auto speed = static_cast<std::uint16_t>(std::clamp(percent, 1, 100));
-  const auto written = write(kSpeed, {speed}, stop);
+  const auto written = write(speed_register(), {speed}, stop);
   if (!written) return tl::unexpected(link_fault(written.error()));
   return {};
 }
 
 tl::expected<void, RobotFault> ModbusRobot::halt(const std::stop_token& stop) {
-  const auto written = write(kCommand, {kStop}, stop);
+  const auto written = write(command_register(), {kStop}, stop);
   if (!written) return tl::unexpected(link_fault(written.error()));
   return {};
 }
@@ -183,8 +206,9 @@ tl::expected<void, RobotFault> ModbusRobot::halt(const std::stop_token& stop) {
 tl::expected<void, RobotFault> ModbusRobot::start(
     const Eigen::VectorXd& q, std::uint16_t moves_before, const std::stop_token& stop) {
   Words words;
-  for (const double q_rad : q) {
-    append_int32(words, static_cast<std::int32_t>(std::lround(q_rad / kRadPerCount)));
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const double counts = q[j] / per_count_[static_cast<std::size_t>(j)];
+    append_int32(words, static_cast<std::int32_t>(std::lround(counts)));
   }
   words.push_back(kStart);
   for (int attempt = 1;; ++attempt) {
@@ -204,7 +228,7 @@ tl::expected<RobotState, RobotFault> ModbusRobot::wait_in_position(
   const DeviceTime taken_by = clock_.monotonic() + at_least_on_wall(clock_, kTaken, kTaken);
   for (;;) {
     // The command before the state: once it reads 0, the state is that of after it.
-    const auto command = read(kHolding, kCommand, 1, stop);
+    const auto command = read(kHolding, command_register(), 1, stop);
     if (stop.stop_requested())
       return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
     if (!command) return tl::unexpected(link_fault(command.error()));
@@ -223,7 +247,7 @@ tl::expected<RobotState, RobotFault> ModbusRobot::wait_in_position(
     if (clock_.monotonic() > deadline) {
       return tl::unexpected(RobotFault{
           RobotFaultKind::kNotThere,
-          fmt::format("still at {:.6f} rad", fmt::join(now->q, ", "))});
+          fmt::format("still at {:.6f} {}", fmt::join(now->q, ", "), unit_word_)});
     }
     clock_.sleep_for(at_least_on_wall(clock_, kPoll, kLeastPollOnWall), stop);
   }
@@ -231,10 +255,15 @@ tl::expected<RobotState, RobotFault> ModbusRobot::wait_in_position(
 
 tl::expected<RobotState, RobotFault> ModbusRobot::move_to(
     const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
-  if (q.size() != kJoints || !std::all_of(q.begin(), q.end(), fits)) {
+  bool good = q.size() == joints();
+  for (Eigen::Index j = 0; good && j < q.size(); ++j) {
+    good = fits(q[j], per_count_[static_cast<std::size_t>(j)]);
+  }
+  if (!good) {
     return tl::unexpected(RobotFault{
         RobotFaultKind::kUnreachable,
-        fmt::format("{} rad does not fit the controller's registers", fmt::join(q, ", "))});
+        fmt::format(
+            "{} {} does not fit the controller's registers", fmt::join(q, ", "), unit_word_)});
   }
   const auto before = state(stop);
   if (!before) return before;
@@ -252,5 +281,45 @@ tl::expected<RobotState, RobotFault> ModbusRobot::move_to(
   }
   return there;
 }
+
+namespace {
+
+/// What follows "modbus-tcp:".
+ModbusConnection connection_from(std::string_view rest) {
+  static constexpr std::array<std::string_view, 3> kKeys{"unit", "timeout_ms", "quiet_ms"};
+  if (!rest.starts_with("//")) refuse("write modbus-tcp://HOST:PORT");
+  return tcp_connection(rest.substr(2), kKeys);
+}
+
+OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
+  if (joints.empty() || joints.size() > kMostModbusJoints) {
+    refuse(
+        "a Modbus controller has 1 to {} joints, this robot has {}", kMostModbusJoints,
+        joints.size());
+  }
+  return [connection = connection_from(rest),
+          own = std::vector(joints.begin(), joints.end())](const RobotSite& site) {
+    return std::make_unique<ModbusRobot>(connection, site.clock, own);
+  };
+}
+
+}  // namespace
+
+tl::expected<ModbusConnection, std::string> parse_modbus_robot(std::string_view text) {
+  constexpr std::string_view kScheme = "modbus-tcp:";
+  try {
+    if (!text.starts_with(kScheme)) refuse("write modbus-tcp://HOST:PORT");
+    return connection_from(text.substr(kScheme.size()));
+  } catch (const Refused& refused) {
+    return tl::unexpected(refused_connection(text, refused));
+  }
+}
+
+extern constinit const RobotDriver modbus_tcp_robot{
+    .scheme = "modbus-tcp",
+    .form = "modbus-tcp://HOST:PORT",
+    .in_words = "a controller with the registers below",
+    .options = "`unit`, `timeout_ms`, `quiet_ms`",
+    .parse = parse};
 
 }  // namespace sixdial::acquisition
