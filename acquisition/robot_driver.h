@@ -10,9 +10,9 @@
 // A new one is a file with a RobotPort and its row, and a line in robot_driver.cpp.
 //
 // Example:
-//   const std::vector<RobotJoint> joints = joints_of(rig);
-//   joints.size();  // -> 2U
-//   const auto connection = parse_robot_connection("modbus-tcp://10.0.0.7:502", joints);
+//   const std::vector<RobotJoint> driven = joints_of(rig);
+//   driven.size();  // -> 2U
+//   const auto connection = parse_robot_connection("modbus-tcp://10.0.0.7:502", driven);
 //   connection->driver->scheme;  // -> "modbus-tcp"
 //   connection->driver->by_hand;  // -> false
 #pragma once
