@@ -78,15 +78,15 @@ void fill_serial(
 }
 
 void fill_five_bar(
-    const studies::ExportedModel& model, const SourceLanguage&, bool, Marks& marks) {
+    const studies::ExportedModel& model, const SourceLanguage& language, bool, Marks& marks) {
   const auto& parameters = model.robot().parameters;
-  std::vector<std::string> names, values;
-  for (const geometry::ParameterInfo& each : parameters) {
-    names.push_back(fmt::format("{} [{}]", each.name, each.unit));
+  std::string& rows = marks["PARAMETER_ROWS"];
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const std::string value = exactly(model.model[static_cast<Eigen::Index>(k)]);
+    const std::string words = fmt::format("{} [{}]", parameters[k].name, parameters[k].unit);
+    rows += fmt::format("{}{}, ", language.indent, value);
+    rows += language.is_python ? " # " + words + "\n" : "/* " + words + " */\n";
   }
-  for (const double each : model.parameters()) values.push_back(exactly(each));
-  marks["PARAMETER_NAMES"] = fmt::format("{}", fmt::join(names, ", "));
-  marks["PARAMETER_VALUES"] = fmt::format("{}", fmt::join(values, ", "));
   marks["PARAMETER_COUNT"] = std::to_string(parameters.size());
 }
 

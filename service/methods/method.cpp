@@ -15,7 +15,7 @@ std::vector<const RpcMethod*> collect_rows() {
   for (const auto group :
        {service_methods(), session_methods(), plan_methods(), collect_methods(), job_methods(),
         result_methods(), compare_methods(), diagnosis_methods(), compensation_methods(),
-        validation_methods(), rig_methods()}) {
+        export_methods(), validation_methods(), rig_methods()}) {
     for (const RpcMethod& method : group) rows.push_back(&method);
   }
   std::ranges::sort(rows, {}, &RpcMethod::name);

@@ -104,6 +104,7 @@ void check_params(const RpcMethod& method, const Json& params);
 [[nodiscard]] std::span<const RpcMethod> compare_methods();
 [[nodiscard]] std::span<const RpcMethod> diagnosis_methods();
 [[nodiscard]] std::span<const RpcMethod> compensation_methods();
+[[nodiscard]] std::span<const RpcMethod> export_methods();
 [[nodiscard]] std::span<const RpcMethod> validation_methods();
 [[nodiscard]] std::span<const RpcMethod> rig_methods();
 

@@ -150,6 +150,7 @@ ExportedModel with_effects(ExportedModel model, std::vector<simulation::ActiveEf
 
 std::vector<double> three_sizes_of(
     const simulation::Effect& effect, const simulation::Place& place) {
+  if (effect.is_curve && place.slides) return {-50.0, 480.0, 1.3, 0.1, 0.0, -0.05, 0.02};
   if (effect.is_curve) return {-2.0, 2.5, 1.3, 1e-3, 0.0, -5e-4, 2e-4};
   std::vector<double> x;
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {

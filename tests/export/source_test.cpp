@@ -113,9 +113,13 @@ std::vector<std::vector<double>> run_source(
   return ran.exit_code == 0 ? studies::numbers_in(ran.out) : std::vector<std::vector<double>>();
 }
 
-/// Forward as ours, the inverse closes; how much the model's effects move at most [mm].
+/// Forward as ours, and the inverse closes. Python is slow: at one pose in six.
 void expect_same(const ExportedModel& model, In language) {
-  const std::vector<ModelPose> poses = studies::moments_of(model);
+  std::vector<ModelPose> poses;
+  const std::vector<ModelPose> all = studies::moments_of(model);
+  for (std::size_t i = 0; i < all.size(); i += language == In::kC ? 1 : 6) {
+    poses.push_back(all[i]);
+  }
   const bool slides = model.robot().joints.front().kind == geometry::JointKind::kPrismatic;
   const bool with_turn = model.robot().joint_count() >= 6;
   const auto rows =
