@@ -89,7 +89,7 @@ TEST_F(ArmSession, IsCollectedCalibratedDiagnosedAndReported) {
   EXPECT_THAT(csv.substr(0, csv.find('\n')), HasSubstr("q5_rad"));
   EXPECT_THAT(csv.substr(0, csv.find('\n')), HasSubstr("x_mm,y_mm,z_mm"));
 
-  const Outcome calibrated = sixdial({"calibrate", "arm", "--json", "-q"});
+  const Outcome calibrated = sixdial({"calibrate", "arm", "--method", "lm", "--json", "-q"});
   ASSERT_EQ(calibrated.code, 0) << calibrated.err;
 
   const Outcome diagnosed = sixdial({"diagnose", "arm", "--json", "-q"});
