@@ -208,7 +208,7 @@ std::string ArmBench::rig_text(
       arm_robot_text(
           world, base + fmt::format("connection = \"{}\"\n", robot_connection),
           world.range_rad) +
-      fmt::format("\n[instrument]\nkind = \"distance\"\nsd_mm = {:.4f}\n", world.noise_mm);
+      fmt::format("\n[instrument]\nkind = \"position\"\nsd_mm = {:.4f}\n", world.noise_mm);
   for (std::size_t k = 0; k < setting_.anchors_mm.size(); ++k) {
     const Vector3d& at = setting_.anchors_mm[k];
     text += fmt::format(

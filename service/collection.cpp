@@ -42,6 +42,11 @@ void check_plan_fits(const session::Plan& plan, const session::Session& measured
   }
 }
 
+/// Its instrument shows positions.
+bool gives_estimate(const geometry::Rig& rig) {
+  return !session::has_live_channels(rig) || session::has_live_positions(rig);
+}
+
 }  // namespace
 
 Collection::Collection(
@@ -93,9 +98,10 @@ std::shared_ptr<Collection::Run> Collection::made_run(CollectRequest& request) {
   auto run = std::make_shared<Run>(clock_);
   run->id = store_.find_session(request.session);
   run->rig = store_.load_rig(run->id);
+  run->seen_rig = session::as_instrument(run->rig);
   run->settings = request.settings;
   run->stop_below_mm = request.stop_below_mm;
-  if (run->stop_below_mm && session::has_live_channels(run->rig)) {
+  if (run->stop_below_mm && !gives_estimate(run->rig)) {
     throw Error(
         ErrorCode::kInvalidParams,
         "the live estimate is made from positions, and this instrument shows none",
@@ -210,7 +216,7 @@ void Collection::run(Run& run, const std::stop_token& stop) {
   Json error;
   std::string why;
   try {
-    if (!session::has_live_channels(run.rig)) run.estimate.emplace(run.rig, run.plan.points);
+    if (gives_estimate(run.rig)) run.estimate.emplace(run.seen_rig, run.plan.points);
     bool told = false;
     for (const session::Sample& sample : store_.load_session(run.id).samples) {
       told = take_in(run, sample) || told;
@@ -366,7 +372,7 @@ void Collection::on_sample(Run& run, const acquisition::CollectedSample& collect
         "{}; nothing is lost: {} and resume, and this sample is stored", error.what(),
         full ? "make room" : "let the other program go"));
   }
-  const bool told = take_in(run, collected.sample);
+  const bool told = take_in(run, session::as_instrument(run.rig, collected.sample));
   std::size_t number = 0;
   std::vector<std::string> remarks = collected.remarks;
   {

@@ -111,6 +111,7 @@ class Collection {
   void forget_last_run();
   void run(Run& run, const std::stop_token& stop);
   void finish(CollectState state, Json error, std::string why);
+  /// `sample` as its instrument shows it.
   bool take_in(Run& run, const session::Sample& sample);
   void show_estimate(const Run& run);
   [[nodiscard]] std::string why_ended(

@@ -34,8 +34,8 @@ void Collection::samples_changed(const std::string& session) {
     unusual_.clear();
     estimate_.reset();
   }
-  if (session::has_live_channels(run->rig)) return;
-  studies::LiveEstimate estimate(run->rig, run->plan.points);
+  if (session::has_live_channels(run->rig) && !session::has_live_positions(run->rig)) return;
+  studies::LiveEstimate estimate(run->seen_rig, run->plan.points);
   std::map<db::PointKey, double> unusual;
   bool told = false;
   for (const session::Sample& sample : store_.load_session(run->id).samples) {

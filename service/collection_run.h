@@ -19,6 +19,7 @@ struct Collection::Run {
 
   db::SessionId id;
   geometry::Rig rig;
+  geometry::Rig seen_rig;  // as its instrument is: without dials that are channels of another
   session::Plan plan;
   std::set<db::PointKey> done;
   acquisition::CollectorSettings settings;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "service/or_null.h"
+#include "session/live_channels.h"
 #include "session/reason.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
@@ -13,6 +14,14 @@ namespace {
 template <typename Vector>
 Json point_or_null(const std::optional<Vector>& point) {
   return point ? Json(std::vector<double>(point->begin(), point->end())) : Json(nullptr);
+}
+
+/// As its instrument sees it. A sample out of the store has been made so already.
+simulation::Trial seen_trial(const geometry::Rig& rig, const session::Sample& sample) {
+  return session::has_live_channels(rig)
+             ? session::trial_of(
+                   session::as_instrument(rig), session::as_instrument(rig, sample))
+             : session::trial_of(rig, sample);
 }
 
 }  // namespace
@@ -27,6 +36,12 @@ std::string doubt_of(const geometry::Rig& rig, const session::Sample& sample) {
         "{}dial {}: {}", doubt.empty() ? "" : "; ", rig.dials[i].id,
         value.reason.empty() ? session::to_string(value.quality) : value.reason);
   }
+  if (session::has_live_channels(rig)) {
+    const bool none = session::has_live_positions(rig) && !seen_trial(rig, sample).position_mm;
+    return none && doubt.empty()
+               ? fmt::format("{} wires with known anchors are needed", session::kLeastWires)
+               : doubt;
+  }
   if (!rig.on_cuboid() || session::trial_of(rig, sample).position_mm) return doubt;
   return doubt.empty() ? "three dials that touch are needed" : "no position: " + doubt;
 }
@@ -40,7 +55,7 @@ Json sample_json(const geometry::Rig& rig, const session::Sample& sample) {
     if (!value.reason.empty()) row["reason"] = value.reason;
     dials[rig.dials[i].id] = std::move(row);
   }
-  const simulation::Trial trial = session::trial_of(rig, sample);
+  const simulation::Trial trial = seen_trial(rig, sample);
   Json json{
       {"set", sample.set},
       {"point", sample.point},

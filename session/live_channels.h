@@ -5,6 +5,7 @@
 //
 //   distance_K1 =  reading of dial K1      (the wire's length)
 //   probe_bed   = -reading of dial bed     (so far behind the plane of first contact)
+//   x, y, z     =  where the lengths of four or more wires from known anchors meet ("position")
 //
 // Collected are the dials, as they read; studies, files and reports see the instrument. What it
 // shows is made from what was read each time a session is taken out of the store.
@@ -20,6 +21,9 @@ namespace sixdial::session {
 
 /// The rig's dials are channels of its instrument, and no dials on a cuboid.
 [[nodiscard]] bool has_live_channels(const geometry::Rig& rig);
+/// ... and together they give positions: wires from anchors whose places are known.
+[[nodiscard]] bool has_live_positions(const geometry::Rig& rig);
+inline constexpr std::size_t kLeastWires = 4;
 
 /// Why the dials of a rig cannot be the channels of its instrument: a name that no place has, a
 /// place that no dial reads. Empty: they can, or the rig has no such dials.

@@ -92,7 +92,7 @@ void follow(
 
 /// Throws Error bad_data where this rig cannot be measured on from here.
 void check_can_measure(const geometry::Rig& rig, const std::string& session) {
-  if (session::has_live_channels(rig)) {
+  if (session::has_live_channels(rig) && !session::has_live_positions(rig)) {
     throw Error(
         ErrorCode::kBadData,
         fmt::format(

@@ -106,7 +106,7 @@ TEST_F(MockProgram, ServesAnArmUnderDrawWires) {
   EXPECT_EQ(read_six(wires).size(), 6U);
   std::stringstream text;
   text << std::ifstream(rig).rdbuf();
-  EXPECT_NE(text.str().find("kind = \"distance\""), std::string::npos);
+  EXPECT_NE(text.str().find("kind = \"position\""), std::string::npos);
   std::ifstream file(answer);
   EXPECT_EQ(nlohmann::json::parse(file)["effects"].size(), 1U);
   ASSERT_EQ(::kill(program.pid, SIGTERM), 0);

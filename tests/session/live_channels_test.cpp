@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "session/bundle.h"
 #include "session/data_error.h"
 #include "session/plan.h"
@@ -108,6 +110,70 @@ TEST(LiveChannels, TheRigOfTheStudiesHasNoDialsAndOthersStayAsTheyAre) {
   const geometry::Rig cuboid = geometry::default_rig();
   EXPECT_FALSE(has_live_channels(cuboid));
   EXPECT_EQ(as_instrument(cuboid).dials.size(), 6u);
+}
+
+constexpr const char* kFourWires = R"([instrument]
+kind = "position"
+[[anchor]]
+name = "K1"
+at_mm = [1000.0, 0.0, 0.0]
+[[anchor]]
+name = "K2"
+at_mm = [0.0, 1200.0, 800.0]
+[[anchor]]
+name = "K3"
+at_mm = [-900.0, 100.0, 100.0]
+[[anchor]]
+name = "K4"
+at_mm = [50.0, -1000.0, 900.0]
+[dials]
+travel_mm = 2500.0
+resolution_mm = 0.01
+repeatability_mm = 0.02
+[[dial]]
+id = "K1"
+[[dial]]
+id = "K2"
+[[dial]]
+id = "K3"
+[[dial]]
+id = "K4"
+)";
+
+// The tool at (120, -80, 410); the first length is worked out by hand.
+TEST(LiveChannels, FourWiresFromKnownAnchorsGiveThePosition) {
+  const geometry::Rig wires = parse_rig(std::string(kArm) + kFourWires, "rig.toml");
+  ASSERT_TRUE(has_live_positions(wires));
+  const Eigen::Vector3d p(120, -80, 410);
+  Sample sample = sample_of_dials();
+  sample.channels.clear();
+  for (const auto& anchor : wires.instrument.anchors) {
+    sample.channels.push_back({.value = (p - *anchor.at_mm).norm()});
+  }
+  EXPECT_NEAR(*sample.channels[0].value, std::sqrt(880.0 * 880 + 80 * 80 + 410 * 410), 1e-9);
+  const Sample seen = as_instrument(wires, sample);
+  const auto found = position_of(seen, 0);
+  ASSERT_TRUE(found);
+  EXPECT_LT((*found - p).norm(), 1e-9);
+  ASSERT_EQ(seen.position_sd_mm.size(), 3u);
+  for (const auto& sd_mm : seen.position_sd_mm) {
+    EXPECT_GT(*sd_mm, 0.009);
+    EXPECT_LT(*sd_mm, 0.1);
+  }
+  // Three wires are no position; a sample that came with one keeps it.
+  Sample three = sample;
+  three.channels[2].quality = Quality::kBad;
+  EXPECT_FALSE(position_of(as_instrument(wires, three), 0));
+  const Sample back = as_dials(wires, seen);
+  EXPECT_EQ(back.channels.size(), 7u);
+  EXPECT_EQ(*position_of(as_instrument(wires, back), 0), *found);
+}
+
+TEST(LiveChannels, PositionsNeedFourWiresWithKnownPlaces) {
+  EXPECT_THAT(
+      refusal(kFourWires, "at_mm = [50.0, -1000.0, 900.0]\n", ""),
+      HasSubstr("'K4' has no at_mm"));
+  EXPECT_THAT(refusal(kFourWires, "[[dial]]\nid = \"K4\"\n", ""), HasSubstr("need 4 wires"));
 }
 
 TEST(LiveChannels, NamesThatDoNotFitAreRefused) {
