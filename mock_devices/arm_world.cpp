@@ -259,6 +259,13 @@ ArmEffect draw_arm_effect(const ArmWorld& world, std::uint64_t seed) {
   return {std::string(cause.id), places[pick(1, places.size())], size};
 }
 
+Vector3d tool_of_arm(const ArmWorld& world, const VectorXd& q_rad) {
+  ArmRow row;
+  row.temperature_c = kCold_c;
+  row.q_rad = q_rad;
+  return Arm(world).seen(row, VectorXd::Zero(q_rad.size()), 0);
+}
+
 std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
   Arm arm(world);
   arm.steps_ = g1 + g2;

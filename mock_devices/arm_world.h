@@ -75,6 +75,10 @@ struct ArmRow {
 /// Random poses, one after the other, the first `g1` of them G1, the others G2.
 [[nodiscard]] std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2);
 
+/// Where its measured point is while the encoders read `q_rad`, at 20 degC, the instrument
+/// aside; no joint comes from either side.
+[[nodiscard]] Eigen::Vector3d tool_of_arm(const ArmWorld& world, const Eigen::VectorXd& q_rad);
+
 /// session.csv and rig.toml of the nominal arm.
 void write_arm_bundle(
     const std::filesystem::path& folder, const std::vector<ArmRow>& rows,

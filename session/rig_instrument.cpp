@@ -9,6 +9,7 @@
 #include "geometry/instrument_kind.h"
 #include "geometry/units.h"
 #include "session/csv.h"
+#include "session/rig_file.h"
 #include "session/sample_layout.h"
 #include "session/toml_write.h"
 
