@@ -16,12 +16,15 @@
 #include "cli/shared_options.h"
 #include "geometry/rig.h"
 #include "geometry/units.h"
+#include "mock_devices/arm_in_sockets.h"
 #include "mock_devices/iso_time.h"
 #include "mock_devices/mock_arm.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
 #include "mock_devices/workshop.h"
 #include "session/csv.h"
+#include "session/plan.h"
+#include "session/plan_sheet.h"
 #include "session/rig_file.h"
 
 namespace {
@@ -43,6 +46,7 @@ struct Arguments {
   std::string bundle;
   std::vector<int> points{100, 50};
   int joints = 6;
+  std::string fill;  // a folder of sixdial plan sockets --bundle
 };
 constexpr const char* kArm = "serial";
 constexpr double kArmNoise_mm = 0.02;  // of a wire's reading
@@ -161,6 +165,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
   CLI::Option* bundle = app.add_option(
       "--bundle", arguments.bundle,
       "Write a session measured on this rig (session.csv, rig.toml) to this folder, and end");
+  app.add_option(
+      "--fill", arguments.fill,
+      "A folder that sixdial plan sockets --bundle made: fill in its session.csv as a "
+      "simulated "
+      "arm with lengths and zeros a little off its rig.toml, led from socket to socket, and "
+      "end");
   app.add_option("--points", arguments.points, "Of the bundle: points of G1 and of G2")
       ->delimiter(',')
       ->expected(2)
@@ -185,6 +195,18 @@ mock_devices::ArmWorld arm_world(const Arguments& arguments) {
     write_text(arguments.reveal_file, mock_devices::arm_answer_json(world), "--reveal");
   }
   return world;
+}
+
+/// session.csv of a plan of sockets, as an arm that is not quite as its rig file says reads its
+/// joints when somebody leads it there.
+void fill_sockets(const std::string& folder, std::uint64_t seed) {
+  const geometry::Rig rig = session::read_rig_file(folder + "/rig.toml");
+  session::Plan plan = session::read_plan(folder + "/plan.csv", rig);
+  std::vector<mock_devices::SocketVisit> visits;
+  for (const session::PlanPoint& point : plan.points) visits.push_back({point.socket, point.q});
+  const auto read = mock_devices::seated(mock_devices::arm_of_rig(rig, seed), rig, visits);
+  for (std::size_t i = 0; i < read.size(); ++i) plan.points[i].q = read[i];
+  session::write_file(folder + "/session.csv", session::filled_session(plan, rig));
 }
 
 /// Random poses, each joint arriving from either side; as a careful operator would bring it.
@@ -308,6 +330,10 @@ int main(int argc, char** argv) {
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     if (arguments.robot == kArm) return run_arm(arguments, signals);
+    if (!arguments.fill.empty()) {
+      fill_sockets(arguments.fill, arguments.rig.world.seed);
+      return 0;
+    }
     make_world(arguments);
     if (!arguments.bundle.empty()) {
       write_session(arguments);

@@ -19,7 +19,7 @@ Eigen::MatrixXd corrected(
     const ObservationSpace& set, const Eigen::VectorXd& v, const TrainedResidual& residual) {
   Eigen::MatrixXd errors = position_errors(set, v);
   if (!residual.correction) return errors;
-  for (int i = 0; i < set.samples(); ++i) {
+  for (Eigen::Index i = 0; i < errors.cols(); ++i) {
     errors.col(i) -= residual.correction(set.joints.col(i));
   }
   return errors;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+#include <utility>
 
 namespace sixdial::calibration {
 namespace {
@@ -12,10 +13,24 @@ using Eigen::VectorXd;
 
 struct Known {
   std::size_t candidate;
-  MatrixXd J;
-  MatrixXd R;
+  DesignRows rows;
   int taken = 0;
 };
+
+/// Mean of J_w' J_w: the mean position variance is trace(mean P).
+MatrixXd mean_sensitivity(
+    const geometry::Tool& tool, const VectorXd& v, std::span<const WorkspacePose> workspace) {
+  MatrixXd mean = MatrixXd::Zero(v.size(), v.size());
+  int poses = 0;
+  for (const WorkspacePose& pose : workspace) {
+    const auto d = tool.derivative(v, pose.q, pose.assembly);
+    if (!d) continue;
+    mean += d->J_v.transpose() * d->J_v;
+    ++poses;
+  }
+  if (poses > 0) mean /= poses;
+  return mean;
+}
 
 }  // namespace
 
@@ -30,6 +45,29 @@ std::optional<Criterion> criterion_from(std::string_view text) {
   return std::nullopt;
 }
 
+DesignKnowledge::DesignKnowledge(MatrixXd information, MatrixXd JJ, Criterion criterion)
+    : M_(std::move(information)), JJ_(std::move(JJ)), criterion_(criterion) {
+  settle();
+}
+
+void DesignKnowledge::settle() {
+  P_ = M_.ldlt().solve(MatrixXd::Identity(M_.rows(), M_.cols()));
+  if (criterion_ == Criterion::kI) PJJP_ = P_ * JJ_ * P_;
+}
+
+double DesignKnowledge::gain(const DesignRows& rows) const {
+  const MatrixXd S = rows.J * P_ * rows.J.transpose() + rows.R;
+  // Matrix determinant lemma, and Woodbury's identity inside the trace.
+  return criterion_ == Criterion::kD
+             ? std::log(S.determinant() / rows.R.determinant())
+             : (S.inverse() * (rows.J * PJJP_ * rows.J.transpose())).trace();
+}
+
+void DesignKnowledge::add(const DesignRows& rows) {
+  M_ += rows.J.transpose() * rows.R.inverse() * rows.J;
+  settle();
+}
+
 std::vector<DesignStep> greedy_design(
     const geometry::Tool& tool, const VectorXd& v, const MatrixXd& information,
     std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
@@ -38,34 +76,16 @@ std::vector<DesignStep> greedy_design(
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const WorkspacePose& pose = candidates[i].pose;
     const auto d = tool.derivative(v, pose.q, pose.assembly);
-    if (d) known.push_back({i, d->J_v, candidates[i].covariance_mm2});
+    if (d) known.push_back({i, {d->J_v, candidates[i].covariance_mm2}});
   }
-  // Mean of J_w' J_w: the mean position variance is trace(mean P).
-  const MatrixXd one = MatrixXd::Identity(v.size(), v.size());
-  MatrixXd mean = MatrixXd::Zero(v.size(), v.size());
-  int poses = 0;
-  for (const WorkspacePose& pose : workspace) {
-    const auto d = tool.derivative(v, pose.q, pose.assembly);
-    if (!d) continue;
-    mean += d->J_v.transpose() * d->J_v;
-    ++poses;
-  }
-  if (poses > 0) mean /= poses;
-
-  MatrixXd M = information;
+  DesignKnowledge so_far(information, mean_sensitivity(tool, v, workspace), criterion);
   std::vector<DesignStep> steps;
   while (static_cast<int>(steps.size()) < count) {
-    const MatrixXd P = M.ldlt().solve(one);
-    const MatrixXd PmeanP = P * mean * P;
     Known* best = nullptr;
     double best_gain = 0.0;
     for (Known& each : known) {
       if (each.taken >= most_each) continue;
-      const MatrixXd S = each.J * P * each.J.transpose() + each.R;
-      // Matrix determinant lemma, and Woodbury's identity inside the trace.
-      const double gain = criterion == Criterion::kD
-                              ? std::log(S.determinant() / each.R.determinant())
-                              : (S.inverse() * (each.J * PmeanP * each.J.transpose())).trace();
+      const double gain = so_far.gain(each.rows);
       if (best == nullptr || gain > best_gain) {
         best = &each;
         best_gain = gain;
@@ -73,9 +93,9 @@ std::vector<DesignStep> greedy_design(
     }
     if (best == nullptr) break;
     ++best->taken;
-    M += best->J.transpose() * best->R.inverse() * best->J;
+    so_far.add(best->rows);
     steps.push_back(
-        {best->candidate, workspace_uncertainty(tool, v, M.ldlt().solve(one), workspace)});
+        {best->candidate, workspace_uncertainty(tool, v, so_far.covariance(), workspace)});
   }
   return steps;
 }

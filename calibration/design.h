@@ -20,6 +20,30 @@ enum class Criterion { kD, kI };
 [[nodiscard]] std::string_view to_string(Criterion criterion);
 [[nodiscard]] std::optional<Criterion> criterion_from(std::string_view text);
 
+/// What measuring at one candidate tells of the parameters: d(measured)/d(parameters), and the
+/// covariance of what is measured.
+struct DesignRows {
+  Eigen::MatrixXd J;  // rows x n
+  Eigen::MatrixXd R;  // rows x rows
+};
+
+/// What is known of the parameters while candidates are added one by one.
+class DesignKnowledge {
+ public:
+  /// `information`: inverse covariance so far, positive definite (a prior at least). `JJ`: mean
+  /// of J_w' J_w over the workspace, of kI.
+  DesignKnowledge(Eigen::MatrixXd information, Eigen::MatrixXd JJ, Criterion criterion);
+  /// How much a candidate would tell: the gain in log det M, or the loss of mean variance.
+  [[nodiscard]] double gain(const DesignRows& rows) const;
+  void add(const DesignRows& rows);
+  [[nodiscard]] const Eigen::MatrixXd& covariance() const { return P_; }
+
+ private:
+  void settle();
+  Eigen::MatrixXd M_, JJ_, P_, PJJP_;
+  Criterion criterion_;
+};
+
 struct DesignCandidate {
   WorkspacePose pose;
   Eigen::MatrixXd covariance_mm2;  // of a position measured there

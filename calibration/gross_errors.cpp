@@ -10,6 +10,7 @@
 #include "calibration/gross_error_parts.h"
 #include "calibration/position_judge.h"
 #include "calibration/reading_judge.h"
+#include "calibration/reading_space.h"
 #include "calibration/rig_spaces.h"
 #include "geometry/long_work.h"
 
@@ -347,8 +348,8 @@ GrossErrorCheck check_dials(
 
 GrossErrorCheck find_gross_errors(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
-  return has_readings(trials) ? check_dials(trials, rig, settings)
-                              : check_positions(trials, rig, settings);
+  return rig.on_cuboid() && has_readings(trials) ? check_dials(trials, rig, settings)
+                                                 : check_positions(trials, rig, settings);
 }
 
 GrossErrorCheck judge_readings(
@@ -357,14 +358,13 @@ GrossErrorCheck judge_readings(
   result.found.clear();
   result.systematic = 0;
   if (fitted.x.size() == 0) return result;
-  if (!has_readings(trials)) {
+  if (!rig.on_cuboid() || !has_readings(trials)) {
     if (!fitted.positions) return result;
-    const ObservationSpace space = position_space(trials, rig);
-    result.readings = space.samples();
-    list(
-        space, fitted.positions->others(space), kFalseAlarms / std::max(space.samples(), 1),
-        result);
-    judge_number(space.samples(), result);
+    const ObservationSpace space = measured_space(trials, rig);
+    const int samples = measured_samples(space);
+    result.readings = samples;
+    list(space, fitted.positions->others(space), kFalseAlarms / std::max(samples, 1), result);
+    judge_number(samples, result);
     return result;
   }
   std::vector<Trial> good(trials.begin(), trials.end());

@@ -1,10 +1,11 @@
-// Positions that stand out: an instrument that gives nothing else.
+// Positions that stand out: an instrument that gives nothing else, or balls in sockets, whose
+// places are fitted along.
 #include <algorithm>
 #include <memory>
 #include <optional>
 
 #include "calibration/gross_error_parts.h"
-#include "calibration/rig_spaces.h"
+#include "calibration/reading_space.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -57,16 +58,21 @@ void list(
 GrossErrorCheck check_positions(
     std::span<const Trial> trials, const geometry::Rig& rig, const IdentifySettings& settings) {
   GrossErrorCheck result;
-  const ObservationSpace all = position_space(trials, rig, settings.noise_mm);
-  result.readings = all.samples();
-  const double chance = kFalseAlarms / std::max(all.samples(), 1);
-  const int most = static_cast<int>(kMostAccidents * all.samples()) + kHidden;
+  const ObservationSpace all = measured_space(trials, rig, settings.noise_mm);
+  const int samples = measured_samples(all);
+  result.readings = samples;
+  if (!PositionJudge::can_judge(all)) {
+    result.not_possible = "the instrument's readings are no positions of the tool";
+    return result;
+  }
+  const double chance = kFalseAlarms / std::max(samples, 1);
+  const int most = static_cast<int>(kMostAccidents * samples) + kHidden;
   std::vector<Trial> good(trials.begin(), trials.end());
   std::vector<int> out;  // samples, in order of removal
   std::size_t bad = 0;
   VectorXd start = all.nominal;
   while (static_cast<int>(out.size()) <= most && out.size() < bad + kHidden) {
-    const ObservationSpace space = position_space(good, rig, settings.noise_mm);
+    const ObservationSpace space = measured_space(good, rig, settings.noise_mm);
     if (space.rows() - space.parameters() <= space.position_axes) break;
     const LeastSquaresFit fit = plain_fit(space, settings, start);
     if (fit.status == FitStatus::kBadStart) break;
@@ -81,9 +87,9 @@ GrossErrorCheck check_positions(
   good.assign(trials.begin(), trials.end());
   out.resize(bad);
   without(good, out);
-  const ObservationSpace space = position_space(good, rig, settings.noise_mm);
+  const ObservationSpace space = measured_space(good, rig, settings.noise_mm);
   if (space.rows() - space.parameters() <= space.position_axes) {
-    result.not_possible = too_few(all.samples(), all.parameters(), "positions");
+    result.not_possible = too_few(samples, all.parameters(), "positions");
     return result;
   }
   const LeastSquaresFit fit = plain_fit(space, settings, all.nominal);
@@ -101,10 +107,10 @@ GrossErrorCheck check_positions(
     return std::ranges::find(out, trial.sample) == out.end();
   });
   if (!suspects.empty()) {
-    const ObservationSpace of = position_space(suspects, rig, settings.noise_mm);
+    const ObservationSpace of = measured_space(suspects, rig, settings.noise_mm);
     list(of, judge->others(of), chance, result);
   }
-  judge_number(all.samples(), result);
+  judge_number(samples, result);
   sort(result.found);
   return result;
 }

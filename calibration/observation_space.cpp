@@ -59,6 +59,19 @@ auto normal_equations(const ObservationSpace& space, const VectorXd& weight) {
   };
 }
 
+/// Samples that were measured; what is known of an instrument (reading_space.h) comes behind.
+int measured_count(const ObservationSpace& space) {
+  int measured = space.samples();
+  while (measured > 0 && space.sample[static_cast<std::size_t>(measured - 1)] < 0) --measured;
+  return measured;
+}
+
+/// A touch always reads the same: what scatters when it is repeated are the joint values.
+bool reads_the_same(const ObservationSpace& space) {
+  const int rows = space.first_row[static_cast<std::size_t>(measured_count(space))];
+  return rows > 0 && (space.measured_mm.head(rows).array() == space.measured_mm[0]).all();
+}
+
 /// Squared deviations of values that should be the same, with their degrees of freedom.
 struct Pool {
   double sum = 0.0;
@@ -166,8 +179,9 @@ std::optional<int> ObservationSpace::find(std::string_view parameter) const {
 }
 
 MatrixXd position_errors(const ObservationSpace& space, const VectorXd& x) {
-  MatrixXd result(space.position_axes, space.samples());
-  for (int i = 0; i < space.samples(); ++i) {
+  const int measured = measured_count(space);
+  MatrixXd result(space.position_axes, measured);
+  for (int i = 0; i < measured; ++i) {
     if (!space.position_error(i, x, result.col(i))) {
       result.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
     }
@@ -177,12 +191,14 @@ MatrixXd position_errors(const ObservationSpace& space, const VectorXd& x) {
 
 double position_rmse(const ObservationSpace& space, const VectorXd& x) {
   if (space.samples() == 0) return 0.0;
-  const double sum = position_errors(space, x).squaredNorm();
+  const MatrixXd errors = position_errors(space, x);
+  const double sum = errors.squaredNorm();
   if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
-  return std::sqrt(sum / space.samples());
+  return std::sqrt(sum / static_cast<double>(std::max<Eigen::Index>(errors.cols(), 1)));
 }
 
 std::optional<RepeatNoise> repeat_noise(const ObservationSpace& space) {
+  if (reads_the_same(space)) return std::nullopt;
   std::map<int, std::vector<int>> by_point;
   for (int i = 0; i < space.samples(); ++i) {
     by_point[space.point[static_cast<std::size_t>(i)]].push_back(i);

@@ -185,8 +185,8 @@ void Run::fit_reference() {
 bool Run::learn_residual() {
   const PipelineSettings& settings = result_.settings;
   tell(PipelineStage::kResidual, kAfterReference, {}, result_.stage("ekf_dqpso").rmse_g1_mm);
-  const Eigen::MatrixXd inputs = g1_.joints.transpose();
   const Eigen::MatrixXd residual = position_errors(g1_, result_.v);
+  const Eigen::MatrixXd inputs = g1_.joints.leftCols(residual.cols()).transpose();
   const AnfisLearning learning{
       settings.anfis, settings.cross_validate, settings.holdout_fraction, settings.seed};
   result_.networks.resize(static_cast<std::size_t>(g1_.position_axes));
@@ -227,7 +227,7 @@ void Run::judge() {
   for (const AnfisReport& each : result_.networks) networks.push_back(each.model);
   const auto compensated = [&](const ObservationSpace& set) {
     Eigen::MatrixXd errors = position_errors(set, result_.v);
-    for (int i = 0; i < set.samples(); ++i) {
+    for (Eigen::Index i = 0; i < errors.cols(); ++i) {
       errors.col(i) -= anfis_correction(networks, set.joints.col(i));
     }
     return errors;
@@ -270,7 +270,7 @@ std::optional<Trouble> trouble_with(const ObservationSpace& g1) {
             " are needed (measure more points, or check that three dials touch)"};
   }
   const Eigen::MatrixXd errors = position_errors(g1, g1.nominal);
-  for (int i = 0; i < g1.samples(); ++i) {
+  for (Eigen::Index i = 0; i < errors.cols(); ++i) {
     if (errors.col(i).allFinite()) continue;
     const auto k = static_cast<std::size_t>(i);
     return Trouble{

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/reading_space.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -25,8 +27,16 @@ double chance_of(double squared, int axes, double freedom) {
 
 }  // namespace
 
+bool PositionJudge::can_judge(const ObservationSpace& space) {
+  for (int i = 0; i < measured_samples(space); ++i) {
+    if (space.rows(i) != space.position_axes) return false;
+  }
+  return true;
+}
+
 PositionJudge::PositionJudge(const ObservationSpace& space, const LeastSquaresFit& fit)
     : axes_(space.position_axes),
+      measured_rows_(space.first_row[static_cast<std::size_t>(measured_samples(space))]),
       structure_(smooth_structure(space, fit, Weighting::kByCovariance)),
       x_(fit.x) {
   for (const MatrixXd& C : space.covariance_mm2) mean_variance_mm2_ += C.trace();
@@ -38,9 +48,9 @@ PositionJudge::PositionJudge(const ObservationSpace& space, const LeastSquaresFi
     basis_.emplace(space, structure_.over, structure_.length);
     shapes = (*basis_)(space);
   }
-  B_.resize(fit.J.rows(), determined + axes_ * shapes.cols());
+  B_.setZero(fit.J.rows(), determined + axes_ * shapes.cols());
   B_.leftCols(determined) = fit.J * to_determined_;
-  for (int i = 0; i < space.samples(); ++i) {
+  for (int i = 0; i < measured_samples(space); ++i) {
     B_.block(
         space.first_row[static_cast<std::size_t>(i)], determined, axes_,
         axes_ * shapes.cols()) = whitening(space, i) * structure_columns(shapes.row(i));
@@ -84,7 +94,7 @@ std::vector<PositionJudge::Verdict> PositionJudge::each_by_the_others() const {
   const double left = sigma_mm_ * sigma_mm_ * freedom_;
   const double freedom = freedom_ - axes_;
   const MatrixXd I = MatrixXd::Identity(axes_, axes_);
-  for (Index row = 0; row + axes_ <= residual_.size(); row += axes_) {
+  for (Index row = 0; row + axes_ <= measured_rows_; row += axes_) {
     const auto B = B_.middleRows(row, axes_);
     const VectorXd r = residual_.segment(row, axes_);
     const MatrixXd kept = I - B * inverse_ * B.transpose();
@@ -107,10 +117,11 @@ std::vector<PositionJudge::Verdict> PositionJudge::each_by_the_others() const {
 }
 
 std::vector<PositionJudge::Verdict> PositionJudge::others(const ObservationSpace& space) const {
-  std::vector<Verdict> verdicts(static_cast<std::size_t>(space.samples()));
+  const int samples = measured_samples(space);
+  std::vector<Verdict> verdicts(static_cast<std::size_t>(samples));
   MatrixXd shapes(space.samples(), 0);
   if (basis_) shapes = (*basis_)(space);
-  for (int i = 0; i < space.samples(); ++i) {
+  for (int i = 0; i < samples; ++i) {
     VectorXd e(axes_);
     MatrixXd J(axes_, x_.size());
     if (!space.evaluate(i, x_, e, &J)) continue;

@@ -24,8 +24,12 @@ class PositionJudge {
     double chance = 1.0;       // that noise alone makes it so large
   };
 
-  /// `space`: positions; `fit` minimised space.problem(Weighting::kByCovariance), so that each
-  /// sample counts by its own precision where that is known.
+  /// Whether each sample of the space has one row for each coordinate of the tool.
+  [[nodiscard]] static bool can_judge(const ObservationSpace& space);
+
+  /// `space`: positions, or others that it can judge; `fit` minimised
+  /// space.problem(Weighting::kByCovariance), so that each sample counts by its own precision
+  /// where that is known.
   PositionJudge(const ObservationSpace& space, const LeastSquaresFit& fit);
 
   /// Each sample of the space by all the others.
@@ -48,6 +52,7 @@ class PositionJudge {
   [[nodiscard]] Eigen::MatrixXd structure_columns(const Eigen::RowVectorXd& shapes) const;
 
   int axes_ = 0;
+  Eigen::Index measured_rows_ = 0;  // what is known of the instrument comes behind
   double mean_variance_mm2_ = 0.0;
   Structure structure_;
   std::optional<SmoothBasis> basis_;

@@ -1,11 +1,14 @@
 #include "calibration/reading_space.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
 
+#include "calibration/rig_spaces.h"
 #include "geometry/instrument_kind.h"
+#include "geometry/known_parts.h"
 #include "simulation/forward_model.h"
 
 namespace sixdial::calibration {
@@ -29,18 +32,11 @@ struct ReadSample {
   VectorXd measured;
 };
 
-/// Something known: a parameter to within a deviation, or a distance of two places.
-struct Known {
-  int first = -1;
-  int second = -1;  // -1: `value` is that of the parameter `first`
-  double value = 0.0;
-};
-
 struct Details {
   geometry::Rig rig;
   std::shared_ptr<const geometry::InstrumentModel> instrument;
   std::vector<ReadSample> samples;
-  std::vector<Known> known;
+  std::vector<geometry::KnownPart> known;
 };
 
 std::span<const double> part_of(const VectorXd& x, Index first, Index count) {
@@ -48,22 +44,18 @@ std::span<const double> part_of(const VectorXd& x, Index first, Index count) {
 }
 
 bool evaluate_known(
-    const Known& known, Index robot, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
-  if (J != nullptr) J->setZero();
-  if (known.second < 0) {
-    e[0] = known.value - x[robot + known.first];
-    if (J != nullptr) (*J)(0, robot + known.first) = 1.0;
+    const geometry::KnownPart& known, Index robot, const VectorXd& x, Eigen::Ref<VectorXd> e,
+    MatrixXd* J) {
+  const auto of_instrument = x.tail(x.size() - robot);
+  if (J == nullptr) {
+    e[0] = known.value - geometry::value_of(known, of_instrument);
     return true;
   }
-  const Eigen::Vector3d apart =
-      x.segment<3>(robot + known.second) - x.segment<3>(robot + known.first);
-  const double length = apart.norm();
-  e[0] = known.value - length;
-  if (J == nullptr) return true;
-  if (!(length > 0.0)) return false;
-  J->block<1, 3>(0, robot + known.second) = apart.transpose() / length;
-  J->block<1, 3>(0, robot + known.first) = -apart.transpose() / length;
-  return true;
+  Eigen::RowVectorXd by_x;
+  e[0] = known.value - geometry::value_of(known, of_instrument, &by_x);
+  J->setZero();
+  J->rightCols(by_x.size()) = by_x;
+  return !by_x.isZero(0.0);
 }
 
 bool evaluate_sample(
@@ -119,6 +111,32 @@ std::optional<ReadSample> sample_of(
   return sample;
 }
 
+/// d(reading)/d(position of the tool), rows x axes; empty where x cannot reach the pose.
+std::optional<MatrixXd> by_tool_of(
+    const Details& is, const ReadSample& sample, const VectorXd& x) {
+  const geometry::RobotModel& robot = *is.rig.robot.model;
+  const Index of_robot = is.rig.robot.nominal.size();
+  std::vector<geometry::Pose<double>> X(robot.frames.size());
+  if (!robot.forward(x.head(of_robot), sample.q, sample.assembly, X)) return std::nullopt;
+  geometry::Observation seen;
+  is.instrument->kind->observe(
+      *is.instrument, part_of(x, of_robot, is.instrument->parameter_count()), {}, X, false,
+      seen);
+  return MatrixXd(
+      seen.by_frames(sample.channels, Eigen::seqN(0, is.rig.instrument.dimensions)));
+}
+
+/// The least shift of the tool that explains what was read.
+bool shift_of_tool(
+    const Details& is, const ReadSample& sample, const VectorXd& x,
+    Eigen::Ref<VectorXd> shift) {
+  VectorXd e(std::ssize(sample.channels));
+  const auto by_tool = by_tool_of(is, sample, x);
+  if (!by_tool || !evaluate_sample(is, sample, x, e, nullptr)) return false;
+  shift = by_tool->completeOrthogonalDecomposition().solve(e);
+  return true;
+}
+
 /// Nominal parameters; of the instrument those that the samples put there.
 VectorXd start_of(const Details& is) {
   VectorXd x = is.instrument->nominal;
@@ -142,21 +160,6 @@ VectorXd start_of(const Details& is) {
   VectorXd all(is.rig.robot.nominal.size() + x.size());
   all << is.rig.robot.nominal, x;
   return all;
-}
-
-/// What is known of the instrument, with the deviation of each.
-std::vector<double> take_known(Details& is) {
-  std::vector<double> sigma;
-  for (Index k = 0; k < is.instrument->parameter_count(); ++k) {
-    if (!std::isfinite(is.instrument->known_to[k])) continue;
-    is.known.push_back({static_cast<int>(k), -1, is.instrument->nominal[k]});
-    sigma.push_back(is.instrument->known_to[k]);
-  }
-  for (const geometry::KnownDistance& each : is.instrument->distances) {
-    is.known.push_back({each.first, each.second, each.mm});
-    sigma.push_back(each.sd_mm);
-  }
-  return sigma;
 }
 
 void add_rows(ObservationSpace& space, int rows, int sample, int point, int repeat) {
@@ -208,19 +211,29 @@ ObservationSpace reading_space(
         trial.repeat);
     details->samples.push_back(*std::move(sample));
   }
-  const std::vector<double> known_to = take_known(*details);
-  for (std::size_t k = 0; k < known_to.size(); ++k) {
+  details->known = geometry::known_parts(instrument);
+  for (std::size_t k = 0; k < details->known.size(); ++k) {
     space.channel.push_back(0);
-    sigma.push_back(known_to[k]);
+    sigma.push_back(details->known[k].sd);
     measured.push_back(details->known[k].value);
     add_rows(space, 1, kNoSample, kNoSample - static_cast<int>(k), 0);
   }
+  const auto measured_count = static_cast<Index>(details->samples.size());
   space.joints.setZero(robot.joint_count(), space.samples());
-  for (std::size_t i = 0; i < details->samples.size(); ++i) {
-    space.joints.col(static_cast<Index>(i)) = details->samples[i].q;
+  for (Index i = 0; i < measured_count; ++i) {
+    space.joints.col(i) = details->samples[static_cast<std::size_t>(i)].q;
+  }
+  if (measured_count > 0) {
+    space.joints.rightCols(space.samples() - measured_count).colwise() =
+        VectorXd(space.joints.leftCols(measured_count).rowwise().mean());
   }
   space.sigma_mm = Eigen::Map<const VectorXd>(sigma.data(), std::ssize(sigma));
   space.measured_mm = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
+  for (int i = 0; i < space.samples(); ++i) {
+    const auto at = space.first_row[static_cast<std::size_t>(i)];
+    space.covariance_mm2.emplace_back(
+        space.sigma_mm.segment(at, space.rows(i)).cwiseAbs2().asDiagonal());
+  }
   space.nominal = start_of(*details);
   const Index of_robot = rig.robot.nominal.size();
   space.evaluate = [details, of_robot](
@@ -231,7 +244,32 @@ ObservationSpace reading_space(
     }
     return evaluate_known(details->known[k - details->samples.size()], of_robot, x, e, J);
   };
+  space.position_axes = rig.instrument.dimensions;
+  space.position_error = [details](int i, const VectorXd& x, Eigen::Ref<VectorXd> shift) {
+    const auto k = static_cast<std::size_t>(i);
+    return k < details->samples.size() &&
+           shift_of_tool(*details, details->samples[k], x, shift);
+  };
+  space.by_tool = [details](int i, const VectorXd& x) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto by_tool = k < details->samples.size()
+                             ? by_tool_of(*details, details->samples[k], x)
+                             : std::nullopt;
+    const Index rows =
+        k < details->samples.size() ? std::ssize(details->samples[k].channels) : 1;
+    return by_tool.value_or(MatrixXd::Zero(rows, details->rig.instrument.dimensions));
+  };
   return space;
+}
+
+bool gives_positions(const geometry::Rig& rig) {
+  return rig.on_cuboid() || geometry::instrument_of(rig)->find_channel("x").has_value();
+}
+
+ObservationSpace measured_space(
+    std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
+  return gives_positions(rig) ? position_space(trials, rig, noise_mm)
+                              : reading_space(trials, rig, noise_mm);
 }
 
 int measured_samples(const ObservationSpace& space) {

@@ -1,7 +1,9 @@
 // The observation space of any instrument by its channels: pose, distance, probe, socket,
 // positions of several points. Parameters: the robot's, then the instrument's. Each thing that
 // is known of the instrument itself (a place to within its deviation, the distance of two
-// sockets) is one extra sample after the measured ones; it has no joint values.
+// sockets) is one extra sample after the measured ones; its joint values are the mean of
+// theirs, so that it is no pose of its own. A sample's error of position is the least shift of
+// the tool that explains what was read.
 //
 //   const ObservationSpace space = reading_space(session::trials_of(session, "G1"), rig);
 //   const SpaceFit fit = fit_space(space, {.weighting = Weighting::kBySigma});
@@ -22,7 +24,17 @@ namespace sixdial::calibration {
     std::span<const simulation::Trial> trials, const geometry::Rig& rig,
     double noise_mm = 0.003);
 
-/// Samples of `space` that were measured: all but the extra ones at its end.
+/// Whether a rig's instrument gives positions of the tool, or its dials allow them.
+[[nodiscard]] bool gives_positions(const geometry::Rig& rig);
+
+/// What a robot is fitted to and judged by: positions (rig_spaces.h), or the readings of an
+/// instrument that gives none.
+[[nodiscard]] ObservationSpace measured_space(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig,
+    double noise_mm = 0.003);
+
+/// Samples of `space` that were measured: all but the extra ones at its end. position_errors
+/// has a column for each of these.
 [[nodiscard]] int measured_samples(const ObservationSpace& space);
 
 }  // namespace sixdial::calibration

@@ -31,6 +31,7 @@ class Moves {
   /// Of row `row` of a sample: derivative by function f.
   [[nodiscard]] double by(int sample, Eigen::Index row, Eigen::Index f) const {
     const auto k = static_cast<std::size_t>(sample);
+    if (space_.sample[k] < 0) return 0.0;  // known, not measured: no pose has a part in it
     if (!by_tool_.empty()) return by_tool_[k](row, f);
     const auto at = static_cast<std::size_t>(space_.first_row[k] + row);
     return space_.channel[at] == f ? 1.0 : 0.0;

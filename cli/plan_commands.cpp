@@ -1,12 +1,13 @@
 // sixdial plan grid|random|rig-check: a plan file for a rig file, without a service; plan next,
-// plan separate: what to measure after what a session has told.
+// plan separate: what to measure after what a session has told. plan sockets:
+// plan_sockets_command.cpp.
 #include <fmt/format.h>
 
 #include "cli/cli.h"
+#include "cli/plan_output.h"
 #include "cli/shared_options.h"
 #include "report/documents/plan_json.h"
 #include "report/words/plan_words.h"
-#include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
 #include "session/usual_approach.h"
@@ -101,30 +102,6 @@ session::PlanOptions finished(const PlanCommand& plan, const geometry::Rig& rig)
 }
 
 service::ExitCode write(
-    Cli& cli, const std::string& output, const std::string& plan_csv, std::size_t points,
-    const std::vector<std::string>& notes, Json answer) {
-  if (!output.empty()) session::write_file(output, plan_csv);
-  if (cli.console.json) {
-    answer["points"] = points;
-    answer["notes"] = notes;
-    if (output.empty()) {
-      answer["plan_csv"] = plan_csv;
-    } else {
-      answer["file"] = output;
-    }
-    cli.console.print_json("plan", answer);
-    return service::ExitCode::kOk;
-  }
-  if (output.empty()) {
-    cli.console.print_data(plan_csv);
-  } else {
-    cli.console.note(fmt::format("{} points in {}", points, output));
-  }
-  for (const std::string& note : notes) cli.console.note(note);
-  return service::ExitCode::kOk;
-}
-
-service::ExitCode write(
     Cli& cli, const PlanCommand& command, const geometry::Rig& rig,
     const tl::expected<session::Plan, session::PlanRefusal>& plan) {
   if (!plan) {
@@ -132,7 +109,7 @@ service::ExitCode write(
         service::ErrorCode::kBadData, "the plan is refused: " + session::describe(plan.error()),
         {{"point", plan.error().point}}, plan.error().advice);
   }
-  return write(
+  return write_plan(
       cli, command.output, session::plan_csv(*plan, rig), plan->points.size(),
       session::operator_notes(rig, *plan), Json::object());
 }
@@ -150,7 +127,7 @@ service::ExitCode write(
   const auto plan_csv = answer["plan_csv"].get<std::string>();
   const auto notes = answer["notes"].get<std::vector<std::string>>();
   answer.erase("plan_csv");
-  return write(
+  return write_plan(
       cli, command.output, plan_csv, static_cast<std::size_t>(points), notes,
       std::move(answer));
 }
@@ -278,6 +255,7 @@ void add_plan_commands(CLI::App& app, Cli& cli) {
   add_next_command(*group, cli);
   add_separate_command(*group, cli);
   add_rig_check_command(*group, cli);
+  add_sockets_command(*group, cli);
   const auto plan = std::make_shared<PlanCommand>();
 
   CLI::App* grid = group->add_subcommand("grid", "A grid of targets that the rig can measure.");

@@ -35,6 +35,10 @@ constexpr std::array kExamples{
     Example{"plan grid", "sixdial plan grid --rig rig.toml --nx 10 --ny 10 -o plan.csv"},
     Example{"plan next", "sixdial plan next monday -o next.csv"},
     Example{"plan rig-check", "sixdial plan rig-check --rig rig.toml -o check.csv"},
+    Example{
+        "plan sockets",
+        "sixdial plan sockets --rig arm.toml --at 260 -90 40 --at 260 90 140 --distance 206 "
+        "--bundle FOLDER"},
     Example{"plan separate", "sixdial plan separate monday -o apart.csv"},
     Example{"session create", "sixdial session create monday --rig rig.toml"},
     Example{"session show", "sixdial session show monday"},

@@ -54,6 +54,7 @@ Readings::Readings(
   for (const geometry::ChannelInfo& channel : model.instrument().channels) {
     per_unit_.push_back(channel.unit == "rad" ? lever_mm(model.instrument()) : 1.0);
   }
+  if (!model.rig().on_cuboid()) known_ = geometry::known_parts(model.instrument());
   choose_rows();
   set_nominal();
   place_tool(nominal_);
@@ -295,10 +296,11 @@ Eigen::VectorXd Readings::simulate(
   Eigen::VectorXd result =
       Eigen::VectorXd::Constant(count(), std::numeric_limits<double>::quiet_NaN());
   simulation::Scene scene;
+  const simulation::ModelVector known = as_known(at);
   for (std::size_t t = 0; t < trials_->size(); ++t) {
     check_end_at(t);
     if (!has_rows(t)) continue;
-    if (extended.run(at, (*trials_)[t], (*circumstances_)[t], scene, extra))
+    if (extended.run(known, (*trials_)[t], (*circumstances_)[t], scene, extra))
       pick(scene, t, result);
   }
   return result;
@@ -336,10 +338,11 @@ Eigen::MatrixXd Readings::jacobian(
   simulation::ExtendedSlopes::Slopes seen;
   simulation::Scene scene;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
+  const simulation::ModelVector known = as_known(at);
   for (std::size_t t = 0; t < trials_->size(); ++t) {
     check_end_at(t);
     if (!has_rows(t)) continue;
-    if (!slopes.at(at, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
+    if (!slopes.at(known, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int channel = rows_[static_cast<std::size_t>(row)].dial;
       if (of_ == Of::kPositions) {
@@ -349,7 +352,7 @@ Eigen::MatrixXd Readings::jacobian(
       }
     }
   }
-  for (const Eigen::Index k : known_of_instrument()) J.col(k).setZero();  // in nuisance()
+  leave_what_is_known(known, J);
   return J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
@@ -358,6 +361,7 @@ Eigen::VectorXd Readings::doubt_mm(
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(count());
   if (extended.effects().empty()) return squares;
   simulation::Scene scene;
+  const simulation::ModelVector known = as_known(at);
   Eigen::VectorXd as_taken(count());
   Eigen::VectorXd otherwise(count());
   std::size_t last = trials_->size();
@@ -368,11 +372,11 @@ Eigen::VectorXd Readings::doubt_mm(
     const Eigen::Index rows = first_row_[t + 1] - first;
     if (rows == 0) continue;
     if (t != last) {
-      if (!extended.run(at, (*trials_)[t], (*circumstances_)[t], scene)) continue;
+      if (!extended.run(known, (*trials_)[t], (*circumstances_)[t], scene)) continue;
       pick(scene, t, as_taken);
       last = t;
     }
-    if (!extended.run(at, (*trials_)[t], doubt.otherwise, scene)) continue;
+    if (!extended.run(known, (*trials_)[t], doubt.otherwise, scene)) continue;
     pick(scene, t, otherwise);
     squares.segment(first, rows) += (otherwise - as_taken).segment(first, rows).cwiseAbs2();
   }

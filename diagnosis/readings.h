@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "diagnosis/sample_scatter.h"
+#include "geometry/known_parts.h"
 #include "simulation/extended_model.h"
 #include "simulation/extended_slopes.h"
 #include "simulation/forward_model.h"
@@ -131,8 +132,8 @@ class Readings {
   /// deviation of its number: what the rig file says of the rig's own geometry to within a
   /// standard deviation (rig_quantities(), in that order); with a free mount, the
   /// angle of each sample around the one that its active three gave, known to 10 mrad; of
-  /// another instrument its parameters that are known to within something. Not for two threads
-  /// on one object.
+  /// another instrument its parameters, and distances of its places, that are known to within
+  /// something (geometry/known_parts.h). Not for two threads on one object.
   [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
   /// Rows of one dial.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
@@ -170,7 +171,11 @@ class Readings {
   std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
       std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
   [[nodiscard]] Eigen::MatrixXd angles_of_free_mount() const;
-  [[nodiscard]] std::vector<Eigen::Index> known_of_instrument() const;
+  /// The model with what is known of the instrument as it is known: how far from that it is, is
+  /// nuisance().
+  [[nodiscard]] simulation::ModelVector as_known(const simulation::ModelVector& at) const;
+  /// Takes out of a Jacobian the directions in which something is known.
+  void leave_what_is_known(const simulation::ModelVector& at, Eigen::MatrixXd& J) const;
   [[nodiscard]] Eigen::MatrixXd known_parts_of_instrument() const;
 
   simulation::ModelVector placed_at_;
@@ -183,6 +188,7 @@ class Readings {
   void add_position(std::size_t trial, std::vector<double>& values, double& variance);
   [[nodiscard]] double sd_of_channel(std::size_t channel) const;  // [mm]
 
+  std::vector<geometry::KnownPart> known_;  // of another instrument than dials
   Of of_ = Of::kPositions;
   Eigen::Index axes_ = 2;
   std::size_t channels_ = 0;

@@ -1,5 +1,6 @@
 // What a session's rig and instrument bring into every fit: where unknown parts start, and what
 // is known of the others to within something.
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -51,37 +52,51 @@ const Eigen::MatrixXd& Readings::nuisance() const {
   return *nuisance_;
 }
 
-/// Parameters of another instrument than dials that are known to within something.
-std::vector<Eigen::Index> Readings::known_of_instrument() const {
-  std::vector<Eigen::Index> result;
-  if (model_->rig().on_cuboid()) return result;
-  const Eigen::VectorXd& known_to = model_->instrument().known_to;
-  for (Eigen::Index k = 0; k < known_to.size(); ++k) {
-    if (std::isfinite(known_to[k])) result.push_back(model_->robot_parameter_count() + k);
-  }
+simulation::ModelVector Readings::as_known(const simulation::ModelVector& at) const {
+  if (known_.empty()) return at;
+  simulation::ModelVector result = at;
+  const Eigen::Index count = model_->instrument().parameter_count();
+  const Eigen::Index first = model_->robot_parameter_count();
+  result.segment(first, count) = geometry::at_known_values(known_, at.segment(first, count));
   return result;
 }
 
+void Readings::leave_what_is_known(
+    const simulation::ModelVector& at, Eigen::MatrixXd& J) const {
+  if (known_.empty()) return;
+  const Eigen::Index count = model_->instrument().parameter_count();
+  const Eigen::Index first = model_->robot_parameter_count();
+  const Eigen::MatrixXd slopes = geometry::slopes_of(known_, at.segment(first, count));
+  const Eigen::MatrixXd back = slopes.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd of_instrument = J.middleCols(first, count);
+  J.middleCols(first, count) = of_instrument - (of_instrument * back) * slopes;
+}
+
+/// One column for each thing that is known: what its standard deviation does to the readings.
 Eigen::MatrixXd Readings::known_parts_of_instrument() const {
-  const std::vector<Eigen::Index> known = known_of_instrument();
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), std::ssize(known));
-  if (known.empty() || of_ != Of::kChannels) return result;
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count(), std::ssize(known_));
+  if (known_.empty() || of_ != Of::kChannels) return result;
+  const Eigen::Index parameters = model_->instrument().parameter_count();
+  const Eigen::Index first = model_->robot_parameter_count();
+  const simulation::ModelVector at = as_known(placed_at_);
+  Eigen::MatrixXd moves = geometry::slopes_of(known_, at.segment(first, parameters))
+                              .completeOrthogonalDecomposition()
+                              .pseudoInverse();
+  for (std::size_t k = 0; k < known_.size(); ++k) {
+    moves.col(static_cast<Eigen::Index>(k)) *=
+        known_[k].sd / std::max(kFinestNoise_mm, rig_noise_mm_);
+  }
   simulation::ExtendedSlopes slopes({*model_, {}}, {});
   simulation::ExtendedSlopes::Slopes seen;
   simulation::Scene scene;
   for (std::size_t t = 0; t < trials_->size(); ++t) {
     if (!has_rows(t)) continue;
-    if (!slopes.at(placed_at_, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
+    if (!slopes.at(at, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
     for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
       const int channel = rows_[static_cast<std::size_t>(row)].dial;
-      result.row(row) =
-          seen.reading(channel, known) * per_unit_[static_cast<std::size_t>(channel)];
+      const Eigen::RowVectorXd by_x = seen.reading.row(channel).segment(first, parameters);
+      result.row(row) = per_unit_[static_cast<std::size_t>(channel)] * by_x * moves;
     }
-  }
-  const Eigen::Index of_robot = model_->robot_parameter_count();
-  for (std::size_t k = 0; k < known.size(); ++k) {
-    const double sd = model_->instrument().known_to[known[k] - of_robot];
-    result.col(static_cast<Eigen::Index>(k)) *= sd / std::max(kFinestNoise_mm, rig_noise_mm_);
   }
   return result;
 }

@@ -266,6 +266,13 @@ Vector3d seen_tool(
   return arm.seen(row, approach, index);
 }
 
+Vector3d tool_of_arm(const ArmWorld& world, const VectorXd& q_rad) {
+  ArmRow row;
+  row.temperature_c = kCold_c;
+  row.q_rad = q_rad;
+  return Arm(world).seen(row, VectorXd::Zero(q_rad.size()), 0);
+}
+
 std::vector<ArmRow> measure_arm(const ArmWorld& world, int g1, int g2) {
   Arm arm(world);
   arm.steps_ = g1 + g2;

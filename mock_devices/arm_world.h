@@ -90,6 +90,11 @@ struct ArmRow {
 [[nodiscard]] std::string arm_robot_text(
     const ArmWorld& world, const std::string& more = "",
     std::optional<double> range_rad = std::nullopt);
+
+/// Where its measured point is while the encoders read `q_rad`, at 20 degC, the instrument
+/// aside; no joint comes from either side.
+[[nodiscard]] Eigen::Vector3d tool_of_arm(const ArmWorld& world, const Eigen::VectorXd& q_rad);
+
 /// session.csv and rig.toml of the nominal arm.
 void write_arm_bundle(
     const std::filesystem::path& folder, const std::vector<ArmRow>& rows,

@@ -16,7 +16,7 @@
 namespace sixdial::session {
 namespace {
 
-enum class PlanColumn { kSet, kPoint, kRepeat, kTarget, kJoint, kApproach, kMode };
+enum class PlanColumn { kSet, kPoint, kRepeat, kSocket, kTarget, kJoint, kApproach, kMode };
 
 /// A column of a plan file: which it is, of which axis or joint, and where it stands.
 struct PlanPlace {
@@ -32,6 +32,7 @@ std::vector<PlanPlace> columns_of(const SampleLayout& layout) {
       {PlanColumn::kSet, 0, "set"},
       {PlanColumn::kPoint, 0, "point"},
       {PlanColumn::kRepeat, 0, "repeat"}};
+  if (!layout.sockets.empty()) columns.push_back({PlanColumn::kSocket, 0, "socket"});
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
     columns.push_back({PlanColumn::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
   }
@@ -179,6 +180,18 @@ std::optional<geometry::WorkingMode> read_mode(const PlanRow& row, const geometr
       modes_to_write(*rig.robot.model));
 }
 
+/// Empty: the point is in no socket.
+std::string read_socket(const PlanRow& row, const SampleLayout& layout) {
+  const CsvField* text = row.field(PlanColumn::kSocket);
+  if (text == nullptr) return "";
+  if (std::ranges::find(layout.sockets, text->value) != layout.sockets.end()) {
+    return text->value;
+  }
+  throw row.mistake(
+      PlanColumn::kSocket, shown(text->value) + " is no socket of the rig file",
+      "name a [[socket]], or leave it empty where the tool is in none");
+}
+
 /// Joint values for a target, by nominal inverse kinematics.
 Eigen::VectorXd joints_for(
     const PlanRow& row, const geometry::Rig& rig, const Position& target_mm,
@@ -206,6 +219,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   point.set = row.field(PlanColumn::kSet)->value;
   point.point = row.integer(PlanColumn::kPoint, 0, kMostPoints, 0);
   point.repeat = row.integer(PlanColumn::kRepeat, 0, kMostPoints, 0);
+  if (!layout.sockets.empty()) point.socket = read_socket(row, layout);
   const std::size_t joints = layout.joints.size();
   bool any_joint = false;
   for (std::size_t i = 0; i < joints; ++i) {
@@ -248,13 +262,17 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
 
 std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry::Rig* rig) {
   std::string out;
+  const bool in_sockets = std::ranges::any_of(
+      plan.points, [](const PlanPoint& point) { return !point.socket.empty(); });
   for (const PlanPlace& each : columns_of(layout)) {
     if (each.column == PlanColumn::kMode && rig == nullptr) continue;
+    if (each.column == PlanColumn::kSocket && !in_sockets) continue;
     out += (out.empty() ? "" : ",") + each.name;
   }
   out += '\n';
   for (const PlanPoint& point : plan.points) {
     out += fmt::format("{},{},{}", csv_field(point.set), point.point, point.repeat);
+    if (in_sockets) out += ',' + csv_field(point.socket);
     for (const double each_mm : point.target_mm) out += ',' + decimal(each_mm, 6);
     for (const double each : point.q) out += ',' + decimal(each, 9);
     for (std::size_t i = 0; i < layout.joints.size(); ++i) {
@@ -278,6 +296,7 @@ bool operator==(const PlanPoint& a, const PlanPoint& b) {
     return std::ranges::equal(x, y);  // Eigen's own needs equal sizes
   };
   if (a.set != b.set || a.point != b.point || a.repeat != b.repeat) return false;
+  if (a.socket != b.socket) return false;
   if (!same(a.target_mm, b.target_mm) || !same(a.q, b.q)) return false;
   for (std::size_t i = 0; i < std::max(a.approach.size(), b.approach.size()); ++i) {
     if (approach_of(a, i) != approach_of(b, i)) return false;

@@ -39,4 +39,8 @@ namespace sixdial::session {
 /// in degrees is the exact image comes back to its last bit.
 [[nodiscard]] std::string write_rig(const geometry::Rig& rig);
 
+/// The tables of that text which say what measures, [instrument] and its places; empty of dials
+/// on a cuboid alone.
+[[nodiscard]] std::string instrument_text(const geometry::Rig& rig);
+
 }  // namespace sixdial::session

@@ -10,6 +10,7 @@
 #include "geometry/units.h"
 #include "session/csv.h"
 #include "session/live_channels.h"
+#include "session/rig_file.h"
 #include "session/sample_layout.h"
 #include "session/toml_write.h"
 

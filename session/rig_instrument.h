@@ -30,7 +30,4 @@ class InstrumentChecks : protected DeviationChecks {
   void read_surfaces(const toml::table& top, std::vector<geometry::Surface>& surfaces);
 };
 
-/// As a rig file has them; empty of dials on a cuboid alone.
-[[nodiscard]] std::string instrument_text(const geometry::Rig& rig);
-
 }  // namespace sixdial::session

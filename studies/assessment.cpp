@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/predicted_position.h"
+#include "calibration/reading_space.h"
 #include "geometry/tool.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
@@ -49,6 +50,9 @@ void mark_bad(session::Session& session, const GrossError& error) {
   session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
   if (error.dial < 0) {
     session::set_position(sample, session.rig.dials.size(), std::nullopt);
+    if (!calibration::gives_positions(session.rig)) {
+      sample.others.assign(sample.others.size(), std::nullopt);
+    }
     return;
   }
   session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];
@@ -214,7 +218,11 @@ std::optional<Precision> precision_of(
   return precision;
 }
 
-std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials) {
+std::optional<double> rig_noise_mm(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
+  if (!calibration::gives_positions(rig)) {
+    return rig.instrument.sd_mm > 0.0 ? std::optional(rig.instrument.sd_mm) : std::nullopt;
+  }
   double sum_mm2 = 0.0;
   int positions = 0;
   for (const simulation::Trial& trial : trials) {
@@ -284,8 +292,9 @@ Assessment assess(
     std::span<const simulation::Trial> all, const geometry::Rig& rig) {
   Assessment result{
       .space = space.name,
-      .samples = space.samples(),
-      .readings = space.rows(),
+      .samples = calibration::measured_samples(space),
+      .readings =
+          space.first_row[static_cast<std::size_t>(calibration::measured_samples(space))],
       .noise = calibration::noise_estimate(space, fit),
       .structure = calibration::smooth_structure(space, fit, weighting),
       .working_modes = working_modes_of(space, fit, g1, rig)};
@@ -315,7 +324,7 @@ ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
     const session::Session& session, double noise_mm) {
   if (name == "positions") {
-    return calibration::position_space(trials, session.rig, noise_mm);
+    return calibration::measured_space(trials, session.rig, noise_mm);
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {

@@ -154,7 +154,8 @@ struct CheckedSession {
     const session::Session& session, const calibration::IdentifySettings& settings,
     bool set_aside, const std::optional<std::string>& not_possible = {});
 
-/// The space that a request names: "positions" or "dials". Throws StudyError bad_data where the
+/// The space that a request names: "positions" (where the instrument gives none, its readings:
+/// calibration/reading_space.h) or "dials". Throws StudyError bad_data where the
 /// session has no dial readings for the latter.
 [[nodiscard]] calibration::ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
@@ -168,7 +169,8 @@ struct CheckedSession {
     const std::vector<std::string>& fix, const std::vector<std::string>& free);
 
 /// Standard deviation of one axis of a measured position [mm], from the rig file's figures for
-/// the dials; empty for an instrument that gives none.
-[[nodiscard]] std::optional<double> rig_noise_mm(std::span<const simulation::Trial> trials);
+/// the dials; of a reading where the instrument gives no positions; empty where nobody says it.
+[[nodiscard]] std::optional<double> rig_noise_mm(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 
 }  // namespace sixdial::studies

@@ -14,6 +14,7 @@
 #include "studies/cancellable.h"
 #include "studies/conformity.h"
 #include "studies/method_name.h"
+#include "studies/own_frame.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/position_noise.h"
 #include "studies/seen_rig.h"
@@ -106,15 +107,6 @@ void use_noise_of(
     const calibration::Trouble& trouble, std::span<const simulation::Trial> g1,
     const session::Session& session, const session::Session& believed) {
   const std::string& name = session.name;
-  const std::string& instrument = session.rig.instrument.kind;
-  if (instrument == "probe" || instrument == "distance" || instrument == "socket") {
-    throw StudyError(
-        StudyErrorCode::kBadData,
-        fmt::format("calibrate fits positions, and a {} gives none", instrument),
-        {{"session", name}},
-        "The readings of this instrument can be fitted by the library so far "
-        "(calibration/reading_space.h), not by a command.");
-  }
   const bool any_reading = std::ranges::any_of(g1, [](const simulation::Trial& trial) {
     return std::ranges::any_of(
         trial.reading, [](const auto& each) { return each.has_value(); });
@@ -125,6 +117,23 @@ void use_noise_of(
   throw StudyError(
       StudyErrorCode::kBadData, trouble.message, {{"session", name}},
       "Raw readings can be fitted without positions: sixdial compare SESSION --space dials.");
+}
+
+/// The robot's own parameters: the places of an instrument that were found along with them
+/// stand in the assessment.
+void keep_the_robot(const geometry::Rig& rig, CalibrationResult& result) {
+  const Eigen::Index n = rig.robot.nominal.size();
+  if (std::ssize(result.parameters) <= n) return;
+  result.parameters.resize(static_cast<std::size_t>(n));
+  Eigen::MatrixXd& covariance = result.identification.covariance;
+  covariance = covariance.topLeftCorner(n, n).eval();
+  for (StageRow& stage : result.stages) stage.parameters = stage.parameters.head(n).eval();
+  for (HeldRow& held : result.identification.held) {
+    held.direction = held.direction.head(n).eval();
+  }
+  for (Trace& trace : result.traces) {
+    for (Eigen::VectorXd& error : trace.error) error = error.head(n).eval();
+  }
 }
 
 /// What the fit is worth: uncertainties, the budget of the tool's position, the rig as it was
@@ -170,7 +179,7 @@ CalibrationResult calibrate_here(
   const CheckedSession checked = [&] {
     calibration::IdentifySettings judged;
     const std::vector<simulation::Trial> stored = session::trials_of(believed, "G1");
-    settings.noise_mm = rig_noise_mm(stored).value_or(settings.noise_mm);
+    settings.noise_mm = rig_noise_mm(stored, believed.rig).value_or(settings.noise_mm);
     judged.noise_mm = settings.noise_mm;
     add_too_few_poses(believable.warnings, stored, believed.rig, request.fix, request.free);
     return check_gross_errors(
@@ -182,14 +191,17 @@ CalibrationResult calibrate_here(
     return with_rig_as_seen(
         space_of("positions", trials, checked.session, settings.noise_mm), trials, checked.rig);
   };
-  const CalibrationData data{
+  CalibrationData data{
       .session = checked.session, .g1 = positions(checked.g1), .g2 = positions(checked.g2)};
+  data.g2.nominal = data.g1.nominal;  // of an instrument's own places those that G1 shows
   if (const auto trouble = calibration::trouble_with(data.g1)) {
     refuse_with_hint(*trouble, checked.g1, session, believed);
   }
   calibration::IdentifySettings judged;
   judged.noise_mm = settings.noise_mm;
-  judged.fixed = fixed_parameters(data.g1, data.g1.parameters(), request.fix, request.free);
+  judged.fixed = fixed_parameters(
+      data.g1, believed.rig.robot.model->parameter_count(), request.fix, request.free);
+  hold_where_it_stands(believed.rig, judged.fixed);
   settings.fixed = judged.fixed;
   if (auto smaller = smaller_fit(believable.warnings, data.g1, judged.fixed)) {
     believable.warnings.push_back(std::move(*smaller));
@@ -205,6 +217,7 @@ CalibrationResult calibrate_here(
   result.created_utc = session::now_utc_text();
   result.inputs = inputs_of(session, settings.seed);
   judge_fit(data, checked, judged, reference, by_paper, result);
+  keep_the_robot(believed.rig, result);
   const calibration::ComparisonSettings as_fitted{
       .identify = identify_settings(settings, judged), .residual = residual_settings(settings)};
   result.cross_validation = cross_validated(

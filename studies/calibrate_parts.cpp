@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/reading_space.h"
+#include "geometry/tool.h"
+
 namespace sixdial::studies {
 namespace {
 
@@ -19,6 +22,28 @@ Eigen::MatrixXd left_by(const ModelledRow& row, const calibration::ObservationSp
     }
   }
   return left;
+}
+
+/// Where the tool was measured: as such, or where what was read puts it, by the last row's
+/// robot and the places that were fitted along with it.
+Eigen::VectorXd measured_place(
+    const CalibrationData& data, const calibration::ObservationSpace& set, int sample,
+    const std::vector<ModelledRow>& rows) {
+  const auto k = static_cast<std::size_t>(sample);
+  if (calibration::gives_positions(data.session.rig)) {
+    return set.measured_mm.segment(set.first_row[k], set.rows(sample));
+  }
+  const geometry::Robot& robot = data.session.rig.robot;
+  const geometry::Tool tool(data.session.rig);
+  const Eigen::VectorXd& x = rows.back().v;
+  const auto at =
+      tool.position(x.head(robot.nominal.size()), set.joints.col(sample), robot.assembly);
+  Eigen::VectorXd shift(set.position_axes);
+  if (!at || !set.position_error(sample, x, shift)) {
+    return Eigen::VectorXd::Constant(
+        set.position_axes, std::numeric_limits<double>::quiet_NaN());
+  }
+  return *at + shift;
 }
 
 }  // namespace
@@ -66,7 +91,7 @@ std::vector<PointResiduals> point_residuals(
   for (const auto* set : {&data.g1, &data.g2}) {
     std::vector<Eigen::MatrixXd> left;
     for (const ModelledRow& row : rows) left.push_back(left_by(row, *set));
-    for (int i = 0; i < set->samples(); ++i) {
+    for (int i = 0; i < calibration::measured_samples(*set); ++i) {
       const auto k = static_cast<std::size_t>(i);
       const session::Sample& sample =
           data.session.samples[static_cast<std::size_t>(set->sample[k])];
@@ -75,7 +100,7 @@ std::vector<PointResiduals> point_residuals(
           .set = sample.set,
           .point = sample.point,
           .repeat = sample.repeat,
-          .measured_mm = set->measured_mm.segment(set->first_row[k], set->rows(i))};
+          .measured_mm = measured_place(data, *set, i, rows)};
       for (const Eigen::MatrixXd& each : left) {
         const bool reached = each.col(i).allFinite();
         point.residual_mm.push_back(

@@ -17,6 +17,7 @@
 #include "studies/cancellable.h"
 #include "studies/error.h"
 #include "studies/method_name.h"
+#include "studies/own_frame.h"
 #include "studies/plausibility_of_fit.h"
 #include "studies/seen_rig.h"
 
@@ -205,7 +206,8 @@ ComparisonResult compare_here(
   PlausibleSession believable = plausible(session);
   const session::Session& believed = believable.session;
   const auto first_g1 = session::trials_of(believed, "G1");
-  settings.identify.noise_mm = rig_noise_mm(first_g1).value_or(settings.identify.noise_mm);
+  settings.identify.noise_mm =
+      rig_noise_mm(first_g1, believed.rig).value_or(settings.identify.noise_mm);
 
   if (progress) progress({.stage = "check", .done = 0, .total = 100});
   const bool set_aside = !request.keep_gross_errors;
@@ -219,7 +221,8 @@ ComparisonResult compare_here(
         checked.rig);
   };
   const auto g1 = positions(checked.g1);
-  const auto g2 = positions(checked.g2);
+  auto g2 = positions(checked.g2);
+  if (g2.parameters() == g1.parameters()) g2.nominal = g1.nominal;  // places of G1 judge G2
   const bool by_readings = request.space == "dials" && g1.samples() == 0;
   if (!by_readings) {
     if (auto trouble = calibration::trouble_with(g1)) {
@@ -231,6 +234,7 @@ ComparisonResult compare_here(
       checked.g1, checked.rig);
   settings.identify.fixed = fixed_parameters(
       space, believed.rig.robot.model->parameter_count(), request.fix, request.free);
+  hold_where_it_stands(believed.rig, settings.identify.fixed);
 
   if (by_readings) keep_identifiers(choices, !request.methods.empty(), session.name);
 

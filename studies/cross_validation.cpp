@@ -126,8 +126,10 @@ std::optional<CrossValidation> cross_validated(
     };
     const calibration::ObservationSpace train = space(fitted);
     if (calibration::trouble_with(train) || judged.empty()) return std::nullopt;
+    calibration::ObservationSpace left_out = space(judged);
+    left_out.nominal = train.nominal;
     const auto found =
-        calibration::compare_methods(train, train, space(judged), choices, settings, {}, stop);
+        calibration::compare_methods(train, train, left_out, choices, settings, {}, stop);
     if (!found) return std::nullopt;
     for (std::size_t k = 0; k < choices.size(); ++k) {
       const std::vector<double>& errors = found->methods.at(k).errors.g2_mm;

@@ -296,7 +296,7 @@ void Making::add_temperature() {
   const MatrixXd left = calibration::position_errors(in_.space, in_.fit.x);
   std::vector<double> degc;
   std::vector<Index> at;
-  for (int i = 0; i < in_.space.samples(); ++i) {
+  for (Index i = 0; i < left.cols(); ++i) {
     const int sample = in_.space.sample[static_cast<std::size_t>(i)];
     const auto& read = in_.session.samples[static_cast<std::size_t>(sample)].temperature_c;
     if (!read || !left.col(i).allFinite()) continue;

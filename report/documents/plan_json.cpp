@@ -1,6 +1,7 @@
 #include "report/documents/plan_json.h"
 
 #include "report/documents/fields.h"
+#include "session/rig_file.h"
 
 namespace sixdial::report {
 namespace {
@@ -95,9 +96,61 @@ void describe_keys(Fields& at, Of<Fields, studies::RigCheckFigures>& figures) {
   at("exact_rig_mm", figures.exact_rig_mm);
 }
 
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::PlannedSocket>& socket) {
+  at("name", socket.name);
+  at("at_mm", socket.at_mm);
+  at("poses", socket.poses);
+  at("least_lean_rad", socket.least_lean_rad);
+  at("most_lean_rad", socket.most_lean_rad);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::PlannedDistance>& distance) {
+  at("first", distance.first);
+  at("second", distance.second);
+  at("mm", distance.mm);
+  at("sd_mm", distance.sd_mm);
+  at("places_mm", distance.places_mm);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::PlannedParameter>& parameter) {
+  at("name", parameter.name);
+  at("unit", parameter.unit);
+  at("sd", parameter.sd);
+  at("open", parameter.open);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::SocketStage>& stage) {
+  at("poses", stage.poses);
+  at("position", stage.position);
+  at("open_mm", stage.open_mm);
+  at("open", stage.open);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::SocketPlanFigures>& figures) {
+  at("points", figures.points);
+  at("sockets", figures.sockets);
+  at("distances", figures.distances);
+  at("seat_sd_mm", figures.seat_sd_mm);
+  at("seat_sd_assumed", figures.seat_sd_assumed);
+  at("cone_rad", figures.cone_rad);
+  at.named(
+      "criterion", figures.criterion,
+      [](calibration::Criterion each) { return calibration::to_string(each); },
+      calibration::criterion_from);
+  at("scale_is_open", figures.scale_is_open);
+  at("socket_stages", figures.stages);
+  at("parameters", figures.parameters);
+}
+
 Json to_json(const studies::NextPlanFigures& figures) { return write(figures); }
 Json to_json(const studies::SeparationFigures& figures) { return write(figures); }
 Json to_json(const studies::RigCheckFigures& figures) { return write(figures); }
+Json to_json(const studies::SocketPlanFigures& figures) { return write(figures); }
 
 Json plan_answer(const studies::NextPlan& made, const geometry::Rig& rig) {
   return with_plan(to_json(made.figures), made.plan, rig);
@@ -109,6 +162,12 @@ Json plan_answer(const studies::RigCheck& made, const geometry::Rig& rig) {
   return with_plan(to_json(made.figures), made.plan, rig);
 }
 
+Json plan_answer(const studies::SocketPlan& made) {
+  Json answer = with_plan(to_json(made.figures), made.plan, made.rig);
+  answer["rig_toml"] = session::instrument_text(made.rig);
+  return answer;
+}
+
 studies::NextPlanFigures next_plan_from_json(const Json& json) {
   return read<studies::NextPlanFigures>(json, "plan.next");
 }
@@ -117,6 +176,10 @@ studies::SeparationFigures separation_from_json(const Json& json) {
 }
 studies::RigCheckFigures rig_check_from_json(const Json& json) {
   return read<studies::RigCheckFigures>(json, "plan rig-check");
+}
+
+studies::SocketPlanFigures socket_plan_from_json(const Json& json) {
+  return read<studies::SocketPlanFigures>(json, "plan sockets");
 }
 
 }  // namespace sixdial::report

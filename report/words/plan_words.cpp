@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "geometry/coverage.h"
+#include "geometry/units.h"
 
 namespace sixdial::report {
 namespace {
@@ -13,6 +16,54 @@ using geometry::kCoverage;
 
 std::string name_of(const studies::PlacedCause& placed) {
   return fmt::format("{} at {}", placed.cause, placed.where);
+}
+
+/// Poses of each socket, and what is known of their distances.
+std::string socket_lines(const studies::SocketPlanFigures& figures) {
+  std::string text;
+  for (const studies::PlannedSocket& each : figures.sockets) {
+    text += fmt::format(
+        "{} at ({:.0f}, {:.0f}, {:.0f}) mm: {} poses, stem {:.0f} to {:.0f} deg off the axis\n",
+        each.name, each.at_mm.x(), each.at_mm.y(), each.at_mm.z(), each.poses,
+        geometry::kDegPerRad * each.least_lean_rad, geometry::kDegPerRad * each.most_lean_rad);
+  }
+  for (const studies::PlannedDistance& each : figures.distances) {
+    text += fmt::format(
+        "{} to {}: {:.3f} mm, known to {:.3g} mm\n", each.first, each.second, each.mm,
+        each.sd_mm);
+    constexpr double kNear_mm = 20.0;  // places are given to a few centimetres
+    if (std::abs(each.places_mm - each.mm) > kNear_mm) {
+      text += fmt::format(
+          "  The places given are {:.0f} mm apart: is it these two sockets, and mm?\n",
+          each.places_mm);
+    }
+  }
+  return text;
+}
+
+/// What the plan leaves open, and what to do about it.
+std::string open_lines(const studies::SocketPlanFigures& figures) {
+  std::string text;
+  if (figures.scale_is_open) {
+    text +=
+        "The scale stays open: no distance of two sockets is known, and an arm that is larger "
+        "in all its lengths fits as well. Measure one and give --distance MM --distance-sd "
+        "MM.\n";
+  }
+  const auto plan = std::ranges::find_if(figures.stages, [&](const auto& stage) {
+    return !figures.sockets.empty() && stage.poses == figures.sockets.front().poses;
+  });
+  if (plan == figures.stages.end() || plan->open.empty()) return text;
+  text += fmt::format(
+      "Not told by these poses, and held at nominal ({:.2f} mm of the above):\n",
+      kCoverage * plan->open_mm.value_or(0.0));
+  for (const std::string& each : plan->open) text += "  " + each + "\n";
+  if (plan->open.size() > (figures.scale_is_open ? 1U : 0U)) {
+    text +=
+        "Sockets at other heights and distances from the arm, a wider cone or more poses may "
+        "tell it.\n";
+  }
+  return text;
 }
 
 }  // namespace
@@ -88,6 +139,33 @@ std::string rig_check_text(const studies::RigCheckFigures& figures) {
              "gauge block, the cuboid by a micrometer and a square "
              "(doc/manual/mounting.md).",
              fmt::join(hardly, ", "));
+}
+
+std::string socket_plan_text(const studies::SocketPlanFigures& figures) {
+  std::string text = socket_lines(figures);
+  text += fmt::format(
+      "With a ball that comes back to within {:.3g} mm (standard deviation of a "
+      "coordinate{}):\n",
+      figures.seat_sd_mm, figures.seat_sd_assumed ? ", assumed: --seat-sd says it" : "");
+  for (const studies::SocketStage& stage : figures.stages) {
+    text += fmt::format(
+        "{:5d} poses of each socket: the tool is known to {:.3f} mm on average, {:.3f} mm at "
+        "worst\n",
+        stage.poses, kCoverage * stage.position.mean_mm, kCoverage * stage.position.max_mm);
+  }
+  text += fmt::format(
+      "(expanded uncertainty, k = {:.0f}, anywhere in the joints' ranges, once the arm is "
+      "registered where it works)\n",
+      kCoverage);
+  text += open_lines(figures);
+  text += "Of the parameters, one standard deviation:\n";
+  for (const studies::PlannedParameter& each : figures.parameters) {
+    const auto unit = geometry::shown_unit(each.unit);
+    text += fmt::format(
+        "  {:<10} {:8.4f} {}{}\n", each.name, unit.per_unit * each.sd, unit.name,
+        each.open ? ", partly open" : "");
+  }
+  return text + "Where the arm stands is not asked: base_... keep their values.";
 }
 
 }  // namespace sixdial::report

@@ -216,6 +216,8 @@ def documents(rig):
     yield run("import", "axis.csv", "--map", "axis_map.toml", "-o", "axis")
     yield run("plan next", "tuesday", "--points", "3")
     yield run("plan rig-check", "--rig", "rig.toml", "--points", "3")
+    arm = str(rig.source / "examples/sockets/arm.toml")
+    yield run("plan sockets", "--rig", arm, "--at", "260", "-90", "40", "--at", "260", "90", "40", "--count", "4")
     yield run("plan separate", bundle, "--points", "3", "-o", "separate.csv")
     yield run("recommend", "tuesday", "-o", "recommendation.json")
     yield file_of("recommendation.json")

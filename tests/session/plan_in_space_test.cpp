@@ -169,5 +169,30 @@ TEST(PlanInSpace, KeepsToTheRangesOfTheRigFileAndSaysWhereThereAreNone) {
   }
 }
 
+TEST(PlanOfSockets, SaysWhichSocketEachPointIsPutInto) {
+  geometry::Rig rig = rig_of(*geometry::find_robot_kind("serial"));
+  rig.instrument.kind = "socket";
+  rig.instrument.sockets = {{.name = "left"}, {.name = "right"}};
+  Plan plan = plan_random(rig, 3, {.seed = 4}).value();
+  // Of a plan that puts no ball anywhere the column is left out.
+  EXPECT_THAT(plan_csv(plan, rig), Not(HasSubstr("socket")));
+  plan.points[0].socket = "left";
+  plan.points[2].socket = "right";
+  const std::string csv = plan_csv(plan, rig);
+  EXPECT_THAT(csv, ::testing::StartsWith("set,point,repeat,socket,target_x_mm"));
+  const Plan again = parse_plan(csv, "plan.csv", rig);
+  EXPECT_EQ(again, plan);
+  EXPECT_EQ(again.points[1].socket, "");
+  std::string wrong = csv;
+  wrong.replace(wrong.find(",right,"), 7, ",rihgt,");
+  try {
+    static_cast<void>(parse_plan(wrong, "plan.csv", rig));
+    FAIL() << "read";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no socket of the rig file"));
+    EXPECT_THAT(error.what(), HasSubstr("plan.csv:4"));
+  }
+}
+
 }  // namespace
 }  // namespace sixdial::session
