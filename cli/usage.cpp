@@ -52,30 +52,14 @@ constexpr std::array kExamples{
 /// What a newcomer may type for a command of another name.
 const std::map<std::string, std::string, std::less<>>& synonyms() {
   static const std::map<std::string, std::string, std::less<>> kSynonyms{
-      {"measure", "collect"},
-      {"start", "collect"},
-      {"run", "collect"},
-      {"resume", "collection"},
-      {"pause", "collection"},
-      {"stop", "collection"},
-      {"status", "collection"},
-      {"watch", "collection"},
-      {"sessions", "session"},
-      {"jobs", "job"},
-      {"check", "doctor"},
-      {"analyse", "diagnose"},
-      {"analyze", "diagnose"},
-      {"causes", "diagnose"},
-      {"correct", "compensate"},
-      {"convert", "import"},
-      {"export", "export-model"},
-      {"urdf", "export-model"},
-      {"undo", "session"},
-      {"live", "dials"},
-      {"dial", "dials"},
-      {"push", "dials"},
-      {"verify", "validate"},
-      {"calibration", "calibrate"},
+      {"measure", "collect"},   {"start", "collect"},       {"run", "collect"},
+      {"resume", "collection"}, {"pause", "collection"},    {"stop", "collection"},
+      {"status", "collection"}, {"watch", "collection"},    {"sessions", "session"},
+      {"jobs", "job"},          {"check", "doctor"},        {"analyse", "diagnose"},
+      {"analyze", "diagnose"},  {"causes", "diagnose"},     {"correct", "compensate"},
+      {"convert", "import"},    {"export", "export-model"}, {"urdf", "export-model"},
+      {"undo", "session"},      {"live", "dials"},          {"dial", "dials"},
+      {"push", "dials"},        {"verify", "validate"},     {"calibration", "calibrate"},
       {"diagnosis", "diagnose"}};
   return kSynonyms;
 }

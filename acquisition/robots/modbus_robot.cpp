@@ -106,7 +106,8 @@ tl::expected<void, RobotFault> ModbusRobot::check_joints(const std::stop_token& 
         fmt::format(
             "the controller has {} joints{}, the rig file has {}: look at its [[joint]] rows "
             "and at the controller's address",
-            has, count ? "" : fmt::format(" (no input register {} says otherwise)", kJointCount),
+            has,
+            count ? "" : fmt::format(" (no input register {} says otherwise)", kJointCount),
             joints())});
   }
   joints_checked_ = true;
