@@ -169,15 +169,9 @@ void add_rows(ObservationSpace& space, int rows, int sample, int point, int repe
   space.repeat.push_back(repeat);
 }
 
-}  // namespace
-
-ObservationSpace reading_space(
-    std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
-  auto details = std::make_shared<Details>();
-  details->rig = rig;
-  details->instrument = geometry::instrument_of(rig);
-  const geometry::InstrumentModel& instrument = *details->instrument;
-  const geometry::RobotModel& robot = *rig.robot.model;
+/// Names of parameters, joints and channels.
+ObservationSpace named_space(
+    const geometry::RobotModel& robot, const geometry::InstrumentModel& instrument) {
   ObservationSpace space;
   space.name = "readings";
   space.parameter_info = robot.parameters;
@@ -190,6 +184,47 @@ ObservationSpace reading_space(
   for (const auto& channel : instrument.channels) {
     space.channel_info.push_back({channel.name, channel.unit});
   }
+  return space;
+}
+
+/// What is asked of the space, sample by sample: the measured ones, then what is known.
+void set_functions(const std::shared_ptr<const Details>& details, ObservationSpace& space) {
+  const Index of_robot = details->rig.robot.nominal.size();
+  space.evaluate = [details, of_robot](
+                       int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
+    const auto k = static_cast<std::size_t>(i);
+    if (k < details->samples.size()) {
+      return evaluate_sample(*details, details->samples[k], x, e, J);
+    }
+    return evaluate_known(details->known[k - details->samples.size()], of_robot, x, e, J);
+  };
+  space.position_axes = details->rig.instrument.dimensions;
+  space.position_error = [details](int i, const VectorXd& x, Eigen::Ref<VectorXd> shift) {
+    const auto k = static_cast<std::size_t>(i);
+    return k < details->samples.size() &&
+           shift_of_tool(*details, details->samples[k], x, shift);
+  };
+  space.by_tool = [details](int i, const VectorXd& x) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto by_tool = k < details->samples.size()
+                             ? by_tool_of(*details, details->samples[k], x)
+                             : std::nullopt;
+    const Index rows =
+        k < details->samples.size() ? std::ssize(details->samples[k].channels) : 1;
+    return by_tool.value_or(MatrixXd::Zero(rows, details->rig.instrument.dimensions));
+  };
+}
+
+}  // namespace
+
+ObservationSpace reading_space(
+    std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
+  auto details = std::make_shared<Details>();
+  details->rig = rig;
+  details->instrument = geometry::instrument_of(rig);
+  const geometry::InstrumentModel& instrument = *details->instrument;
+  const geometry::RobotModel& robot = *rig.robot.model;
+  ObservationSpace space = named_space(robot, instrument);
   std::vector<double> sigma;
   std::vector<double> measured;
   for (const Trial& trial : trials) {
@@ -235,30 +270,7 @@ ObservationSpace reading_space(
         space.sigma_mm.segment(at, space.rows(i)).cwiseAbs2().asDiagonal());
   }
   space.nominal = start_of(*details);
-  const Index of_robot = rig.robot.nominal.size();
-  space.evaluate = [details, of_robot](
-                       int i, const VectorXd& x, Eigen::Ref<VectorXd> e, MatrixXd* J) {
-    const auto k = static_cast<std::size_t>(i);
-    if (k < details->samples.size()) {
-      return evaluate_sample(*details, details->samples[k], x, e, J);
-    }
-    return evaluate_known(details->known[k - details->samples.size()], of_robot, x, e, J);
-  };
-  space.position_axes = rig.instrument.dimensions;
-  space.position_error = [details](int i, const VectorXd& x, Eigen::Ref<VectorXd> shift) {
-    const auto k = static_cast<std::size_t>(i);
-    return k < details->samples.size() &&
-           shift_of_tool(*details, details->samples[k], x, shift);
-  };
-  space.by_tool = [details](int i, const VectorXd& x) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto by_tool = k < details->samples.size()
-                             ? by_tool_of(*details, details->samples[k], x)
-                             : std::nullopt;
-    const Index rows =
-        k < details->samples.size() ? std::ssize(details->samples[k].channels) : 1;
-    return by_tool.value_or(MatrixXd::Zero(rows, details->rig.instrument.dimensions));
-  };
+  set_functions(details, space);
   return space;
 }
 

@@ -188,6 +188,11 @@ bool is_values(const std::vector<HeaderColumn>& columns) {
   return numbers >= 2;
 }
 
+/// A table with another separator.
+bool is_in_one_piece(const std::vector<HeaderColumn>& columns) {
+  return columns.size() == 1 && columns[0].name.find_first_of(";\t|") != std::string::npos;
+}
+
 /// Adds mistakes for the columns that a header lacks.
 class Missing {
  public:
@@ -200,10 +205,7 @@ class Missing {
         line_(header.line),
         after_last_(
             header.fields.back().column + static_cast<int>(header.fields.back().value.size())),
-        // A header in one piece is a table with another separator.
-        other_separator_(
-            columns.size() == 1 && columns[0].name.find_first_of(";\t|") != std::string::npos) {
-  }
+        other_separator_(is_in_one_piece(columns)) {}
 
   void find() {
     need(SampleColumn::kSet, 0, "set", "add it: G1 calibrates, G2 validates");
@@ -236,13 +238,7 @@ class Missing {
     } else if (coordinates > 0 && coordinates < axes) {
       need_all(SampleColumn::kChannel, layout_.dials, "", "a position");
     }
-    if (count(SampleColumn::kCommand, 0) > 0) {
-      for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
-        need(
-            SampleColumn::kCommand, i, layout_.joints[i].command_column(),
-            "commanded values are of all joints or of none");
-      }
-    }
+    need_commands();
     const std::size_t targets = count(SampleColumn::kTarget, 0);
     if (targets > 0 && targets < axes)
       need_all(SampleColumn::kTarget, 0, "target_", "a target");
@@ -265,6 +261,15 @@ class Missing {
           SampleColumn::kOther, i, layout_.others[i].column(),
           "the rig's instrument gives a pose: add rx_rad, ry_rad, rz_rad (or _deg), or qw, qx, "
           "qy, qz");
+    }
+  }
+
+  void need_commands() {
+    if (count(SampleColumn::kCommand, 0) == 0) return;
+    for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+      need(
+          SampleColumn::kCommand, i, layout_.joints[i].command_column(),
+          "commanded values are of all joints or of none");
     }
   }
 

@@ -198,6 +198,17 @@ void check_methods(const std::vector<std::string>& methods) {
 
 namespace {
 
+Progress as_progress(
+    const calibration::ComparisonProgress& now, std::chrono::steady_clock::time_point began) {
+  Progress told{
+      .stage = now.stage,
+      .done = std::llround(100.0 * now.fraction),
+      .total = 100,
+      .eta_s = time_left_s(began, now.fraction)};
+  if (now.best_mm > 0.0) told.best_mm = now.best_mm;
+  return told;
+}
+
 ComparisonResult compare_here(
     const session::Session& session, const CompareRequest& request,
     const ProgressCallback& progress, const std::stop_token& stop) {
@@ -238,16 +249,9 @@ ComparisonResult compare_here(
 
   if (by_readings) keep_identifiers(choices, !request.methods.empty(), session.name);
 
-  const auto began = std::chrono::steady_clock::now();
-  const auto tell = [&](const calibration::ComparisonProgress& now) {
-    if (!progress) return;
-    Progress told{
-        .stage = now.stage,
-        .done = std::llround(100.0 * now.fraction),
-        .total = 100,
-        .eta_s = time_left_s(began, now.fraction)};
-    if (now.best_mm > 0.0) told.best_mm = now.best_mm;
-    progress(std::move(told));
+  const auto tell = [&, began = std::chrono::steady_clock::now()](
+                        const calibration::ComparisonProgress& now) {
+    if (progress) progress(as_progress(now, began));
   };
   const auto found = calibration::compare_methods(space, g1, g2, choices, settings, tell, stop);
   if (!found) refuse(found.error(), session.name);

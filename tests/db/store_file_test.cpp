@@ -124,9 +124,16 @@ TEST_F(StoreFile, OfEveryEarlierSchemaIsBroughtUpToDate) {
       raw.execute(
           "INSERT INTO sessions (name, rig_id, origin, created_utc, program_version, line_end, "
           "csv_end) VALUES ('old', 1, 'measured', '2026-01-01T00:00:00.000Z', '0', char(10), "
-          "char(10));"
-          "INSERT INTO samples (session_id, set_name, point, repeat, theta1_rad, theta2_rad, "
-          "stored_utc) VALUES (1, 'G1', 7, 0, 1.5, 3.0, '2026-01-01T00:00:00.000Z')");
+          "char(10));");
+      raw.execute(
+          version < 4
+              ? "INSERT INTO samples (session_id, set_name, point, repeat, theta1_rad, "
+                "theta2_rad, stored_utc) VALUES (1, 'G1', 7, 0, 1.5, 3.0, "
+                "'2026-01-01T00:00:00.000Z')"
+              : "INSERT INTO samples (id, session_id, set_name, point, repeat, stored_utc) "
+                "VALUES (1, 1, 'G1', 7, 0, '2026-01-01T00:00:00.000Z');"
+                "INSERT INTO sample_joints (sample_id, joint_index, joint, unit, value) "
+                "VALUES (1, 0, 'theta1', 'rad', 1.5), (1, 1, 'theta2', 'rad', 3.0)");
     }
     EXPECT_EQ(
         refusal_of([&] { (void)Store::open_read_only(path); }).trouble, StoreTrouble::kTooOld);

@@ -21,9 +21,35 @@ base.execute(
     " line_end, csv_end) VALUES (1, 'old', 1, 'measured', 'kept', ?, 'ann', '0', ?, ?)",
     (when % 1, "\n", "\n"))
 base.execute("INSERT INTO plans VALUES (1, 1, ?)", (when % 1,))
+JOINTS = (("theta1", 1.5), ("theta2", 3.0))
 for point in range(4):
-    base.execute("INSERT INTO plan_points VALUES (1, ?, 'G1', ?, 0, 28, 48, 1.5, 3.0, 0, 0)", (point, point))
+    if newest < 4:
+        base.execute("INSERT INTO plan_points VALUES (1, ?, 'G1', ?, 0, 28, 48, 1.5, 3.0, 0, 0)", (point, point))
+        continue
+    base.execute(
+        "INSERT INTO plan_points (plan_id, position, set_name, point, repeat, target_x_mm, target_y_mm)"
+        " VALUES (1, ?, 'G1', ?, 0, 28, 48)", (point, point))
+    for j, (joint, value) in enumerate(JOINTS):
+        base.execute("INSERT INTO plan_joints VALUES (1, ?, ?, ?, 'rad', ?, 0)", (point, j, joint, value))
+def sample_of_schema_4(number, point, supersedes):
+    base.execute(
+        "INSERT INTO samples (id, session_id, set_name, point, repeat, time_utc, temperature_c,"
+        " supersedes, stored_utc) VALUES (?, 1, 'G1', ?, 0, ?, 20.5, ?, ?)",
+        (number, point, when % 2, supersedes, when % 2))
+    for j, (joint, value) in enumerate((("theta1", 1.5 + point / 1000), ("theta2", 3.0))):
+        base.execute(
+            "INSERT INTO sample_joints (sample_id, joint_index, joint, unit, value) VALUES (?, ?, ?, 'rad', ?)",
+            (number, j, joint, value))
+    for index, dial in enumerate("ABCDEF"):
+        bad = number == 2 and index == 5
+        base.execute(
+            "INSERT INTO sample_channels VALUES (?, ?, ?, 'mm', ?, ?, ?, ?)",
+            (number, index, "dial_" + dial, None if bad else number + index / 1000,
+             "bad" if bad else "good", "timeout" if bad else "", when % 2))
 def sample(number, point, supersedes=None):
+    if newest >= 4:
+        sample_of_schema_4(number, point, supersedes)
+        return
     base.execute(
         "INSERT INTO samples (id, session_id, set_name, point, repeat, time_utc, theta1_rad,"
         " theta2_rad, temperature_c, supersedes, stored_utc) VALUES (?, 1, 'G1', ?, 0, ?, ?, 3.0,"
