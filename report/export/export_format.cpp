@@ -65,7 +65,7 @@ std::vector<std::string> left_out_lines(
   std::vector<std::string> lines;
   for (const LeftOut& each : left_out) {
     lines.push_back(fmt::format(
-        "Left out: {}{}{}{}: {}. Without it the tool is {:.4f} mm off in the mean, {:.4f} mm "
+        "Left out: {}{}{}{}: {}. That alone puts the tool {:.4f} mm off in the mean, {:.4f} mm "
         "at most, over {} poses of the session. {}",
         each.what, each.values.empty() ? "" : " (", fmt::join(each.values, ", "),
         each.values.empty() ? "" : ")", each.why, each.miss.mean_mm, each.miss.max_mm,
@@ -74,7 +74,7 @@ std::vector<std::string> left_out_lines(
   if (left_out.empty()) lines.emplace_back("Nothing of the model is left out.");
   if (left_out.size() > 1 && miss.max_mm > 0.0) {
     lines.push_back(fmt::format(
-        "Without all of it: {:.4f} mm in the mean, {:.4f} mm at most.", miss.mean_mm,
+        "All of it together: {:.4f} mm in the mean, {:.4f} mm at most.", miss.mean_mm,
         miss.max_mm));
   }
   return lines;

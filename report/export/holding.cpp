@@ -15,12 +15,12 @@ constexpr std::string_view kOthersHold =
     "The formats c, python and json hold what acts on joints and tool.";
 
 /// Without what would break a line or end a comment of C, Python or XML.
-std::string harmless(std::string_view line) {
+std::string harmless(std::string_view line, bool xml) {
   std::string result;
   for (const char each : line) {
     const bool control = static_cast<unsigned char>(each) < 0x20 || each == 0x7f;
     const char last = result.empty() ? ' ' : result.back();
-    const bool ends = (last == '*' && each == '/') || (last == '-' && each == '-') ||
+    const bool ends = (last == '*' && each == '/') || (xml && last == '-' && each == '-') ||
                       (last == '"' && each == '"') || each == '\\';
     if (ends) result += ' ';
     result += control || each == '\\' ? ' ' : each;
@@ -47,10 +47,11 @@ void Holding::leave_nominal(
     if (!which(parameters[k]) || full_.model[at] == full_.nominal[at]) continue;
     changed.push_back(at);
     item.values.push_back(fmt::format(
-        "{} = {} {}", parameters[k].name,
-        exactly(full_.model[at] * parameters[k].shown_per_unit), parameters[k].shown_unit));
+        "{} = {:.6f} {}", parameters[k].name, full_.model[at] * parameters[k].shown_per_unit,
+        parameters[k].shown_unit));
   }
   if (changed.empty()) return;
+  item.why += "; what the rig file has is taken for it";
   leave_out(std::move(item), [&](studies::ExportedModel& model) {
     for (const Eigen::Index at : changed) model.model[at] = model.nominal[at];
   });
@@ -144,16 +145,16 @@ std::vector<std::string> heading(
   return lines;
 }
 
-std::string commented(const std::vector<std::string>& lines, std::string_view mark) {
+std::string commented(const std::vector<std::string>& lines, std::string_view mark, bool xml) {
   std::string text;
   for (const std::string& line : lines) {
-    text.append(mark).append(harmless(line)).append("\n");
+    text.append(mark).append(harmless(line, xml)).append("\n");
   }
   return text;
 }
 
 std::string exactly(double value) {
-  std::string text = fmt::format("{}", value);
+  std::string text = fmt::format("{}", value + 0.0);  // no -0.0
   if (text.find_first_of(".en") == std::string::npos) text += ".0";
   return text;
 }

@@ -54,8 +54,9 @@ class Holding {
 [[nodiscard]] std::vector<std::string> heading(
     const studies::ExportedModel& full, const HeldModel& held, std::string_view format);
 /// The same lines, each behind `mark`; nothing in them ends a comment or breaks a line.
+/// `xml`: nor stand two dashes together, which a comment of XML must not have.
 [[nodiscard]] std::string commented(
-    const std::vector<std::string>& lines, std::string_view mark);
+    const std::vector<std::string>& lines, std::string_view mark, bool xml = false);
 
 /// Shortest text that is read back as the same number: "0.5", "1e-05", "60.0".
 [[nodiscard]] std::string exactly(double value);

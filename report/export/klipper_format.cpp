@@ -105,10 +105,9 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions& options)
          .why = "Klipper's delta stands upright with its middle at the origin",
          .instead = "A bed mesh, or [bed_tilt], makes up for a tilt.",
          .values =
-             {fmt::format("x = {} mm", exactly(shift.x())),
-              fmt::format("y = {} mm", exactly(shift.y())),
-              fmt::format("about x = {} deg", exactly(tilt.x() * geometry::kDegPerRad)),
-              fmt::format("about y = {} deg", exactly(tilt.y() * geometry::kDegPerRad))}},
+             {fmt::format("x = {:.6f} mm", shift.x()), fmt::format("y = {:.6f} mm", shift.y()),
+              fmt::format("about x = {:.6f} deg", tilt.x() * geometry::kDegPerRad),
+              fmt::format("about y = {:.6f} deg", tilt.y() * geometry::kDegPerRad)}},
         level_base);
   }
   holding.leave_out_effects(

@@ -2,9 +2,11 @@
 // the machine's unit (mm here), ALPHA in rad; the zero of each joint is not among them. Source:
 // src/emc/kinematics/genserfuncs.c of LinuxCNC (six links, all of them angular).
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
-#include <numbers>
+#include <string>
+#include <vector>
 
 #include "geometry/units.h"
 #include "report/export/craig_rows.h"
@@ -15,6 +17,18 @@ namespace sixdial::report {
 namespace {
 
 constexpr double kFarAway_mm = 1e5;  // then two axes are nearly parallel
+
+/// What gives an arm whose rows are near the nominal ones.
+std::string without_far_normals(const geometry::RobotModel& robot) {
+  std::vector<std::string> second_angles;
+  for (const geometry::ParameterInfo& each : robot.parameters) {
+    if (each.name.starts_with("beta")) second_angles.push_back(each.name);
+  }
+  if (second_angles.empty()) return "";
+  return fmt::format(
+      ". `sixdial calibrate SESSION --fix {}` finds the arm that has no such D",
+      fmt::join(second_angles, ","));
+}
 
 HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
   constexpr std::string_view kFormat = "genserkins";
@@ -41,7 +55,8 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
     if (std::abs(row.d_mm) < kFarAway_mm) continue;
     holding.note(
         "Two axes are nearly parallel, so that their common normal is far away: the large D of "
-        "their rows cancel out");
+        "their rows cancel out, and theta of these joints is another one" +
+        without_far_normals(full.robot()));
     break;
   }
   return holding.done();

@@ -129,12 +129,12 @@ std::string write(
   if (!options.urdf_text.empty()) {
     return corrected_urdf(
         options.urdf_text, nominal_chain(full), joint_chain(held.model),
-        "\n" + commented(heading(full, held, "urdf"), "  "));
+        "\n" + commented(heading(full, held, "urdf"), "  ", true));
   }
   const JointChain chain = joint_chain(held.model);
   const auto& joints = full.robot().joints;
   std::string text = "<?xml version=\"1.0\"?>\n<!--\n";
-  text += commented(heading(full, held, "urdf"), "  ");
+  text += commented(heading(full, held, "urdf"), "  ", true);
   const std::string& name = full.base->rig().name;
   text += fmt::format(
       "-->\n<robot name=\"{}\">\n  <link name=\"world\"/>\n",
