@@ -249,6 +249,8 @@ void normalise(std::vector<StructurePart>& parts) {
 }
 
 std::vector<SmoothActs> acts_of(const ObservationSpace& space) {
+  // Places that a tool is brought to have no error of their own from pose to pose.
+  if (space.by_tool && space.position_axes > 0) return {SmoothActs::kTool};
   std::vector<SmoothActs> acts{SmoothActs::kChannels};
   if (space.by_tool) acts.push_back(SmoothActs::kTool);
   return acts;

@@ -189,6 +189,10 @@ class Readings {
   [[nodiscard]] double sd_of_channel(std::size_t channel) const;  // [mm]
 
   std::vector<geometry::KnownPart> known_;  // of another instrument than dials
+  /// Where nothing tells a length, the robot's longest one keeps its value: index of that
+  /// parameter. Else robot, places and residuals would shrink together.
+  std::optional<Eigen::Index> keeps_scale_;
+  [[nodiscard]] std::optional<Eigen::Index> what_keeps_scale() const;
   Of of_ = Of::kPositions;
   Eigen::Index axes_ = 2;
   std::size_t channels_ = 0;

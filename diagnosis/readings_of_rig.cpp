@@ -6,6 +6,7 @@
 
 #include "diagnosis/readings.h"
 #include "diagnosis/rig_columns.h"
+#include "geometry/instrument_frame.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -61,8 +62,25 @@ simulation::ModelVector Readings::as_known(const simulation::ModelVector& at) co
   return result;
 }
 
+/// Touches all read the same: the only lengths among them are those of known places and
+/// distances.
+std::optional<Eigen::Index> Readings::what_keeps_scale() const {
+  if (of_ != Of::kChannels || measured_mm_.size() == 0 || !known_.empty()) return std::nullopt;
+  if ((measured_mm_.array() != measured_mm_[0]).any()) return std::nullopt;
+  if (geometry::knows_the_frame(model_->rig())) return std::nullopt;
+  const auto& parameters = model_->robot().parameters;
+  std::optional<Eigen::Index> longest;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (parameters[i].unit != "mm" || parameters[i].stands) continue;
+    if (!longest || std::abs(nominal_[k]) > std::abs(nominal_[*longest])) longest = k;
+  }
+  return longest;
+}
+
 void Readings::leave_what_is_known(
     const simulation::ModelVector& at, Eigen::MatrixXd& J) const {
+  if (keeps_scale_) J.col(*keeps_scale_).setZero();
   if (known_.empty()) return;
   const Eigen::Index count = model_->instrument().parameter_count();
   const Eigen::Index first = model_->robot_parameter_count();

@@ -102,7 +102,7 @@ tl::expected<DrawnPoses, PlanRefusal> drawn_at_socket(
   geometry::Frames at(robot);
   DrawnPoses drawn;
   Hindered by;
-  const std::int64_t most = std::int64_t{kMostDrawsPerPoint} * count;
+  const std::int64_t most = std::max(std::int64_t{kMostDrawsPerPoint} * count, kToFindOne);
   while (std::ssize(drawn.poses) < count && drawn.draws < most) {
     geometry::check_end();
     ++drawn.draws;

@@ -48,7 +48,7 @@ void check_request(const SocketPlanRequest& request) {
     refuse_request(
         "at", request.at_mm.empty() ? "no socket's place is given" : "one socket is too few",
         "With one socket a robot that is larger, or stands elsewhere, fits as well: print a "
-        "second one and give --at X Y Z of each.");
+        "second one, then sixdial plan sockets ... --at X Y Z --at X Y Z");
   }
   constexpr double kSame_mm = 1.0;
   for (std::size_t i = 0; i < request.at_mm.size(); ++i) {
@@ -82,7 +82,7 @@ void check_request(const SocketPlanRequest& request) {
   if (request.distance_mm && !(*request.distance_mm > 0.0 && request.distance_sd_mm > 0.0)) {
     refuse_request(
         "distance", "a distance and its deviation are above 0",
-        "Give --distance and --distance-sd in mm.");
+        "Say both in mm: sixdial plan sockets ... --distance 180 --distance-sd 0.05");
   }
 }
 

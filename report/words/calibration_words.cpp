@@ -165,9 +165,17 @@ std::vector<std::string> assessment_lines(const studies::Assessment& assessment)
     lines.push_back(
         "held at nominal, because these poses do not show it: " + held.words + effect);
   }
-  for (const studies::CorrelationRow& each : known.correlations) {
+  // Strongest first. Places of one plate are all correlated with each other.
+  constexpr std::size_t kMostPairs = 20;
+  for (std::size_t i = 0; i < std::min(kMostPairs, known.correlations.size()); ++i) {
+    const studies::CorrelationRow& each = known.correlations[i];
     lines.push_back(fmt::format(
         "{} and {} are correlated by {:.3f}", each.first, each.second, each.coefficient));
+  }
+  if (known.correlations.size() > kMostPairs) {
+    lines.push_back(fmt::format(
+        "and {} more pairs by more than {}", known.correlations.size() - kMostPairs,
+        calibration::kHighCorrelation));
   }
   lines.push_back(assessment.noise.words);
   for (const studies::ParameterRow& row : assessment.parameters) {

@@ -47,8 +47,9 @@ std::string open_lines(const studies::SocketPlanFigures& figures) {
   if (figures.scale_is_open) {
     text +=
         "The scale stays open: no distance of two sockets is known, and an arm that is larger "
-        "in all its lengths fits as well. Measure one and give --distance MM --distance-sd "
-        "MM.\n";
+        "in all its lengths fits as well. Measure one, then sixdial plan sockets ... "
+        "--distance "
+        "MM --distance-sd MM\n";
   }
   const auto plan = std::ranges::find_if(figures.stages, [&](const auto& stage) {
     return !figures.sockets.empty() && stage.poses == figures.sockets.front().poses;
@@ -146,7 +147,8 @@ std::string socket_plan_text(const studies::SocketPlanFigures& figures) {
   text += fmt::format(
       "With a ball that comes back to within {:.3g} mm (standard deviation of a "
       "coordinate{}):\n",
-      figures.seat_sd_mm, figures.seat_sd_assumed ? ", assumed: --seat-sd says it" : "");
+      figures.seat_sd_mm,
+      figures.seat_sd_assumed ? ", assumed: sixdial plan sockets ... --seat-sd says it" : "");
   for (const studies::SocketStage& stage : figures.stages) {
     text += fmt::format(
         "{:5d} poses of each socket: the tool is known to {:.3f} mm on average, {:.3f} mm at "

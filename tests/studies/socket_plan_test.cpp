@@ -230,9 +230,11 @@ TEST(SocketPlan, MorePosesTellMoreAndChosenOnesMoreThanDrawnOnes) {
     const auto space =
         calibration::reading_space(trials_of(made.rig, made.plan, set), made.rig);
     const auto fit = fitted(space, made.rig).fit;
-    EXPECT_EQ(fit.held, 0);
+    constexpr double kUntold = 0.5 * kSeat_mm;  // what is held is no better known than that
     double sum = 0.0;
-    for (Index k = 0; k < fit.free; ++k) sum += std::log(fit.singular_values[k]);
+    for (Index k = 0; k < fit.free; ++k) {
+      sum += std::log(std::max(fit.singular_values[k], kUntold));
+    }
     return sum;  // log volume of what is known
   };
   EXPECT_GT(worth("G1"), worth("G2") + 3.0);
@@ -297,7 +299,7 @@ TEST(SocketPlan, RefusesInWords) {
   SocketPlanRequest far = request();
   far.at_mm[1] = Vector3d(1500, 0, 0);
   SocketPlanRequest high = request();
-  high.at_mm = {Vector3d(100, -90, 820), Vector3d(100, 90, 820)};  // only from below
+  high.at_mm = {Vector3d(100, -90, 700), Vector3d(100, 90, 700)};  // only from below
   SocketPlanRequest same = request();
   same.at_mm[1] = same.at_mm[0];
   SocketPlanRequest wide = request();
