@@ -73,6 +73,7 @@ ExtendedCommand::ExtendedCommand(
       nominal_(nominal_from(fit, base_)),
       measured_at_(middles_of(fit.measured_joints)),
       frame_(fit.frame) {
+  axes_ = geometry::Tool(rig).axes();
   for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
   if (by != CompensateBy::kExtendedFull) return;
   if (!fit.residual_model) {

@@ -141,11 +141,9 @@ TEST_F(ExportModel, OfASessionIsThatOfItsBundle) {
   ASSERT_EQ(ask({"session", "import", kBacklash, "--name", "monday"}).code, 0);
   EXPECT_EQ(ask({"export-model", "monday", "--as", "python"}).code, 1);  // no calibration yet
   ASSERT_EQ(ask({"calibrate", "monday", "-q", "--method", "lm+gp"}).code, 0);
-  // Its text is longer than a line of the socket: it comes in pages.
   const Outcome whole = ask({"export-model", "monday", "--as", "json", "-o", file("a.json")});
   EXPECT_EQ(whole.code, 0) << whole.err;
   const std::string text = session::read_file(file("a.json"));
-  EXPECT_GT(text.size(), 24U * 1024);
   EXPECT_EQ(Json::parse(text)["learned"]["name"], "gp");
   const Outcome bundle = sixdial(
       {"export-model", kBacklash, "-q", "--as", "json", "--calibration-method", "lm+gp", "-o",
