@@ -62,6 +62,13 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
   return holding.done();
 }
 
+constexpr const char* kAboutZeros =
+    "A joint's position in LinuxCNC is the encoder's angle plus theta. A machine that runs "
+    "with "
+    "the nominal arm has the nominal theta in HOME_OFFSET: add the difference to HOME_OFFSET "
+    "of "
+    "that joint in the INI file.";
+
 std::string write(
     const studies::ExportedModel& full, const HeldModel& held, const ExportOptions&) {
   const CraigArm arm = craig_arm(joint_chain(held.model));
@@ -70,10 +77,7 @@ std::string write(
   std::string text = commented(heading(full, held, "linuxcnc"), "# ");
   text += commented(
       {"The frame on the first axis in the instrument's frame:", pose_in_words(whole.base),
-       "The tool in the frame of the last axis:", pose_in_words(whole.tool),
-       "A joint's position in LinuxCNC is the encoder's angle plus theta. A machine that runs "
-       "with the nominal arm has the nominal theta in HOME_OFFSET: add the difference to "
-       "HOME_OFFSET of that joint in the INI file."},
+       "The tool in the frame of the last axis:", pose_in_words(whole.tool), kAboutZeros},
       "# ");
   for (std::size_t i = 0; i < arm.rows.size(); ++i) {
     const double theta_deg = arm.rows[i].theta_rad * geometry::kDegPerRad;
