@@ -39,6 +39,7 @@ bool knows_the_frame(const Rig& rig) {
   for (Index k = 0; k < instrument->parameter_count(); ++k) {
     if (!std::isfinite(instrument->known_to[k])) open.push_back(k);
   }
+  if (open.empty()) return true;
   const auto frames = static_cast<Index>(rig.robot.model->frames.size());
   const Index channels = instrument->channel_count();
   const VectorXd& x = instrument->nominal;
@@ -54,7 +55,6 @@ bool knows_the_frame(const Rig& rig) {
       by_shift.middleRows(pose * channels, channels) += seen.by_frames.middleCols(6 * frame, 3);
     }
   }
-  if (open.empty()) return true;
   const MatrixXd made_up = by_x.completeOrthogonalDecomposition().solve(by_shift);
   return (by_x * made_up - by_shift).norm() > kSame * by_shift.norm();
 }
