@@ -52,30 +52,31 @@ double travel_of(const geometry::RobotModel& robot, const geometry::Frames& at) 
 /// What stood in the way of the draws.
 struct Hindered {
   int reached = 0;  // draws that put the ball there at all
-  int leaning = 0, singular = 0;
+  int leaning = 0;  // of those within the joints' ranges
+  int singular = 0;
   double least_lean_rad = std::numbers::pi;
 };
 
 PlanRefusal refusal_at(
     const Vector3d& at_mm, const Hindered& by, const SeatRule& rule, const DrawnPoses& drawn) {
-  const double cone_deg = rule.cone_rad * geometry::kDegPerRad;
   if (by.reached == 0) {
     return refusal_of(
         at_mm, "the robot does not reach it", "put the socket where the arm can go");
   }
-  if (by.leaning == by.reached) {
+  if (by.singular > 0) {
+    return refusal_of(
+        at_mm, "every good way to reach it lies almost at a singular pose",
+        "put the socket farther from the ends of the arm's reach");
+  }
+  if (by.leaning > 0) {
     return refusal_of(
         at_mm,
         fmt::format(
             "in none of {} ways to reach it the ball's stem leans by at most {:.0f} deg from "
             "the socket's axis; the least is {:.0f} deg",
-            by.reached, cone_deg, by.least_lean_rad * geometry::kDegPerRad),
+            by.leaning, rule.cone_rad * geometry::kDegPerRad,
+            by.least_lean_rad * geometry::kDegPerRad),
         "put the socket lower or nearer, give a wider cone, or say how the ball is mounted");
-  }
-  if (by.leaning + by.singular == by.reached) {
-    return refusal_of(
-        at_mm, "every way to reach it lies almost at a singular pose",
-        "put the socket farther from the ends of the arm's reach");
   }
   return refusal_of(
       at_mm,

@@ -11,9 +11,6 @@
 namespace sixdial::report {
 namespace {
 
-constexpr std::string_view kOthersHold =
-    "The formats c, python and json hold what acts on joints and tool.";
-
 /// Without what would break a line or end a comment of C, Python or XML.
 std::string harmless(std::string_view line, bool xml) {
   std::string result;
@@ -58,7 +55,8 @@ void Holding::leave_nominal(
 }
 
 void Holding::leave_out_effects(
-    std::string_view why, const std::function<bool(const simulation::ActiveEffect&)>& holds) {
+    std::string_view why, std::string_view instead,
+    const std::function<bool(const simulation::ActiveEffect&)>& holds) {
   for (const simulation::ActiveEffect& each : full_.effects) {
     if (!acts_on_robot(each)) {
       note(words_of(each) + " is of what measures: no part of a robot's model");
@@ -68,7 +66,7 @@ void Holding::leave_out_effects(
     leave_out(
         {.what = words_of(each),
          .why = std::string(why),
-         .instead = std::string(kOthersHold),
+         .instead = std::string(instead),
          .values = sizes_of(each)},
         [&each](studies::ExportedModel& model) {
           std::erase_if(model.effects, [&](const simulation::ActiveEffect& other) {

@@ -28,7 +28,8 @@ class Holding {
   /// Effects that move the robot and that `holds` does not say yes to. Those that move only
   /// what an instrument shows are told in a note.
   void leave_out_effects(
-      std::string_view why, const std::function<bool(const simulation::ActiveEffect&)>& holds);
+      std::string_view why, std::string_view instead,
+      const std::function<bool(const simulation::ActiveEffect&)>& holds);
   /// What a residual model learned beside the model.
   void leave_out_learned();
 
@@ -38,6 +39,11 @@ class Holding {
   const studies::ExportedModel& full_;
   HeldModel held_;
 };
+
+/// What to do about effects in a format of geometry alone.
+inline constexpr std::string_view kBetterWithoutCauses =
+    "The formats c, python and json hold it. A file of this format is the better one of the "
+    "calibrated robot (kinematics), which was fitted without causes.";
 
 /// A shift of a joint that has come and stays [rad or mm]: its encoder's zero is another one.
 [[nodiscard]] bool is_settled_shift(

@@ -111,7 +111,7 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions& options)
         level_base);
   }
   holding.leave_out_effects(
-      "Klipper's delta has the geometry alone",
+      "Klipper's delta has the geometry alone", kBetterWithoutCauses,
       [](const simulation::ActiveEffect&) { return false; });
   holding.leave_out_learned();
   if (options.endstops_mm.empty()) {

@@ -48,7 +48,7 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
        .instead = "Enter it in the tool table."},
       is_of_tool);
   holding.leave_out_effects(
-      "genserkins has the geometry alone",
+      "genserkins has the geometry alone", kBetterWithoutCauses,
       [&](const simulation::ActiveEffect& each) { return is_settled_shift(each, full); });
   holding.leave_out_learned();
   for (const CraigRow& row : craig_arm(chain).rows) {

@@ -151,7 +151,8 @@ HeldModel hold_source(const studies::ExportedModel& full, std::string_view in_wo
   }
   Holding holding(full);
   holding.leave_out_effects(
-      fmt::format("{} cannot know what it goes by", in_words),
+      "it goes by forces that only the rig's dials make, or has no statements for a program",
+      "`sixdial compensate` commands with it, and json has its numbers.",
       [&](const simulation::ActiveEffect& each) {
         return simulation::find_effect_in_code(each.effect->cause) != nullptr;
       });

@@ -33,7 +33,7 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
        .instead = "Enter it as the tool centre point (TCP)."},
       is_of_tool);
   holding.leave_out_effects(
-      "default_kinematics.yaml has the geometry alone",
+      "default_kinematics.yaml has the geometry alone", kBetterWithoutCauses,
       [&](const simulation::ActiveEffect& each) { return is_settled_shift(each, full); });
   holding.leave_out_learned();
   return holding.done();

@@ -31,7 +31,7 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions& options)
         is_of_tool);
   }
   holding.leave_out_effects(
-      "a URDF has the geometry alone",
+      "a URDF has the geometry alone", kBetterWithoutCauses,
       [&](const simulation::ActiveEffect& each) { return is_settled_shift(each, full); });
   holding.leave_out_learned();
   if (corrects) return holding.done();
