@@ -47,6 +47,10 @@ struct ValidateOptions {
   bool from_other_session = false;
 };
 
+constexpr std::string_view kNominal =
+    "The nominal robot commands: these are its own joint values, nothing is compensated. Which "
+    "model does better, if one does: sixdial recommend SESSION.";
+
 /// What speaks against the data, and what of the answer was not measured.
 void tell_warnings(Cli& cli, const Json& answer) {
   if (cli.console.json) return;
@@ -56,6 +60,9 @@ void tell_warnings(Cli& cli, const Json& answer) {
   const Json outside = answer.value("outside_measured", Json::object());
   const auto words = outside.value("words", std::string());
   if (!words.empty()) cli.console.warn(words);
+  if (answer.value("by", "") == studies::to_string(studies::CompensateBy::kBefore)) {
+    cli.console.warn(std::string(kNominal));
+  }
 }
 
 /// The document of a target, with what speaks against the data.
@@ -99,7 +106,7 @@ void print_target(Cli& cli, const Json& answer) {
 void print_plan(
     Cli& cli, const CompensateOptions& options, std::string_view by, std::size_t points,
     const std::string& text, const Json& warnings, const Json& outside) {
-  tell_warnings(cli, {{"warnings", warnings}, {"outside_measured", outside}});
+  tell_warnings(cli, {{"by", by}, {"warnings", warnings}, {"outside_measured", outside}});
   if (!options.output.empty()) session::write_file(options.output, text);
   if (cli.console.json) {
     Json answer{

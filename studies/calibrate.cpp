@@ -223,7 +223,8 @@ CalibrationResult calibrate_here(
   result.cross_validation = cross_validated(
       checked.g1, checked.session, checked.rig ? &believed.rig : nullptr,
       registry_method(method, settings.profile), as_fitted, stop);
-  add(implausible_lengths(result.parameters, *believed.rig.robot.model), believable.warnings);
+  judge_fitted(
+      result.parameters, *believed.rig.robot.model, data.g1, reference.x, believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);

@@ -278,7 +278,8 @@ ComparisonResult compare_here(
     result.methods.push_back(row_of(method, *found, space, by_rig));
   }
   result.best = best_of(result.methods);
-  add(implausible_lengths(result.assessment.parameters, *believed.rig.robot.model),
+  judge_fitted(
+      result.assessment.parameters, *believed.rig.robot.model, space, reference.x,
       believable.warnings);
   result.warnings = std::move(believable.warnings);
   return result;

@@ -11,6 +11,9 @@
 #include <cstdint>
 #include <string_view>
 
+#include "geometry/registration.h"
+#include "geometry/units.h"
+
 namespace sixdial::studies {
 namespace {
 
@@ -166,6 +169,60 @@ std::vector<Warning> implausible_lengths(
           {"nominal", row.nominal}}});
   }
   return found;
+}
+
+std::vector<Warning> far_angles(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot) {
+  constexpr double kFar_deg = 10.0;
+  std::vector<Warning> found;
+  for (const ParameterRow& row : parameters) {
+    const auto index = robot.find_parameter(row.name);
+    if (!index || row.unit != "rad") continue;
+    const geometry::ParameterInfo& info = robot.parameters[static_cast<std::size_t>(*index)];
+    const double value = row.identified * geometry::kDegPerRad;
+    const double nominal = row.nominal * geometry::kDegPerRad;
+    if (info.stands || std::abs(value - nominal) < kFar_deg) continue;
+    found.push_back(
+        {"far_angle",
+         Severity::kNote,
+         {.file = "rig.toml", .field = "[robot] " + info.rig_key},
+         {{"name", row.name},
+          {"meaning", info.meaning},
+          {"value", value},
+          {"nominal", nominal}}});
+  }
+  return found;
+}
+
+std::optional<Warning> fits_nowhere(
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& x) {
+  std::vector<double> left, moves;  // by sample, squares in units of sigma
+  const Eigen::VectorXd change = space.scale();
+  for (int i = 0; i < space.samples(); ++i) {
+    const int rows = space.rows(i);
+    const auto weight =
+        space.sigma_mm.segment(space.first_row[static_cast<std::size_t>(i)], rows)
+            .cwiseInverse();
+    Eigen::VectorXd e(rows);
+    Eigen::MatrixXd J(rows, space.parameters());
+    if (space.evaluate(i, space.nominal, e, &J)) {
+      moves.push_back((weight.asDiagonal() * J * change.asDiagonal()).squaredNorm());
+    }
+    if (space.evaluate(i, x, e, nullptr)) left.push_back(e.cwiseProduct(weight).squaredNorm());
+  }
+  if (left.empty() || moves.empty()) return std::nullopt;
+  const double times = std::sqrt(geometry::median_of(left) / geometry::median_of(moves));
+  if (!(times > 1.0)) return std::nullopt;
+  return Warning{"fits_nowhere", Severity::kWrong, {.file = "session.csv"}, {{"times", times}}};
+}
+
+void judge_fitted(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot,
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& best,
+    std::vector<Warning>& warnings) {
+  if (auto found = fits_nowhere(space, best)) warnings.push_back(std::move(*found));
+  add(implausible_lengths(parameters, robot), warnings);
+  add(far_angles(parameters, robot), warnings);
 }
 
 }  // namespace sixdial::studies

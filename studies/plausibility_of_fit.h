@@ -49,4 +49,19 @@ void add(std::vector<Warning> more, std::vector<Warning>& warnings);
 [[nodiscard]] std::vector<Warning> implausible_lengths(
     const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot);
 
+/// Angles of the robot, zeros of its joints among them, that are far from the rig file's.
+[[nodiscard]] std::vector<Warning> far_angles(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot);
+
+/// A best fit, parameters `x`, that leaves more at half of the samples than plausible changes
+/// of all parameters make together: no robot like the rig file's gave these data.
+[[nodiscard]] std::optional<Warning> fits_nowhere(
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& x);
+
+/// All of these of a fit that was made.
+void judge_fitted(
+    const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot,
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& best,
+    std::vector<Warning>& warnings);
+
 }  // namespace sixdial::studies

@@ -59,6 +59,7 @@ void look_at_angles(Look& look);
 void look_for_copies(Look& look);
 void look_at_columns(Look& look);
 void look_at_travel(Look& look);
+void look_at_resolution(Look& look);
 void look_at_modes(Look& look);
 void look_at_rows_elsewhere(Look& look);
 void look_at_cuboid_angle(Look& look);

@@ -1,5 +1,6 @@
 // Whole columns of readings that are none: a dial that shows the same number wherever the tool
 // is, and two dials that agree to the last digit, of which one is a copy of the other.
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -83,9 +84,28 @@ void look_for_copy(Look& look, std::size_t dial, std::size_t other) {
   take_away(look, seen.rows, other);
 }
 
+/// Of a session that others were read in.
+void look_for_silent(Look& look) {
+  const auto& dials = look.used.rig.dials;
+  std::vector<char> read(dials.size(), 0);
+  for (const session::Sample& sample : look.measured.samples) {
+    for (std::size_t k = 0; k < std::min(dials.size(), sample.channels.size()); ++k) {
+      if (sample.channels[k].value) read[k] = 1;
+    }
+  }
+  if (std::ranges::count(read, 1) == 0) return;
+  std::string silent;
+  for (std::size_t k = 0; k < dials.size(); ++k) {
+    if (read[k] == 0) silent += (silent.empty() ? "" : ", ") + dials[k].id;
+  }
+  if (silent.empty()) return;
+  look.tell("silent_dial", Severity::kNote, {.file = "session.csv"}, {{"dials", silent}});
+}
+
 }  // namespace
 
 void look_at_columns(Look& look) {
+  look_for_silent(look);
   const std::size_t dials = look.used.rig.dials.size();
   for (std::size_t dial = 0; dial < dials; ++dial) look_for_stuck(look, dial);
   for (std::size_t dial = 0; dial < dials; ++dial) {

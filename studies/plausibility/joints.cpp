@@ -1,5 +1,6 @@
-// Joint values in another joint's column, in degrees, or turning the other way: the nominal
-// robot is then nowhere near the measured tool, and with the values put right it is.
+// Joint values in another joint's column, in another unit, or turning the other way: the
+// nominal robot is then nowhere near the measured tool, and with the values put right it is.
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -16,6 +17,15 @@ constexpr double kClearly = 4.0;
 constexpr double kNear_mm = 6.0;  // a robot misses by no more, half of all poses
 constexpr std::size_t kMostRows = 120;
 constexpr double kReached = 0.5;  // of the rows, by the nominal robot
+
+struct AngleUnit {
+  std::string_view name;
+  double rad;
+};
+/// Degrees come first: they are the usual slip.
+constexpr std::array kAngleUnits{
+    AngleUnit{"degrees", geometry::kRadPerDeg}, AngleUnit{"gon", std::numbers::pi / 200.0},
+    AngleUnit{"turns", 2.0 * std::numbers::pi}};
 
 struct Guess {
   std::string_view code;
@@ -56,37 +66,38 @@ std::vector<Guess> guesses(const session::SampleLayout& layout) {
   std::vector<Guess> all;
   const auto& joints = layout.joints;
   std::string angles;
-  Eigen::VectorXd to_rad = Eigen::VectorXd::Ones(std::ssize(joints));
+  Eigen::Array<bool, Eigen::Dynamic, 1> is_angle(std::ssize(joints));
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (joints[i].unit != "rad") continue;
-    to_rad[static_cast<Eigen::Index>(i)] = geometry::kRadPerDeg;
-    angles += (angles.empty() ? "" : ", ") + joints[i].column();
+    is_angle[static_cast<Eigen::Index>(i)] = joints[i].unit == "rad";
+    if (joints[i].unit == "rad") angles += (angles.empty() ? "" : ", ") + joints[i].column();
   }
-  const std::size_t turning = static_cast<std::size_t>((to_rad.array() != 1.0).count());
-  for (std::size_t i = 0; i < joints.size() && turning > 1; ++i) {
-    if (joints[i].unit != "rad") continue;
-    const auto a = static_cast<Eigen::Index>(i);
-    all.push_back(
-        {"joint_unit",
-         {{"joints", joints[i].name}, {"unit", std::string("degrees")}},
-         joints[i].column(),
-         [a](Eigen::VectorXd q) {
-           q[a] *= geometry::kRadPerDeg;
-           return q;
-         }});
-  }
-  if (!angles.empty()) {
-    const Eigen::VectorXd turns =
-        (to_rad.array() != 1.0)
-            .select(2.0 * std::numbers::pi, Eigen::VectorXd::Ones(to_rad.size()));
-    all.push_back(
-        {"joint_unit",
-         {{"joints", std::string("all joints")}, {"unit", std::string("turns")}},
-         angles,
-         [turns](const Eigen::VectorXd& q) { return q.cwiseProduct(turns).eval(); }});
-    all.push_back({"joints_in_degrees", {}, angles, [to_rad](const Eigen::VectorXd& q) {
-                     return q.cwiseProduct(to_rad).eval();
-                   }});
+  const auto turning = static_cast<std::size_t>(is_angle.count());
+  for (const AngleUnit& unit : kAngleUnits) {
+    const Eigen::VectorXd to_rad =
+        is_angle.select(unit.rad, Eigen::VectorXd::Ones(is_angle.size()));
+    for (std::size_t i = 0; i < joints.size() && turning > 1; ++i) {
+      const auto a = static_cast<Eigen::Index>(i);
+      if (!is_angle[a]) continue;
+      all.push_back(
+          {"joint_unit",
+           {{"joints", joints[i].name}, {"unit", std::string(unit.name)}},
+           joints[i].column(),
+           [a, rad = unit.rad](Eigen::VectorXd q) {
+             q[a] *= rad;
+             return q;
+           }});
+    }
+    if (turning == 0) continue;
+    Guess together{
+        "joint_unit",
+        {{"joints", std::string("all joints")}, {"unit", std::string(unit.name)}},
+        angles,
+        [to_rad](const Eigen::VectorXd& q) { return q.cwiseProduct(to_rad).eval(); }};
+    if (unit.name == kAngleUnits.front().name) {
+      together.code = "joints_in_degrees";
+      together.parts.clear();
+    }
+    all.push_back(std::move(together));
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const auto a = static_cast<Eigen::Index>(i);

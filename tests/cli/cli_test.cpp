@@ -113,6 +113,17 @@ TEST(CommandLine, ABundlesTargetIsCompensatedWithoutAService) {
   EXPECT_THAT(far.err, HasSubstr("-500.000"));
 }
 
+TEST(CommandLine, NominalJointValuesAreNotGivenOutAsCompensated) {
+  const std::vector<std::string> ask{"compensate", kBundle,    "-q",   "--calibration-method",
+                                     "lm",         "--target", "28,48"};
+  std::vector<std::string> nominal = ask;
+  nominal.insert(nominal.end(), {"--model", "before"});
+  const Outcome by_nominal = sixdial(nominal);
+  EXPECT_EQ(by_nominal.code, 0) << by_nominal.err;
+  EXPECT_THAT(by_nominal.err, HasSubstr("nothing is compensated"));
+  EXPECT_EQ(sixdial(ask).err, "");
+}
+
 TEST(CommandLine, OffATerminalCompensationSaysOneLineOfTheCalibrationItMakesFirst) {
   TempDirectory directory;
   const std::string plan = (directory.path() / "plan.csv").string();

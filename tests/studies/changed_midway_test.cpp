@@ -169,21 +169,34 @@ TEST(ChangedMidway, JointValuesOfTheRowAboveAreNamed) {
   }
 }
 
-TEST(ChangedMidway, OneJointInDegreesOrAllInTurnsAreNamed) {
-  const auto with = [](const Eigen::Vector2d& factor) {
-    session::Session session = by_dials(9);
-    for (session::Sample& sample : session.samples) {
-      sample.q = sample.q.cwiseProduct(factor).eval();
+TEST(ChangedMidway, OneJointInAnotherUnitOrAllAreNamed) {
+  const std::vector<std::pair<std::string, double>> units{
+      {"degrees", 180.0 / kPi}, {"gon", 200.0 / kPi}, {"turns", 0.5 / kPi}};
+  for (const auto& [unit, factor] : units) {
+    for (int which = 0; which < 3; ++which) {  // 0, 1: that joint; 2: both
+      session::Session session = by_dials(9);
+      for (session::Sample& sample : session.samples) {
+        if (which != 1) sample.q[0] *= factor;
+        if (which != 0) sample.q[1] *= factor;
+      }
+      const PlausibleSession judged = plausible(session);
+      const std::string place =
+          unit + " " + std::to_string(which) + ": " + codes_text(judged.warnings);
+      const bool all_degrees = which == 2 && unit == "degrees";
+      const Warning* warning =
+          told(judged.warnings, all_degrees ? "joints_in_degrees" : "joint_unit");
+      ASSERT_NE(warning, nullptr) << place;
+      if (!all_degrees) {
+        EXPECT_EQ(text_of(*warning, "unit"), unit) << place;
+        EXPECT_EQ(
+            text_of(*warning, "joints"),
+            which == 2 ? "all joints" : "theta" + std::to_string(which + 1))
+            << place;
+      }
+      EXPECT_EQ(told(judged.warnings, "dials_exchanged"), nullptr) << place;
+      EXPECT_TRUE(forbids_commands(judged.warnings)) << place;
     }
-    return plausible(session);
-  };
-  const auto degrees = with({180.0 / kPi, 1.0});
-  ASSERT_NE(told(degrees.warnings, "joint_unit"), nullptr) << codes_text(degrees.warnings);
-  EXPECT_EQ(text_of(*told(degrees.warnings, "joint_unit"), "unit"), "degrees");
-  const auto turns = with(Eigen::Vector2d::Constant(0.5 / kPi));
-  ASSERT_NE(told(turns.warnings, "joint_unit"), nullptr) << codes_text(turns.warnings);
-  EXPECT_EQ(text_of(*told(turns.warnings, "joint_unit"), "unit"), "turns");
-  EXPECT_EQ(told(turns.warnings, "dials_exchanged"), nullptr);
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 
 #include "report/words/warning_words.h"
 #include "tests/studies/plausible_session.h"
@@ -111,6 +112,52 @@ TEST(PlausibleColumns, HowLittleG2CanSayIsTold) {
   }));
   EXPECT_THAT(codes_of(again.warnings), ElementsAre("g2_at_poses_of_g1"));
   EXPECT_THAT(report::warning_text(again.warnings[0]), HasSubstr("20 rows of 20 of G2 stand"));
+}
+
+TEST(PlausibleColumns, StepsThatTheRigFileDoesNotStateAreToldAndUsed) {
+  constexpr std::size_t kB = 1;
+  // Rounded by who wrote the file; and a file that states a resolution of other dials.
+  const PlausibleSession coarse = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      auto& value = sample.channels[kB].value;
+      if (value) value = std::round(*value / 0.01) * 0.01;
+    }
+  }));
+  Warning told = only_warning(coarse);
+  EXPECT_EQ(told.code, "resolution");
+  EXPECT_THAT(
+      report::warning_text(told),
+      HasSubstr("dial B come in steps of 0.01 mm, where the rig file states a resolution of "
+                "0.001 mm"));
+  EXPECT_EQ(coarse.session.rig.dials[kB].resolution_mm, 0.01);
+  EXPECT_EQ(coarse.session.rig.dials[0].resolution_mm, 0.001);
+  const PlausibleSession slip = plausible(session_with([](session::Session& each) {
+    for (geometry::Dial& dial : each.rig.dials) dial.resolution_mm = 1.0;
+  }));
+  told = only_warning(slip);
+  EXPECT_EQ(told.code, "resolution");
+  EXPECT_THAT(
+      report::warning_text(told), HasSubstr("dial A, B, C, D, E, F come in steps of 0.001 mm"));
+  // A mean of readings has digits of its own, and half a digit is no other dial.
+  const PlausibleSession mean = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      for (session::ChannelValue& reading : sample.channels) {
+        if (reading.value) *reading.value += 1e-3 / 3.0;
+      }
+    }
+  }));
+  EXPECT_TRUE(mean.warnings.empty());
+}
+
+TEST(PlausibleColumns, ADialWithoutAnyReadingIsTold) {
+  const PlausibleSession judged = plausible(session_with([](session::Session& each) {
+    for (session::Sample& sample : each.samples) {
+      sample.channels[0].value.reset();
+      sample.channels[4].value.reset();
+    }
+  }));
+  EXPECT_EQ(only_warning(judged).code, "silent_dial");
+  EXPECT_THAT(report::warning_text(judged.warnings[0]), HasSubstr("dial A, E"));
 }
 
 }  // namespace

@@ -29,6 +29,7 @@
 namespace sixdial::studies {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -159,6 +160,37 @@ TEST(Plausibility, ALengthThatNoSuchRobotHasIsNotCalibrated) {
   const CalibrationResult result = calibrate(session, quick());
   EXPECT_FALSE(is_clean(*result.warnings));
   EXPECT_EQ(report::verdict_of(result).state, report::CalibrationState::kNotCalibrated);
+}
+
+TEST(Plausibility, WhatNoSuchRobotGaveIsNotCalibratedByAnyMethod) {
+  // Each pose with the readings of another one, so that no column tells.
+  const session::Session session = session_with([](session::Session& each) {
+    const std::vector<session::Sample> right = each.samples;
+    for (std::size_t i = 0; i < right.size(); ++i) {
+      each.samples[i].channels = right[(7 * i + 3) % right.size()].channels;
+      each.samples[i].target_mm.reset();
+    }
+  });
+  for (const char* const method : {"lm", "ekf_dqpso"}) {
+    CalibrationRequest request = quick();
+    request.method = method;
+    const CalibrationResult result = calibrate(session, request);
+    EXPECT_THAT(codes_of(*result.warnings), Contains("fits_nowhere")) << method;
+    EXPECT_TRUE(forbids_commands(*result.warnings)) << method;
+  }
+  const ComparisonResult compared = compare(session, {.methods = {"tikhonov"}});
+  EXPECT_THAT(codes_of(*compared.warnings), Contains("fits_nowhere"));
+}
+
+TEST(Plausibility, AJointWhoseZeroIsFarFromTheRigFilesIsTold) {
+  const session::Session session = session_with([](session::Session& each) {
+    const auto zero = each.rig.robot.model->find_parameter("dtheta1");
+    ASSERT_TRUE(zero.has_value());
+    each.rig.robot.nominal[*zero] += 20.0 * geometry::kRadPerDeg;
+  });
+  const CalibrationResult result = calibrate(session, quick());
+  EXPECT_THAT(codes_of(*result.warnings), Contains("far_angle"));
+  EXPECT_TRUE(is_clean(*result.warnings)) << report::warnings_text(*result.warnings);
 }
 
 TEST(Plausibility, NothingFreeIsRefusedInWords) {
