@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/magic.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -69,9 +71,21 @@ std::string kind_of(mode_t mode) {
   return S_ISSOCK(mode) ? "a socket" : "a device";
 }
 
+/// Of an open file what it is instead of a plain one.
 std::string special_kind(int fd) {
+  constexpr off_t kLargest = off_t{4} << 30;  // bytes; 100,000 samples take 13 million
   struct stat about {};
-  return ::fstat(fd, &about) == 0 ? kind_of(about.st_mode) : "";
+  if (::fstat(fd, &about) != 0) return "";
+  if (std::string kind = kind_of(about.st_mode); !kind.empty()) return kind;
+  // Some of these never end, or wait for the kernel to say something.
+  struct statfs on {};
+  if (::fstatfs(fd, &on) == 0) {
+    for (const long made_by_kernel :
+         {PROC_SUPER_MAGIC, SYSFS_MAGIC, DEBUGFS_MAGIC, TRACEFS_MAGIC}) {
+      if (static_cast<long>(on.f_type) == made_by_kernel) return "made by the kernel";
+    }
+  }
+  return about.st_size > kLargest ? "larger than 4 GiB" : "";
 }
 
 /// What a shell hands over: <(command), /dev/stdin.

@@ -102,6 +102,32 @@ TEST_F(Output, IsRefusedWhereThereIsNoPlainFile) {
   EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
+TEST(RoughFiles, WhatTheKernelMakesOrNeverEndsIsNotRead) {
+  TempDirectory directory;
+  std::filesystem::copy_file(kBundle + "/rig.toml", directory.path() / "rig.toml");
+  const auto csv = directory.path() / "session.csv";
+  for (const auto& [target, kind] : std::vector<std::pair<std::string, std::string>>{
+           {"/proc/kmsg", "made by the kernel"},
+           {"/proc/self/maps", "made by the kernel"},
+           {"/dev/zero", "a device"}}) {
+    std::filesystem::remove(csv);
+    std::filesystem::create_symlink(target, csv);
+    const Outcome outcome =
+        sixdial({"calibrate", directory.path().string(), "-q", "--method", "lm"});
+    EXPECT_EQ(outcome.code, 5) << target;
+    const bool may_open = ::access(target.c_str(), R_OK) == 0;  // kmsg is root's
+    if (may_open) {
+      EXPECT_THAT(outcome.err, HasSubstr("is " + kind + ", not a plain file")) << target;
+    }
+  }
+  std::filesystem::remove(csv);
+  std::ofstream(csv) << "set,point\n";
+  std::filesystem::resize_file(csv, std::uintmax_t{5} << 30);  // a hole: it takes no room
+  EXPECT_THAT(
+      sixdial({"calibrate", directory.path().string(), "-q"}).err,
+      HasSubstr("is larger than 4 GiB, not a plain file"));
+}
+
 /// What a terminal would take for more than letters.
 bool has_control_bytes(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
