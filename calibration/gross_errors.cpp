@@ -120,6 +120,7 @@ LeastSquaresFit robust_fit(
     int block) {
   LeastSquaresSettings core = core_settings(space, settings);
   core.loss_scale = 0.0;
+  core.enough = 1e-3;  // no reading is accused or cleared by a thousandth of that
   const LeastSquaresProblem problem = space.problem(weighting_of(space, settings));
   return solve_robustly(problem, start, core, Loss::kCauchy, block);
 }

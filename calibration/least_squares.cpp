@@ -305,7 +305,9 @@ class Solver {
       if (damping < 0.0) damping = settings_.first_damping * singular_[0] * singular_[0];
       const double possible = projected_.head(n).squaredNorm();
       const double settled = approached_ ? kNormalSettled : kSmallDecrease;
-      if (possible <= settled * fit_.cost) return true;
+      const double enough =
+          settings_.enough * settings_.enough / static_cast<double>(problem_.residuals);
+      if (possible <= std::max(settled, enough) * fit_.cost) return true;
       ++fit_.iterations;
       bool accepted = false;
       while (!accepted) {

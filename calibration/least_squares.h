@@ -50,6 +50,9 @@ struct LeastSquaresSettings {
   Loss loss = Loss::kSquare;
   double loss_scale = 1.0;
   int block = 1;  // residuals that belong together (2: x and y of one position)
+  /// Ends where every further step together would be less than this many standard deviations
+  /// of the parameters; 0: at the minimum, to within rounding.
+  double enough = 0.0;
 };
 
 enum class FitStatus {

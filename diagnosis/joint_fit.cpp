@@ -176,8 +176,9 @@ class Fitter {
 
  private:
   void iterate(int plain_steps) {
-    // In space slopes are dear. Where a step did what they had promised they hold for the next
-    // one too; a fit ends by slopes that were taken where it stands.
+    // In space slopes are dear. Where a step did what they had promised, to a hundredth, they
+    // hold for the next one too, and for the end: what they are off by moves the answer by a
+    // hundredth of a standard deviation at most.
     bool keeps_slopes = false;
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
       const bool plain = step < plain_steps;
@@ -189,7 +190,6 @@ class Fitter {
       const Equations equations = equations_here();
       const double gain = gain_of(equations);
       if (!plain && gain < kNoGain) {
-        if (std::exchange(keeps_slopes, false)) continue;
         fit_.converged = true;
         break;
       }
@@ -220,7 +220,7 @@ class Fitter {
         continue;
       }
       constexpr double kNoRise = 1e-2;  // of the log likelihood
-      fit_.converged = fresh && damping_ == 0.0 && gain < kNearGain &&
+      fit_.converged = (fresh || keeps_slopes) && damping_ == 0.0 && gain < kNearGain &&
                        std::abs(fit_.log_likelihood - last) < kNoRise;
     }
   }
