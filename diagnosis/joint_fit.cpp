@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "diagnosis/eliminated.h"
+#include "diagnosis/plausible_robot.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 
@@ -90,15 +91,38 @@ double cost_of_sharing(const JointFit& fit, const Whitening& whitening) {
   return llt.matrixLLT().diagonal().array().log().sum() + kSharedLogOdds;
 }
 
+/// Equations of a fit in which what is plausible counts as a reading of each number.
+EliminatedEquations equations_of(
+    const JointFit& fit, const Whitening& whitening, const PlausibleRobot& plausible,
+    const Eigen::VectorXd& root_of_u) {
+  Eigen::MatrixXd A = whitening(fit.J);
+  Eigen::MatrixXd C = whitening(fit.random);
+  Eigen::VectorXd e = whitening(fit.residual_mm);
+  if (const Eigen::Index p = plausible.per_sd.size(); p > 0) {
+    const Eigen::Index n = A.rows();
+    A.conservativeResize(n + p, Eigen::NoChange);
+    C.conservativeResize(n + p, Eigen::NoChange);
+    e.conservativeResize(n + p);
+    A.bottomRows(p).setZero();
+    C.bottomRows(p).setZero();
+    for (Eigen::Index i = 0; i < p; ++i) {
+      // A number that is held has no slope, and stays.
+      const bool moves = (A.col(i).head(n).array() != 0.0).any();
+      A(n + i, i) = moves ? fit.s_mm * plausible.per_sd[i] : 0.0;
+      e[n + i] = A(n + i, i) * (plausible.at[i] - fit.model[i]);
+    }
+  }
+  return {A, C, e, root_of_u, fit.u};
+}
+
 /// Covariance, and u integrated out of the likelihood, with r = s / (standard deviation of u):
 ///   -|r u|^2 / 2s^2 - ln det(I + C'P C / r^2) / 2,   P projects off the fitted columns;
 /// shared shifts likewise: their likelihood is the residual one (sample_scatter.h).
-void finish(JointFit& fit) {
+void finish(JointFit& fit, const PlausibleRobot& plausible) {
   const Whitening whitening = fit.whitening();
   const Eigen::Index m = fit.random.cols();
   const Eigen::VectorXd own = fit.root_of_u();
-  const EliminatedEquations equations(
-      whitening(fit.J), whitening(fit.random), whitening(fit.residual_mm), own, fit.u);
+  const EliminatedEquations equations = equations_of(fit, whitening, plausible, own);
   const Eigen::VectorXd variance_of_u = equations.variance_of_u();
   // A known prior is no reading of the noise; what the data take from it they spend.
   const Eigen::VectorXd left = variance_of_u.cwiseProduct(own.cwiseAbs2());
@@ -108,6 +132,7 @@ void finish(JointFit& fit) {
   const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted - spent);
   fit.covariance = equations.covariance() * variance;
   fit.u_sd_mm = (variance_of_u * variance).cwiseMax(0.0).cwiseSqrt();
+  fit.log_likelihood -= 0.5 * plausible.squares(fit.model);
   if (fit.shared) fit.log_likelihood -= cost_of_sharing(fit, whitening);
   if (m == 0) return;
   fit.log_likelihood += 0.5 * equations.log_volume_of_u() + own.array().log().sum() -
@@ -131,7 +156,8 @@ constexpr int kMostSteps = 60;
 // A fit has settled where a step of least squares would raise the log likelihood by no more
 // than this, which no parameter's unit and no long valley can hide.
 constexpr double kNoGain = 5e-4;
-// A step that is taken undamped from nearer than this ends there.
+// A step that is taken from nearer than this, and gains as little, ends there: in a bent valley
+// many small ones could follow, and be worth no more together.
 constexpr double kNearGain = 5e-3;
 
 /// One fit from one start, step by step.
@@ -142,6 +168,7 @@ class Fitter {
       const JointFit* near, const Eigen::MatrixXd& random)
       : readings_(readings),
         parameters_(start.size()),
+        plausible_(plausible_robot(readings, start.size())),
         smallest_s_mm_(std::max(kFinest_mm, kFinestShare * readings.rig_noise_mm())) {
     const Eigen::MatrixXd& nuisance = readings.nuisance();
     fit_.known = nuisance.cols();
@@ -170,7 +197,7 @@ class Fitter {
       fit_.converged = false;
       iterate(0);
     }
-    finish(fit_);
+    finish(fit_, plausible_);
     return std::move(fit_);
   }
 
@@ -220,7 +247,7 @@ class Fitter {
         continue;
       }
       constexpr double kNoRise = 1e-2;  // of the log likelihood
-      fit_.converged = (fresh || keeps_slopes) && damping_ == 0.0 && gain < kNearGain &&
+      fit_.converged = (fresh || keeps_slopes) && gain < kNearGain &&
                        std::abs(fit_.log_likelihood - last) < kNoRise;
     }
   }
@@ -283,9 +310,13 @@ class Fitter {
       const ModelVector& model, const std::vector<ActiveEffect>& effects) const {
     return readings_.simulate(model, ExtendedModel(readings_.model(), effects));
   }
-  [[nodiscard]] static double squares_of_u(
-      const Equations& equations, const Eigen::VectorXd& u) {
-    return u.size() > 0 ? equations.root_of_u.cwiseProduct(u).squaredNorm() : 0.0;
+  /// What a step makes less [mm^2, by relative noise].
+  [[nodiscard]] double squares_at(
+      const Equations& equations, const Eigen::VectorXd& residual, const ModelVector& model,
+      const Eigen::VectorXd& u) const {
+    const double of_u = u.size() > 0 ? equations.root_of_u.cwiseProduct(u).squaredNorm() : 0.0;
+    return equations.whitening(residual).squaredNorm() + of_u +
+           fit_.s_mm * fit_.s_mm * plausible_.squares(model);
   }
   void weigh_here() { weigh(fit_, readings_.relative_noise(), doubt_mm_, smallest_s_mm_); }
   [[nodiscard]] Eigen::VectorXd residual_of(
@@ -327,14 +358,11 @@ class Fitter {
   /// Also says how many parameters the data determine.
   [[nodiscard]] Equations equations_here() {
     const Whitening whitening = fit_.whitening();
-    const Eigen::VectorXd e = whitening(fit_.residual_mm);
     const Eigen::VectorXd root_of_u = fit_.root_of_u();
     Equations result{
-        whitening, root_of_u,
-        EliminatedEquations(whitening(fit_.J), whitening(fit_.random), e, root_of_u, fit_.u),
-        0.0};
+        whitening, root_of_u, equations_of(fit_, whitening, plausible_, root_of_u), 0.0};
     fit_.fitted = static_cast<int>(result.solved.determined());
-    result.squares = e.squaredNorm() + squares_of_u(result, fit_.u);
+    result.squares = squares_at(result, fit_.residual_mm, fit_.model, fit_.u);
     return result;
   }
 
@@ -354,8 +382,7 @@ class Fitter {
       }
       next.u = fit_.u + change.tail(fit_.random.cols());
       next.residual = residual_of(next.model, next.effects, next.u);
-      next.squares =
-          equations.whitening(next.residual).squaredNorm() + squares_of_u(equations, next.u);
+      next.squares = squares_at(equations, next.residual, next.model, next.u);
       if (next.squares <= equations.squares * (1 + 1e-12)) return next;
     }
     return std::nullopt;
@@ -363,6 +390,7 @@ class Fitter {
 
   const Readings& readings_;
   Eigen::Index parameters_;  // of the model, before those of the effects
+  PlausibleRobot plausible_;
   double smallest_s_mm_;
   double damping_ = 0.0;
   Eigen::VectorXd doubt_mm_;

@@ -1,0 +1,27 @@
+// What is plausible of a robot's numbers before any reading: the rig file's, each give or take
+// ten plausible changes of its kind. Without it a fit of an arm whose last joints the tool
+// hardly shows walks along a bent valley for ever, far from any robot. What the data determine
+// it does not move: a link known to 0.01 mm by a hundred thousandth of that.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diagnosis/readings.h"
+
+namespace sixdial::diagnosis {
+
+struct PlausibleRobot {
+  Eigen::VectorXd at;  // of the model's numbers [mm, rad]; empty: nothing is assumed
+  /// 1 / (standard deviation) [1/mm, 1/rad]; 0: where the robot stands, and what is not its
+  /// own.
+  Eigen::VectorXd per_sd;
+
+  /// Sum of ((x - at) / sd)^2.
+  [[nodiscard]] double squares(const simulation::ModelVector& x) const;
+};
+
+/// Of robots in space; in the plane the poses of a session determine all. `numbers`: of the
+/// model, the robot's first.
+[[nodiscard]] PlausibleRobot plausible_robot(const Readings& readings, Eigen::Index numbers);
+
+}  // namespace sixdial::diagnosis
