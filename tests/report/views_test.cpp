@@ -111,6 +111,7 @@ TEST_F(ArmReport, ListsPlacesWithTheirHeight) {
       EXPECT_EQ(rows[i][k], shown(wanted.rows[i][k]));
     }
   }
+  ASSERT_TRUE(tables.contains("uncertainty_map"));
   const json& map = tables["uncertainty_map"];
   EXPECT_THAT(map["head"].dump(), HasSubstr("z [mm]"));
   EXPECT_THAT(page, HasSubstr("a cut through the measured space at half its height, z = "));
