@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "report/tables.h"
 #include "report/text.h"
+#include "report/views.h"
 
 namespace sixdial::report {
 namespace {
@@ -108,30 +110,61 @@ std::optional<double> largest_error(const ReportData& data, std::size_t method) 
   return out;
 }
 
-Panel map_panel(
-    const ReportData& data, std::size_t method, const Axis& x, const Axis& y,
+/// What a method leaves at each measured position; the longest arrow is drawn `longest_mm`
+/// long.
+ArrowMap map_of(
+    const ReportData& data, std::size_t method, const std::vector<Axis>& axes,
     double longest_mm) {
-  Panel out;
-  out.title = data.methods[method].name;
-  out.x = x;
-  out.y = y;
-  out.equal_scales = true;
+  ArrowMap out{.title = data.methods[method].name, .axes = axes};
   const double largest_mm = largest_error(data, method).value_or(0.0);
   out.arrow_scale = largest_mm > 0.0 ? round_down(longest_mm / largest_mm) : 1.0;
   out.arrow_key = largest_mm > 0.0 ? round_down(largest_mm) : 0.0;
   for (const std::string& set : sets_of(data)) {
-    Series series{.name = set_name(set), .mark = Mark::kArrows, .style = set_style(set)};
+    Arrows arrows{.name = set_name(set), .style = set_style(set)};
     for (const PointRow& p : data.points) {
       if (p.set != set || !p.measured_mm || !position_error(p, method)) continue;
-      const Eigen::Vector2d e = p.residual_mm[method]->head<2>();
-      series.x.push_back(p.measured_mm->x());
-      series.y.push_back(p.measured_mm->y());
-      series.dx.push_back(e.x());
-      series.dy.push_back(e.y());
+      arrows.from_mm.push_back(*p.measured_mm);
+      arrows.by_mm.push_back(*p.residual_mm[method]);
     }
-    if (!series.x.empty()) out.series.push_back(std::move(series));
+    if (!arrows.from_mm.empty()) out.arrows.push_back(std::move(arrows));
   }
   return out;
+}
+
+/// The axes of a map of all measured positions, each with a margin, and the longest of the
+/// extents [mm], at least 1 mm. No axes: nothing was measured.
+std::pair<std::vector<Axis>, double> map_axes(const ReportData& data) {
+  std::vector<Extent> extents(static_cast<std::size_t>(data.axes));
+  for (const PointRow& p : data.points) {
+    if (!p.measured_mm) continue;
+    for (std::size_t i = 0; i < extents.size(); ++i) {
+      extents[i].add((*p.measured_mm)[static_cast<Eigen::Index>(i)]);
+    }
+  }
+  double span_mm = 1.0;
+  for (const Extent& each : extents) {
+    if (!(each.size() >= 0.0)) return {};
+    span_mm = std::max(span_mm, each.size());
+  }
+  const double margin_mm = 0.13 * span_mm;
+  std::vector<Axis> axes;
+  for (std::size_t i = 0; i < extents.size(); ++i) {
+    axes.push_back(
+        {.label = std::string(coordinates(data.axes)[i]),
+         .unit = "mm",
+         .low = extents[i].low - margin_mm,
+         .high = extents[i].high + margin_mm});
+  }
+  return {std::move(axes), span_mm};
+}
+
+std::string example_of_the_sign(int axes) {
+  const View& first = views(axes).front();
+  return fmt::format(
+      "Example of the sign: an arrow to the right{}, (+0.010{}) mm, is a tool 0.010 mm further "
+      "along +x than the model says.",
+      first.from.empty() ? "" : fmt::format(" in the view {}", first.from),
+      axes == 2 ? ", 0" : ", 0, 0");
 }
 
 std::string describe_convergence(const ReportData& data) {
@@ -166,27 +199,19 @@ double round_down(double value) {
 }
 
 std::optional<Figure> residual_map(const ReportData& data) {
-  Extent x, y;
-  for (const PointRow& p : data.points) {
-    if (!p.measured_mm) continue;
-    x.add(p.measured_mm->x());
-    y.add(p.measured_mm->y());
-  }
-  if (!(x.size() >= 0.0)) return std::nullopt;
-  const double span_mm = std::max({x.size(), y.size(), 1.0});
+  const auto [axes, span_mm] = map_axes(data);
+  if (axes.empty()) return std::nullopt;
   const double longest_mm =
       0.16 * span_mm;  // as drawn: long enough to see, short enough to part
-  const double margin_mm = 0.13 * span_mm;
-  const Axis across{
-      .label = "x", .unit = "mm", .low = x.low - margin_mm, .high = x.high + margin_mm};
-  const Axis up{
-      .label = "y", .unit = "mm", .low = y.low - margin_mm, .high = y.high + margin_mm};
-
   Figure out{.id = "residual_map", .title = "Residual map"};
   std::string here;
+  int maps = 0;
   for (std::size_t m = 0; m < data.methods.size(); ++m) {
     if (!data.methods[m].on_map || !largest_error(data, m)) continue;
-    out.chart.panels.push_back(map_panel(data, m, across, up, longest_mm));
+    for (Panel& panel : panels_of(map_of(data, m, axes, longest_mm))) {
+      out.chart.panels.push_back(std::move(panel));
+    }
+    ++maps;
     here += fmt::format("{}: up to {}", data.methods[m].name, length(*largest_error(data, m)));
     if (const auto agreed = agreement(data, m)) {
       here += fmt::format(", neighbours agree by {} %", fixed(100.0 * *agreed, 0));
@@ -194,13 +219,11 @@ std::optional<Figure> residual_map(const ReportData& data) {
     here += ". ";
   }
   if (out.chart.panels.empty()) return std::nullopt;
-  out.chart.panels_in_a_row =
-      static_cast<int>(std::min<std::size_t>(3, out.chart.panels.size()));
+  out.chart.panels_in_a_row = map_panels_in_a_row(data.axes, std::min(3, maps));
   out.shows =
       "Each arrow starts at a measured position and points from where the model puts the tool "
-      "to where it was measured, enlarged as written over each map. Example of the sign: an "
-      "arrow "
-      "to the right, (+0.010, 0) mm, is a tool 0.010 mm further along +x than the model says.";
+      "to where it was measured, enlarged as written over each map. " +
+      example_of_the_sign(data.axes) + views_in_words(data.axes);
   out.good =
       "Short arrows without order: neighbouring arrows agree by less than about 20 % (negative "
       "figures are no order either). Arrows that agree (100 %: all the same) show an error "

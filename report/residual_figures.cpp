@@ -12,6 +12,7 @@
 #include "report/figures.h"
 #include "report/tables.h"
 #include "report/text.h"
+#include "report/views.h"
 
 namespace sixdial::report {
 namespace {
@@ -19,9 +20,8 @@ namespace {
 constexpr std::size_t kClasses = 6;  // equal counts: enough to see a wave, not the noise
 constexpr std::size_t kFewest = 3;   // points in a class, below which its mean says little
 constexpr double kClear = 5.0;   // standard deviations above chance from which order is said
-constexpr double kApart = 0.12;  // the two components of a side, as drawn
-constexpr int kStyleX = kStyleKinematic;
-constexpr int kStyleY = kStyleResult;
+constexpr double kApart = 0.12;  // the outer components of a side from its middle, as drawn
+constexpr std::array kStyles{kStyleKinematic, kStyleResult, kStyleRival};  // of x, y, z
 
 struct Covariate {
   std::string key, label, unit;
@@ -63,7 +63,7 @@ std::vector<Covariate> covariates(const std::vector<ShownJoint>& joints) {
 
 struct Value {
   double at = 0.0;
-  Eigen::Vector2d e{0, 0};  // its components in the plane
+  geometry::Position e{};  // component by component
 };
 
 /// [first, last) of `values` sorted by `at`: the two sides, or classes of equal count.
@@ -83,9 +83,9 @@ std::vector<std::pair<std::size_t, std::size_t>> classes(
   return out;
 }
 
-Eigen::Vector2d mean_of(
+geometry::Position mean_of(
     const std::vector<Value>& values, std::pair<std::size_t, std::size_t> part) {
-  Eigen::Vector2d sum(0, 0);
+  geometry::Position sum = geometry::Position::Zero(values.front().e.size());
   for (std::size_t i = part.first; i < part.second; ++i) sum += values[i].e;
   return sum / static_cast<double>(part.second - part.first);
 }
@@ -94,7 +94,7 @@ Eigen::Vector2d mean_of(
 double explained(
     const std::vector<Value>& values,
     const std::vector<std::pair<std::size_t, std::size_t>>& parts) {
-  const Eigen::Vector2d mean = mean_of(values, {0, values.size()});
+  const geometry::Position mean = mean_of(values, {0, values.size()});
   double all = 0.0;
   double between = 0.0;
   for (const Value& v : values) all += (v.e - mean).squaredNorm();
@@ -122,7 +122,7 @@ std::optional<std::size_t> kinematic_index(const ReportData& data) {
   return std::nullopt;
 }
 
-Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
+Panel panel_of(const Covariate& by, const std::vector<Value>& values, int axes) {
   Panel panel;
   panel.title = fmt::format("by {}", by.label);
   panel.x = {
@@ -132,13 +132,15 @@ Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
     panel.x.high = 2.0;
   }
   panel.y = {.label = "residual", .unit = "mm"};
-  for (const int axis : {0, 1}) {
+  for (int axis = 0; axis < axes; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
     Series series{
-        .name = axis == 0 ? "along x" : "along y",
+        .name = fmt::format("along {}", coordinates(axes)[k]),
         .mark = Mark::kDots,
-        .style = axis == 0 ? kStyleX : kStyleY};
+        .style = kStyles[k]};
+    const double aside = by.two_sides ? kApart * (2.0 * axis / (axes - 1) - 1.0) : 0.0;
     for (const Value& v : values) {
-      series.x.push_back(v.at + (by.two_sides ? (axis == 0 ? -kApart : kApart) : 0.0));
+      series.x.push_back(v.at + aside);
       series.y.push_back(v.e[axis]);
     }
     panel.series.push_back(std::move(series));
@@ -146,18 +148,55 @@ Panel panel_of(const Covariate& by, const std::vector<Value>& values) {
   return panel;
 }
 
-void say_what_it_shows(const std::string& method, Figure& out) {
+void say_what_it_shows(const std::string& method, int axes, Figure& out) {
   out.shows = fmt::format(
-      "Measured minus modelled position with the parameters of {} alone, both components, "
+      "Measured minus modelled position with the parameters of {} alone, {} components, "
       "against "
       "everything that was recorded with it. One scale for all.",
-      method);
+      method, axes == 2 ? "both" : "all three");
   out.good =
       "A level cloud about zero in every panel. A slope or a wave over an angle comes from a "
       "joint "
       "or a link, over time from a drift, over temperature from thermal growth; two levels by "
       "the "
       "side of arrival are backlash.";
+}
+
+/// What each group leaves, to be filled.
+Table table_of_groups(int axes) {
+  Table out{.id = "residual_by", .caption = "Mean of what is left, in groups of equal count"};
+  for (const char* each : {"by", "unit", "from", "to", "points"}) {
+    out.columns.push_back(column(each, each));
+  }
+  for (const std::string_view axis : coordinates(axes)) {
+    out.columns.push_back(
+        column(fmt::format("mean_{}_mm", axis), fmt::format("mean along {}", axis), "mm"));
+  }
+  out.columns.push_back(column("rms_mm", "rms", "mm"));
+  return out;
+}
+
+/// Lowest and highest component that is drawn.
+struct Range {
+  double low_mm = 0.0, high_mm = 0.0;
+};
+
+void add_group(
+    const Covariate& by, const std::vector<Value>& values,
+    std::pair<std::size_t, std::size_t> part, Table& table, Range& range) {
+  double squares = 0.0;
+  for (std::size_t i = part.first; i < part.second; ++i) {
+    squares += values[i].e.squaredNorm();
+    range.low_mm = std::min(range.low_mm, values[i].e.minCoeff());
+    range.high_mm = std::max(range.high_mm, values[i].e.maxCoeff());
+  }
+  const auto count = static_cast<long long>(part.second - part.first);
+  std::vector<Cell> row{
+      by.label, by.unit, number(values[part.first].at, by.two_sides ? 0 : 2),
+      number(values[part.second - 1].at, by.two_sides ? 0 : 2), whole(count)};
+  for (const double mean : mean_of(values, part)) row.push_back(number(mean));
+  row.push_back(number(std::sqrt(squares / static_cast<double>(count))));
+  table.rows.push_back(std::move(row));
 }
 
 }  // namespace
@@ -168,50 +207,29 @@ std::optional<Figure> residual_by(const ReportData& data) {
   Figure out{.id = "residual_by", .title = "What is left, by what it may depend on"};
   out.chart.panels_in_a_row = 3;
   out.chart.panel_height = 210;
-  out.table = {
-      .id = "residual_by",
-      .caption = "Mean of what is left, in groups of equal count",
-      .columns = {
-          column("by", "by"), column("unit", "unit"), column("from", "from"),
-          column("to", "to"), column("points", "points"),
-          column("mean_x_mm", "mean along x", "mm"), column("mean_y_mm", "mean along y", "mm"),
-          column("rms_mm", "rms", "mm")}};
+  out.table = table_of_groups(data.axes);
   double clearest = -std::numeric_limits<double>::infinity();
   std::string most;
-  double low_mm = 0.0;
-  double high_mm = 0.0;
+  Range range;
   for (const Covariate& by : covariates(data.joints)) {
     std::vector<Value> values;
     for (const PointRow& p : data.points) {
       const auto at = by.of(p);
       if (!at || !position_error(p, *method)) continue;
-      values.push_back({*at, p.residual_mm[*method]->head<2>()});
+      values.push_back({*at, *p.residual_mm[*method]});
     }
     if (values.size() < 2 * kFewest) continue;
     std::ranges::stable_sort(values, {}, &Value::at);
     if (values.front().at == values.back().at) continue;  // nothing to depend on
     const auto parts = classes(values, by.two_sides);
-    for (const auto& part : parts) {
-      const Eigen::Vector2d mean = mean_of(values, part);
-      double squares = 0.0;
-      for (std::size_t i = part.first; i < part.second; ++i) {
-        squares += values[i].e.squaredNorm();
-        low_mm = std::min({low_mm, values[i].e.x(), values[i].e.y()});
-        high_mm = std::max({high_mm, values[i].e.x(), values[i].e.y()});
-      }
-      const auto count = static_cast<long long>(part.second - part.first);
-      out.table.rows.push_back(
-          {by.label, by.unit, number(values[part.first].at, by.two_sides ? 0 : 2),
-           number(values[part.second - 1].at, by.two_sides ? 0 : 2), whole(count),
-           number(mean.x()), number(mean.y()),
-           number(std::sqrt(squares / static_cast<double>(count)))});
-    }
+    for (const auto& part : parts) add_group(by, values, part, out.table, range);
     const double share = explained(values, parts);
     const double chance =
         static_cast<double>(parts.size() - 1) / static_cast<double>(values.size() - 1);
-    // Of noise, share / chance has mean 1 and this standard deviation (two components).
-    const double spread =
-        std::sqrt(1.0 / static_cast<double>(std::max<std::size_t>(1, parts.size() - 1)));
+    // Of noise, share / chance has mean 1 and this standard deviation: chi-squared over its
+    // degrees of freedom, of which each component has one less than there are groups.
+    const double spread = std::sqrt(
+        2.0 / data.axes / static_cast<double>(std::max<std::size_t>(1, parts.size() - 1)));
     if (chance > 0.0 && (share / chance - 1.0) / spread > clearest) {
       clearest = (share / chance - 1.0) / spread;
       most = fmt::format(
@@ -220,15 +238,15 @@ std::optional<Figure> residual_by(const ReportData& data) {
           "alone would explain {} %",
           by.label, fixed(100.0 * share, 0), fixed(100.0 * chance, 0));
     }
-    out.chart.panels.push_back(panel_of(by, values));
+    out.chart.panels.push_back(panel_of(by, values, data.axes));
   }
   if (out.chart.panels.empty()) return std::nullopt;
-  const double air_mm = 0.05 * (high_mm - low_mm);
+  const double air_mm = 0.05 * (range.high_mm - range.low_mm);
   for (Panel& panel : out.chart.panels) {
-    panel.y.low = low_mm - air_mm;
-    panel.y.high = high_mm + air_mm;
+    panel.y.low = range.low_mm - air_mm;
+    panel.y.high = range.high_mm + air_mm;
   }
-  say_what_it_shows(data.methods[*method].name, out);
+  say_what_it_shows(data.methods[*method].name, data.axes, out);
   out.here = most.empty() ? "Nothing to compare."
                           : fmt::format(
                                 "{}: {}.", most,

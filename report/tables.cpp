@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <numeric>
@@ -11,6 +10,7 @@
 
 #include "report/expanded.h"
 #include "report/text.h"
+#include "report/views.h"
 
 namespace sixdial::report {
 namespace {
@@ -18,8 +18,6 @@ namespace {
 constexpr int kErrorDecimals = 4;     // mm: a tenth of what a dial resolves
 constexpr int kPositionDecimals = 3;  // mm: what a dial resolves
 constexpr int kAngleDecimals = 6;  // rad: 60 mm of arm times 1e-6 is far below a dial's digit
-
-constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 /// On the page, the repeat is shown only where there are any.
 bool has_repeats(const ReportData& data) {
@@ -44,7 +42,7 @@ std::optional<geometry::Position> residual(const PointRow& p, std::size_t method
 }
 
 std::span<const std::string_view> axes_of(const ReportData& data) {
-  return std::span(kAxes).first(static_cast<std::size_t>(data.axes));
+  return coordinates(data.axes);
 }
 
 /// Joint values, target and measured position of a point, a cell each.
@@ -270,8 +268,13 @@ Table points_table(const ReportData& data) {
 Table residual_table(const ReportData& data) {
   Table out{.id = "residuals", .caption = "Measured minus modelled position"};
   out.columns = point_columns(has_repeats(data));
-  out.columns.push_back({.key = "x_mm", .title = "x", .unit = "mm", .group = "measured at"});
-  out.columns.push_back({.key = "y_mm", .title = "y", .unit = "mm", .group = "measured at"});
+  for (const std::string_view axis : axes_of(data)) {
+    out.columns.push_back(
+        {.key = fmt::format("{}_mm", axis),
+         .title = std::string(axis),
+         .unit = "mm",
+         .group = "measured at"});
+  }
   std::vector<std::size_t> methods;
   for (std::size_t m = 0; m < data.methods.size(); ++m) {
     if (!data.methods[m].on_map) continue;

@@ -10,6 +10,7 @@
 #include "report/sections/contour.h"
 #include "report/sections/sections_of_studies.h"
 #include "report/tables.h"
+#include "report/views.h"
 #include "studies/assessment.h"
 
 namespace sixdial::report {
@@ -35,6 +36,43 @@ double rms_of(const std::vector<double>& values) {
   return count > 0 ? std::sqrt(squares / count) : std::nan("");
 }
 
+/// "12, 34" or "12, 34, 56": a place, in whole millimetres.
+std::string place_in_words(const geometry::Position& p) {
+  std::string words;
+  for (const double each : p) {
+    words += fmt::format("{}{:.0f}", words.empty() ? "" : ", ", each);
+  }
+  return words;
+}
+
+/// The numbers of the map, node by node. In space all are at one height.
+report::Table uncertainty_table(const studies::PositionMap& map) {
+  report::Table table{.id = "uncertainty_map", .caption = "Predicted position's uncertainty"};
+  for (const std::string_view axis : coordinates(static_cast<int>(map.worst_mm.size()))) {
+    table.columns.push_back(column(fmt::format("{}_mm", axis), std::string(axis), "mm"));
+  }
+  for (Column each :
+       {expanded_column("sd_x_mm", "mm", "of x"), expanded_column("sd_y_mm", "mm", "of y"),
+        column("radius_95_mm", "95 % within", "mm")}) {
+    table.columns.push_back(std::move(each));
+  }
+  table.rows_on_page = kGridRowsOnPage;
+  geometry::Position at = map.worst_mm;
+  for (std::size_t row = 0; row < map.y_mm.size(); ++row) {
+    for (std::size_t i = 0; i < map.x_mm.size(); ++i) {
+      const std::size_t k = row * map.x_mm.size() + i;
+      at.head<2>() << map.x_mm[i], map.y_mm[row];
+      std::vector<Cell> cells;
+      for (const double each : at) cells.push_back(number(each, 2));
+      cells.push_back(expanded(map.sd_x_mm[k], 5));
+      cells.push_back(expanded(map.sd_y_mm[k], 5));
+      cells.push_back(number(map.radius_95_mm[k], 5));
+      table.rows.push_back(std::move(cells));
+    }
+  }
+  return table;
+}
+
 report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) {
   const std::vector<double>& x = map.x_mm;
   const std::vector<double>& y = map.y_mm;
@@ -54,8 +92,15 @@ report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) 
   figure.here = fmt::format(
       "With 95 % probability within {:.4f} mm on average (root mean square over the map), "
       "within "
-      "{:.4f} mm at the worst place, near ({:.0f}, {:.0f}) mm.",
-      rms_of(radius), map.max_radius_95_mm, map.worst_mm.x(), map.worst_mm.y());
+      "{:.4f} mm at the worst place, near ({}) mm.",
+      rms_of(radius), map.max_radius_95_mm, place_in_words(map.worst_mm));
+  const bool in_space = map.worst_mm.size() > 2;
+  if (in_space) {
+    figure.shows += fmt::format(
+        " The map is a cut through the measured space at half its height, z = {:.0f} mm, seen "
+        "from above.",
+        map.worst_mm.z());
+  }
 
   double low = std::numeric_limits<double>::infinity();
   double high = 0.0;
@@ -65,6 +110,7 @@ report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) 
     high = std::max(high, value);
   }
   report::Panel panel;
+  if (in_space) panel.title = fmt::format("at z = {:.0f} mm, from above", map.worst_mm.z());
   panel.x = {.label = "x", .unit = "mm", .low = x.front(), .high = x.back()};
   panel.y = {.label = "y", .unit = "mm", .low = y.front(), .high = y.back()};
   panel.equal_scales = true;
@@ -86,20 +132,7 @@ report::Figure uncertainty_map(const studies::PositionMap& map, bool has_dials) 
   panel.series.push_back(std::move(worst));
   figure.chart.panels.push_back(std::move(panel));
 
-  figure.table = {.id = "uncertainty_map", .caption = "Predicted position's uncertainty"};
-  figure.table.columns = {
-      column("x_mm", "x", "mm"), column("y_mm", "y", "mm"),
-      expanded_column("sd_x_mm", "mm", "of x"), expanded_column("sd_y_mm", "mm", "of y"),
-      column("radius_95_mm", "95 % within", "mm")};
-  figure.table.rows_on_page = kGridRowsOnPage;
-  for (std::size_t row = 0; row < y.size(); ++row) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const std::size_t k = row * x.size() + i;
-      figure.table.rows.push_back(
-          {number(x[i], 2), number(y[row], 2), expanded(map.sd_x_mm[k], 5),
-           expanded(map.sd_y_mm[k], 5), number(radius[k], 5)});
-    }
-  }
+  figure.table = uncertainty_table(map);
   return figure;
 }
 
@@ -133,8 +166,9 @@ report::Section uncertainty(const studies::Assessment& assessment, bool has_dial
       assessment.readings,
       assessment.space == "dials" ? "raw dial readings" : "coordinates of positions",
       assessment.samples, assessment.noise.words));
-  if (assessment.position_uncertainty) {
-    section.blocks.emplace_back(uncertainty_map(*assessment.position_uncertainty, has_dials));
+  const auto& map = assessment.position_uncertainty;
+  if (map && map->worst_mm.size() > 0) {  // else the robot reaches no place of it
+    section.blocks.emplace_back(uncertainty_map(*map, has_dials));
   }
   return section;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/figures.h"
 #include "report/text.h"
 #include "report/words/diagnosis_axes.h"
 #include "report/words/diagnosis_words.h"
@@ -21,44 +20,11 @@ using studies::DiagnosisResult;
 using studies::FoundCause;
 using studies::SignatureCurve;
 
-constexpr int kMeasuredStyle = 0;
 constexpr int kModelStyle = 2;
 constexpr int kOtherMeasuredStyle = 6;
 constexpr int kOtherModelStyle = 1;
-constexpr int kAfterStyle = 3;
 constexpr int kSmoothStyle = 4;
 constexpr int kNoiseStyle = 7;
-constexpr std::size_t kRowsOnPage = 24;
-constexpr std::size_t kMostMarks = 1500;
-
-/// An even choice of the marks of each series, at most so many on the whole chart: a page stays
-/// small for any session. Says so in `figure.shows`; the table keeps all.
-void thin(report::Figure& figure, std::size_t most) {
-  std::size_t marks = 0;
-  std::size_t series_count = 0;
-  for (const Panel& panel : figure.chart.panels) {
-    for (const Series& series : panel.series) {
-      marks += series.x.size();
-      ++series_count;
-    }
-  }
-  if (marks <= most || series_count == 0) return;
-  const std::size_t share = std::max<std::size_t>(2, most / series_count);
-  for (Panel& panel : figure.chart.panels) {
-    for (Series& series : panel.series) {
-      const std::size_t n = series.x.size();
-      if (n <= share) continue;
-      for (std::vector<double>* values : {&series.x, &series.y, &series.dx, &series.dy}) {
-        if (values->size() != n) continue;
-        for (std::size_t k = 0; k < share; ++k) {
-          (*values)[k] = (*values)[k * (n - 1) / (share - 1)];
-        }
-        values->resize(share);
-      }
-    }
-  }
-  figure.shows += " An even choice of them is drawn; the CSV and JSON forms have all.";
-}
 
 /// Scatter of points about the fitted cause, and how large that is.
 struct Spread {
@@ -250,59 +216,6 @@ void say_left(report::Figure& figure, bool causes, bool unknown) {
   }
 }
 
-double mean_length(const std::vector<Eigen::VectorXd>& shifts) {
-  double sum = 0.0;
-  for (const Eigen::VectorXd& each : shifts) sum += each.norm();
-  return sum / static_cast<double>(shifts.size());
-}
-
-double longest(const std::vector<Eigen::VectorXd>& shifts) {
-  double result = 0.0;
-  for (const Eigen::VectorXd& each : shifts) result = std::max(result, each.norm());
-  return result;
-}
-
-Panel shift_panel(
-    const studies::ToolShifts& shifts, const std::vector<Eigen::VectorXd>& shown,
-    const char* title, int style, double largest_mm) {
-  constexpr double kLongest_mm = 6.0;  // on the table of the chart
-  Panel panel;
-  panel.title = title;
-  panel.x = {.label = "x", .unit = "mm"};
-  panel.y = {.label = "y", .unit = "mm"};
-  panel.equal_scales = true;
-  panel.arrow_scale = report::round_down(kLongest_mm / largest_mm);
-  panel.arrow_key = report::round_down(largest_mm);
-  Series arrows{.mark = Mark::kArrows, .style = style};
-  arrows.x = shifts.x_mm;
-  arrows.y = shifts.y_mm;
-  for (const Eigen::VectorXd& each : shown) {
-    arrows.dx.push_back(each.x());
-    arrows.dy.push_back(each.y());
-  }
-  panel.series.push_back(std::move(arrows));
-  return panel;
-}
-
-report::Table shift_table(const studies::ToolShifts& shifts) {
-  report::Table table{.id = "tool_shift", .caption = "Shift of the tool by sample"};
-  table.columns = {
-      column("sample", "sample"),          column("x_mm", "x", "mm"),
-      column("y_mm", "y", "mm"),           column("before_x_mm", "before, in x", "mm"),
-      column("before_y_mm", "in y", "mm"), column("after_x_mm", "after, in x", "mm"),
-      column("after_y_mm", "in y", "mm")};
-  table.rows_on_page = kRowsOnPage;
-  for (std::size_t i = 0; i < shifts.sample.size(); ++i) {
-    const Eigen::VectorXd& before = shifts.before_mm[i];
-    const Eigen::VectorXd& after = shifts.after_mm[i];
-    table.rows.push_back(
-        {report::whole(shifts.sample[i]), number(shifts.x_mm[i], 3), number(shifts.y_mm[i], 3),
-         number(before.x(), 5), number(before.y(), 5), number(after.x(), 5),
-         number(after.y(), 5)});
-  }
-  return table;
-}
-
 }  // namespace
 
 std::optional<report::Figure> signature_figure(const FoundCause& cause) {
@@ -367,46 +280,6 @@ std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
   figure.here = fmt::format(
       "{}t most {}; noise {}.", causes ? "With the causes a" : "A", worst_in_words(result),
       millimetres(noise_mm));
-  return figure;
-}
-
-std::optional<report::Figure> shift_figure(const DiagnosisResult& result) {
-  const studies::ToolShifts& shifts = result.tool_shifts;
-  const double largest_mm = std::max(longest(shifts.before_mm), longest(shifts.after_mm));
-  if (!(largest_mm > 0.0)) return std::nullopt;
-  report::Figure figure;
-  figure.id = "tool_shift";
-  const bool causes = std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit);
-  figure.chart.panels.push_back(
-      shift_panel(shifts, shifts.before_mm, "robot alone", kMeasuredStyle, largest_mm));
-  const double before_mm = mean_length(shifts.before_mm);
-  std::string means = fmt::format("{:.4f} mm", before_mm);
-  if (causes) {
-    figure.title = "Where in the workspace the simulation is off, before and after";
-    figure.shows =
-        "Each arrow: the one shift of the tool that explains all readings of a sample best; on "
-        "the "
-        "left with the robot's parameters alone, on the right with the causes, on the same "
-        "scale. "
-        "All samples, fitted and not.";
-    figure.good = "On the right short arrows without order.";
-    figure.chart.panels.push_back(
-        shift_panel(shifts, shifts.after_mm, "with the causes", kAfterStyle, largest_mm));
-    means += fmt::format(" before and {:.4f} mm after", mean_length(shifts.after_mm));
-  } else {
-    figure.title = "Where in the workspace the simulation is off";
-    figure.shows =
-        "Each arrow: the one shift of the tool that explains all readings of a sample best. "
-        "All "
-        "samples, fitted and not.";
-    figure.good = "Short arrows without order.";
-  }
-  figure.chart.panels_in_a_row = 2;
-  thin(figure, kMostMarks);
-  figure.table = shift_table(shifts);
-  figure.here = fmt::format(
-      "Mean length over all samples {}; noise of one reading {}.", means,
-      millimetres(result.noise.sigma_mm));
   return figure;
 }
 

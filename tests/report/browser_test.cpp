@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "arm_session.h"
 #include "report/html_report.h"
 #include "report/tables.h"
 #include "report/text.h"
@@ -113,6 +114,21 @@ TEST_F(Browser, ShowsTablesWithoutJavaScript) {
     }
   }
   EXPECT_GT(found, 2000);
+}
+
+TEST_F(Browser, DrawsAnArmFromThreeSides) {
+  ASSERT_TRUE(has_chart_libraries()) << "built without npm: there are no charts to draw";
+  const std::string page = html_report(arm_report());
+  const std::string drawn = dom(page);
+  EXPECT_EQ(count(drawn, "data-drawn=\"no\""), 0);
+  for (const char* from : {"from above", "from the front", "from the side"}) {
+    EXPECT_EQ(count(drawn, fmt::format("{}<span>", from)), 2) << from;  // before and after
+  }
+  const json seen = look(page, "--no-script");
+  EXPECT_EQ(count(seen["dom"], "<svg class=\"plot\""), 0);
+  for (const char* words : {"measured at", "from the front (x, z)"}) {
+    EXPECT_THAT(seen["text"].dump(), HasSubstr(words));
+  }
 }
 
 TEST_F(Browser, AsksForNothingButThePage) {

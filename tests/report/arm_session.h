@@ -1,0 +1,58 @@
+// The report of a small arm, calibrated: 26 poses of G1 and 14 of G2 in joint space, measured
+// by an instrument that gives places, with 0.01 mm of noise. Seeded.
+#pragma once
+
+#include <random>
+
+#include "geometry/tool.h"
+#include "report/report_run.h"
+#include "session/plan.h"
+#include "session/rig_file.h"
+#include "session/sample_layout.h"
+#include "studies/calibrate.h"
+
+namespace sixdial::report {
+
+inline session::Session arm_session() {
+  session::Session session;
+  session.name = "small arm";
+  session.rig_text =
+      "name = \"arm\"\n[robot]\nmodel = \"serial\"\ntool_x_mm = 20\ntool_z_mm = 100\n"
+      "[[joint]]\nd_mm = 300\nalpha_deg = 90\nlow_deg = -120\nhigh_deg = 120\n"
+      "[[joint]]\na_mm = 250\nlow_deg = 10\nhigh_deg = 80\n"
+      "[[joint]]\na_mm = 200\nalpha_deg = 90\nlow_deg = -90\nhigh_deg = -10\n"
+      "[[joint]]\nd_mm = 120\nalpha_deg = -90\nlow_deg = -90\nhigh_deg = 90\n"
+      "[[joint]]\nalpha_deg = 90\nlow_deg = -90\nhigh_deg = 90\n"
+      "[instrument]\nkind = \"position\"\nsd_mm = 0.01\n";
+  session.rig = session::parse_rig(session.rig_text, "rig.toml");
+  const geometry::Tool tool(session.rig);
+  const geometry::Robot& robot = session.rig.robot;
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd truth = robot.nominal;
+  for (Eigen::Index i = 0; i < truth.size(); ++i) {
+    truth[i] +=
+        0.2 * robot.model->parameters[static_cast<std::size_t>(i)].change * normal(engine);
+  }
+  constexpr int kG1 = 26;
+  const session::Plan plan = session::plan_random(session.rig, 40, {.seed = 3}).value();
+  for (const session::PlanPoint& point : plan.points) {
+    session::Sample sample;
+    sample.set = point.point < kG1 ? "G1" : "G2";
+    sample.point = point.point;
+    sample.q = point.q;
+    sample.target_mm = point.target_mm;
+    geometry::Position p = tool.position(truth, point.q, robot.assembly).value();
+    for (double& each : p) each += 0.01 * normal(engine);
+    session::set_position(sample, 0, p);
+    session.samples.push_back(sample);
+  }
+  return session;
+}
+
+inline ReportData arm_report() {
+  const session::Session session = arm_session();
+  return report_data(studies::calibrate(session, {.method = "lm"}), session, "A. Person");
+}
+
+}  // namespace sixdial::report
