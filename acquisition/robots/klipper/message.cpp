@@ -89,8 +89,7 @@ bool take_status(const Json& from, KlipperStatus& status) {
 }  // namespace
 
 std::string klipper_info_request(std::int64_t id) {
-  return request(
-      id, "info", {{"client_info", {{"program", "sixdial"}, {"version", SIXDIAL_VERSION}}}});
+  return request(id, "info", {{"client_info", {{"program", "sixdial"}}}});
 }
 
 std::string klipper_status_request(std::int64_t id) {

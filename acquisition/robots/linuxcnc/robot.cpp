@@ -90,7 +90,8 @@ tl::expected<void, RobotFault> LinuxCncRobot::ready_to_move(const std::stop_toke
   }
   auto ready = set("mode", "mdi", stop);
   if (!ready && ready.error().kind == RobotFaultKind::kController) {
-    close_channel();  // another client may have taken control: a new greeting takes it back
+    close_channel();  // a new greeting takes control back
+    ready.error().detail += ": has another client taken control? The next move takes it back";
   }
   return ready;
 }
