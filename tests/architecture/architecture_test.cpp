@@ -171,6 +171,12 @@ TEST(Architecture, AWrongArrowIsNamedByFileAndLine) {
   std::istringstream json(
       "#include <nlohmann/json.hpp>\n#include \"report/documents/json.h\"\n");
   EXPECT_EQ(wrong_arrows(the_allowed(), "studies", "x", json).size(), 3U);
+  std::istringstream again(json.str());
+  EXPECT_EQ(
+      wrong_arrows(the_allowed(), "acquisition", "acquisition/robots/klipper/robot.cpp", again)
+          .size(),
+      3U)
+      << "its message.cpp only";
   std::istringstream asio("#include <boost/asio.hpp>\n");
   EXPECT_EQ(wrong_arrows(the_allowed(), "db", "x", asio).size(), 1U);
 }
