@@ -178,6 +178,23 @@ class SocketLines final : public CutLines {
   Socket socket_;
 };
 
+/// A Unix socket cannot be opened: what to do.
+std::string why_not(int error) {
+  const std::string words = std::strerror(error);
+  switch (error) {
+    case ENOENT:
+      return words +
+             "; start its program, and give the path that this one gives it (a service "
+             "with PrivateTmp= has a /tmp of its own)";
+    case ECONNREFUSED:
+      return words + "; its program has ended: start it";
+    case EACCES:
+      return words + "; let this user write to the socket, e.g. by its group";
+    default:
+      return words;
+  }
+}
+
 /// One address of the host; empty: it does not answer, errno says why.
 Socket connected(const addrinfo& to, steady_clock::time_point deadline) {
   Socket socket(
@@ -246,7 +263,7 @@ tl::expected<std::unique_ptr<LineChannel>, Fault> open_unix_messages(
     if (errno != EINTR && (errno != EAGAIN || steady_clock::now() >= deadline)) break;
     std::this_thread::sleep_for(milliseconds{5});
   }
-  return tl::unexpected(disconnected(std::strerror(errno)));
+  return tl::unexpected(disconnected(why_not(errno)));
 }
 
 tl::expected<std::unique_ptr<LineChannel>, Fault> open_serial_lines(

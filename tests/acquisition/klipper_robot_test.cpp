@@ -192,7 +192,7 @@ TEST(KlipperConnection, ARefusalSaysWhatWouldBeRight) {
   };
   EXPECT_EQ(refusal("klipper:/run/klippy.sock"), "");
   EXPECT_EQ(refusal("klipper:/run/klippy.sock?axes=X,Y,Z&feed=1200&arrived=0.1"), "");
-  EXPECT_THAT(refusal("klipper:klippy.sock"), HasSubstr("klipper:/tmp/klippy_uds"));
+  EXPECT_THAT(refusal("klipper:klippy.sock"), HasSubstr("klipper:/run/klipper/klippy.sock"));
   EXPECT_THAT(refusal("klipper:"), HasSubstr("whole path"));
   EXPECT_THAT(refusal("klipper:/s?axes=X,Y,A"), HasSubstr("none of the axes XYZ"));
   EXPECT_THAT(refusal("klipper:/s?dialect=klipper"), HasSubstr("unknown key"));

@@ -17,8 +17,8 @@ OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
   const ConnectionPieces pieces = split(rest);
   if (!pieces.place.starts_with('/')) {
     refuse(
-        "'{}' is not the whole path of a socket; write klipper:/tmp/klippy_uds, as given to "
-        "klippy.py -a",
+        "'{}' is not the whole path of a socket; write klipper:/run/klipper/klippy.sock, as "
+        "given to klippy.py -a",
         pieces.place);
   }
   const std::string path(pieces.place);
