@@ -149,6 +149,7 @@ Json KlipperApi::status(const Json& asked, double time_s) const {
     all["motion_report"] = {
         {"live_position", four(track_.position(time_s))},
         {"live_velocity", track_.speed(time_s)}};
+    all["print_stats"] = {{"state", machine_.print_state}};
     all["gcode_move"] = {{"position", four(track_.end())}, {"gcode_position", four(commanded)}};
   }
   Json told = Json::object();

@@ -21,6 +21,7 @@ struct KlipperMachine {
   std::vector<double> offset{0.0, 0.0, 0.0};  // machine less command coordinates
   /// It plans so far ahead: a G1 that would be further away is not taken before.
   double ahead_s = 2.0;
+  std::string print_state = "standby";  // of the file that it prints
   std::string state = "ready";
   std::string state_message = "Printer is ready";
 };

@@ -189,7 +189,7 @@ tl::expected<void, RobotFault> AxisRobot::tell(std::string_view bytes) {
   if (written) return {};
   note_answer(false);
   // Half a message may be out: only a new connection is in step again.
-  if (written.error().kind == FaultKind::kDisconnected) channel_.reset();
+  channel_.reset();
   return tl::unexpected(link_fault(written.error()));
 }
 

@@ -166,6 +166,9 @@ TEST_P(EveryAxisRobot, AStoppedMoveAndOneThatDoesNotEndAreHalted) {
   stopper.join();
   EXPECT_TRUE(test::eventually([&] { return twin_->stands(); }));
   EXPECT_LT(third(), 120.0);
+  const auto rests = port->state({});
+  ASSERT_TRUE(rests) << rests.error().detail;
+  EXPECT_NEAR(rests->q[2], third(), 1e-3) << "no answer from before";
   EXPECT_EQ(
       port->move_to(Eigen::Vector3d(0, 0, -170), 500ms, {}).error().kind,
       RobotFaultKind::kNotThere);

@@ -163,6 +163,17 @@ TEST_F(KlipperTest, AnAxisThatWasNotHomedIsNamed) {
   EXPECT_THAT(refused.error().detail, HasSubstr("axis Z (q3) is not homed"));
 }
 
+TEST_F(KlipperTest, BesideAPrintNothingIsMoved) {
+  start({.print_state = "printing"});
+  const auto port = robot();
+  EXPECT_TRUE(port->state({}));
+  const auto refused = port->move_to(Eigen::Vector3d(0, 0, 1), 10s, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, RobotFaultKind::kController);
+  EXPECT_THAT(refused.error().detail, HasSubstr("come to its end"));
+  twin_->socket().with([&](double) { EXPECT_TRUE(twin_->api.scripts().empty()); });
+}
+
 TEST_F(KlipperTest, ASocketThatSaysSomethingElseIsNoKlipper) {
   // The same bytes on a Unix socket as a G-code machine prints.
   class Chatter final : public mock_devices::SocketMachine {

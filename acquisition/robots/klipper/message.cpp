@@ -79,6 +79,7 @@ bool take_status(const Json& from, KlipperStatus& status) {
   return take_text(member(webhooks, "state"), status.state) &&
          take_text(member(webhooks, "state_message"), status.message) &&
          take_text(member(toolhead, "homed_axes"), status.homed) &&
+         take_text(member(member(from, "print_stats"), "state"), status.print) &&
          take_figures(member(toolhead, "axis_minimum"), status.low) &&
          take_figures(member(toolhead, "axis_maximum"), status.high) &&
          take_figures(member(motion, "live_position"), status.live) &&
@@ -99,7 +100,8 @@ std::string klipper_status_request(std::int64_t id) {
         {{"webhooks", {"state", "state_message"}},
          {"toolhead", {"homed_axes", "axis_minimum", "axis_maximum"}},
          {"motion_report", {"live_position", "live_velocity"}},
-         {"gcode_move", {"position", "gcode_position"}}}}});
+         {"gcode_move", {"position", "gcode_position"}},
+         {"print_stats", Json::array({"state"})}}}});
 }
 
 std::string klipper_script_request(std::int64_t id, std::string_view script) {

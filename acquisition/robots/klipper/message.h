@@ -33,6 +33,7 @@ struct KlipperStatus {
   std::vector<double> low{}, high{};  // travel, in the machine's coordinates
   std::vector<double> live{};         // in the machine's coordinates
   double velocity = 0.0;              // per second
+  std::string print{};                // "printing": it runs a file; empty: it cannot
   std::vector<double> planned{};      // where the moves end, in the machine's coordinates
   std::vector<double> commanded{};    // ... in those of commands
 };

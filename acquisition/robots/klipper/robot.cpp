@@ -159,7 +159,8 @@ tl::expected<std::vector<double>, RobotFault> KlipperRobot::ready_to_move(
     const std::vector<double>& target, const std::stop_token& stop) {
   auto before = status(stop);
   if (!before) return tl::unexpected(before.error());
-  if (std::abs(before->velocity) > kRests && !halted_) {
+  const bool moves = std::abs(before->velocity) > kRests && !halted_;
+  if (moves || before->print == "printing") {
     return tl::unexpected(RobotFault{
         RobotFaultKind::kController,
         "the machine moves already: let what runs on it come to its end"});
@@ -174,7 +175,10 @@ tl::expected<std::vector<double>, RobotFault> KlipperRobot::ready_to_move(
   if (auto fault = beyond(*before, target)) return tl::unexpected(*std::move(fault));
   // The rest of a stopped move is run through, and targets are targets, not steps.
   if (const auto done = script("M400\nG90", answer_by() + kKlipperAhead, stop); !done) {
-    return tl::unexpected(done.error());
+    if (done.error().kind != RobotFaultKind::kNotThere) return tl::unexpected(done.error());
+    return tl::unexpected(RobotFault{
+        RobotFaultKind::kController,
+        "Klipper is busy with another script: let it come to its end"});
   }
   const auto now = status(stop);
   if (!now) return tl::unexpected(now.error());

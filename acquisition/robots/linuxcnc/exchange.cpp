@@ -38,6 +38,7 @@ tl::expected<void, RobotFault> LinuxCncRobot::set(
     std::string_view name, std::string_view what, const std::stop_token& stop) {
   const std::string asked =
       what.empty() ? fmt::format("set {}", name) : fmt::format("set {} {}", name, what);
+  in_step_ = false;
   if (const auto told = tell(asked + "\n"); !told) return told;
   // Nobody needs to read a password in a log.
   const std::string shown = name == "enable" ? "set enable" : asked;
@@ -46,14 +47,16 @@ tl::expected<void, RobotFault> LinuxCncRobot::set(
   for (;;) {
     const auto line = line_by(deadline, shown, stop);
     if (!line) return tl::unexpected(line.error());
-    if (line->kind == CncLineKind::kAck && line->name == answer) return {};
-    if (line->kind == CncLineKind::kNak && (line->name == answer || line->name.empty())) {
-      return tl::unexpected(controller(fmt::format("{} is refused (NAK)", shown)));
-    }
-    if (line->kind == CncLineKind::kError) {
-      return tl::unexpected(
-          controller(fmt::format("{} is answered with error: {}", shown, line->rest)));
-    }
+    const bool ack = line->kind == CncLineKind::kAck && line->name == answer;
+    const bool is_error = line->kind == CncLineKind::kError;
+    const bool nak =
+        line->kind == CncLineKind::kNak && (line->name == answer || line->name.empty());
+    if (!ack && !nak && !is_error) continue;
+    in_step_ = true;
+    if (ack) return {};
+    return tl::unexpected(controller(
+        nak ? fmt::format("{} is refused (NAK)", shown)
+            : fmt::format("{} is answered with error: {}", shown, line->rest)));
   }
 }
 
@@ -61,6 +64,7 @@ tl::expected<LinuxCncRobot::Values, RobotFault> LinuxCncRobot::get(
     std::span<const std::string_view> names, const std::stop_token& stop) {
   std::string asked;
   for (const std::string_view name : names) asked += fmt::format("get {}\n", name);
+  in_step_ = false;
   if (const auto told = tell(asked); !told) return tl::unexpected(told.error());
   const auto deadline = answer_by();
   Values values;
@@ -80,7 +84,17 @@ tl::expected<LinuxCncRobot::Values, RobotFault> LinuxCncRobot::get(
           controller(fmt::format("{} is answered with error: {}", next, line->rest)));
     }
   }
+  in_step_ = true;
   return values;
+}
+
+// After an exchange that was broken off: "get echo" is asked here only, and what comes before
+// its answer is old.
+tl::expected<void, RobotFault> LinuxCncRobot::come_into_step(const std::stop_token& stop) {
+  static constexpr std::array<std::string_view, 1> kNames{"echo"};
+  const auto values = get(kNames, stop);
+  if (!values) return tl::unexpected(values.error());
+  return {};
 }
 
 tl::expected<void, RobotFault> LinuxCncRobot::hello(const std::stop_token& stop) {
@@ -141,7 +155,7 @@ tl::expected<void, RobotFault> LinuxCncRobot::learn_units(const std::stop_token&
 tl::expected<void, RobotFault> LinuxCncRobot::ready(const std::stop_token& stop) {
   const auto fresh = open_channel();
   if (!fresh) return tl::unexpected(fresh.error());
-  if (!*fresh) return {};
+  if (!*fresh) return in_step_ ? OrFault<void>() : come_into_step(stop);
   auto met = hello(stop).and_then([&] { return learn_units(stop); });
   if (!met) close_channel();  // from the beginning the next time
   return met;

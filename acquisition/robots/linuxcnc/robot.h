@@ -53,6 +53,7 @@ class LinuxCncRobot final : public AxisRobot {
   /// All of `names` at once.
   OrFault<Values> get(std::span<const std::string_view> names, const std::stop_token& stop);
   OrFault<void> hello(const std::stop_token& stop);
+  OrFault<void> come_into_step(const std::stop_token& stop);
   OrFault<void> learn_units(const std::stop_token& stop);
   OrFault<void> ready(const std::stop_token& stop);
   OrFault<Look> look(const std::stop_token& stop);
@@ -65,6 +66,7 @@ class LinuxCncRobot final : public AxisRobot {
   [[nodiscard]] RobotState state_of(const Look& seen) const;
 
   const CncPasswords passwords_;
+  bool in_step_ = false;  // its next answer is that to the next question
   double linear_ = 1.0;   // mm in one of the machine's units
   double angular_ = 1.0;  // deg
 };
