@@ -7,12 +7,14 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "acquisition/serial_port.h"
@@ -25,6 +27,7 @@ using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kSlice{50};  // a stop is seen within this
+constexpr std::size_t kMostShown = 80;
 
 std::string without_end(std::string line) {
   while (!line.empty() && (line.back() == '\n' || line.back() == '\r' || line.back() == ' ')) {
@@ -38,25 +41,29 @@ Fault disconnected(std::string detail) { return {FaultKind::kDisconnected, std::
 /// Cuts what comes into lines, and keeps what is not whole yet.
 class CutLines : public LineChannel {
  public:
+  explicit CutLines(char end = '\n', std::size_t longest = kLongestLine)
+      : end_(end), longest_(longest) {}
   tl::expected<std::string, Fault> read_line(
       steady_clock::time_point deadline, const std::stop_token& stop) final {
     for (;;) {
-      if (const std::size_t end = pending_.find('\n'); end != std::string::npos) {
+      if (const std::size_t end = pending_.find(end_); end != std::string::npos) {
         std::string line = pending_.substr(0, end);
         pending_.erase(0, end + 1);
         return without_end(std::move(line));
       }
-      if (pending_.size() > kLongestLine) {
+      if (pending_.size() > longest_) {
         const std::size_t size = pending_.size();
         pending_.clear();
-        return tl::unexpected(
-            Fault{FaultKind::kBadFrame, fmt::format("{} bytes without an end of line", size)});
+        return tl::unexpected(Fault{
+            FaultKind::kBadFrame,
+            fmt::format("{} bytes without an end {}", size, what_ends())});
       }
       if (stop.stop_requested() || steady_clock::now() >= deadline) {
         return tl::unexpected(Fault{
             FaultKind::kTimeout,
-            pending_.empty() ? "no answer"
-                             : fmt::format("{} has no end of line", printable(pending_))});
+            pending_.empty()
+                ? "no answer"
+                : fmt::format("{} has no end {}", printable(shown(pending_)), what_ends())});
       }
       auto more = read_some(deadline, stop);
       if (!more) return tl::unexpected(more.error());
@@ -69,6 +76,16 @@ class CutLines : public LineChannel {
   virtual tl::expected<std::string, Fault> read_some(
       steady_clock::time_point deadline, const std::stop_token& stop) = 0;
 
+  [[nodiscard]] const char* what_ends() const {
+    return end_ == '\n' ? "of line" : "of message";
+  }
+  /// The beginning: evidence, not the whole of a long message.
+  [[nodiscard]] static std::string_view shown(std::string_view text) {
+    return text.substr(0, kMostShown);
+  }
+
+  const char end_;
+  const std::size_t longest_;
   std::string pending_;
 };
 
@@ -118,9 +135,11 @@ short wait_for(int fd, short events, steady_clock::time_point deadline) {
   }
 }
 
-class TcpLines final : public CutLines {
+class SocketLines final : public CutLines {
  public:
-  explicit TcpLines(Socket socket) : socket_(std::move(socket)) {}
+  explicit SocketLines(Socket socket) : socket_(std::move(socket)) {}
+  SocketLines(Socket socket, char end, std::size_t longest)
+      : CutLines(end, longest), socket_(std::move(socket)) {}
 
   tl::expected<void, Fault> write(std::string_view bytes, nanoseconds timeout) override {
     const auto deadline = steady_clock::now() + timeout;
@@ -158,6 +177,23 @@ class TcpLines final : public CutLines {
 
   Socket socket_;
 };
+
+/// A Unix socket cannot be opened: what to do.
+std::string why_not(int error) {
+  const std::string words = std::strerror(error);
+  switch (error) {
+    case ENOENT:
+      return words +
+             "; start its program, and give the path that this one gives it (a service "
+             "with PrivateTmp= has a /tmp of its own)";
+    case ECONNREFUSED:
+      return words + "; its program has ended: start it";
+    case EACCES:
+      return words + "; let this user write to the socket, e.g. by its group";
+    default:
+      return words;
+  }
+}
 
 /// One address of the host; empty: it does not answer, errno says why.
 Socket connected(const addrinfo& to, steady_clock::time_point deadline) {
@@ -200,10 +236,34 @@ tl::expected<std::unique_ptr<LineChannel>, Fault> open_tcp_lines(
   int why = 0;
   for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
     Socket socket = connected(*each, deadline);
-    if (socket.get() >= 0) return std::make_unique<TcpLines>(std::move(socket));
+    if (socket.get() >= 0) return std::make_unique<SocketLines>(std::move(socket));
     why = errno;
   }
   return tl::unexpected(disconnected(fmt::format("{}: {}", place, std::strerror(why))));
+}
+
+tl::expected<std::unique_ptr<LineChannel>, Fault> open_unix_messages(
+    const std::string& path, char end, std::size_t longest, nanoseconds timeout) {
+  sockaddr_un where{};
+  where.sun_family = AF_UNIX;
+  if (path.size() >= sizeof where.sun_path) {
+    return tl::unexpected(disconnected(fmt::format(
+        "the path has {} bytes, a socket's has at most {}", path.size(),
+        sizeof where.sun_path - 1)));
+  }
+  path.copy(where.sun_path, path.size());
+  Socket socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const auto deadline = steady_clock::now() + timeout;
+  for (;;) {
+    if (socket.get() >= 0 &&
+        ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) == 0) {
+      return std::make_unique<SocketLines>(std::move(socket), end, longest);
+    }
+    // EAGAIN: its queue of callers is full.
+    if (errno != EINTR && (errno != EAGAIN || steady_clock::now() >= deadline)) break;
+    std::this_thread::sleep_for(milliseconds{5});
+  }
+  return tl::unexpected(disconnected(why_not(errno)));
 }
 
 tl::expected<std::unique_ptr<LineChannel>, Fault> open_serial_lines(

@@ -1,4 +1,4 @@
-// Lines of text to and from a device, over a serial port or TCP.
+// Lines of text to and from a device, over a serial port, TCP, or a socket of this machine.
 #pragma once
 
 #include <chrono>
@@ -33,6 +33,10 @@ inline constexpr std::size_t kLongestLine = 1024;
 /// Waits at most `timeout` for the connection.
 [[nodiscard]] tl::expected<std::unique_ptr<LineChannel>, Fault> open_tcp_lines(
     const ModbusTcpEndpoint& endpoint, std::chrono::nanoseconds timeout);
+/// A Unix socket of another program on this machine; each of its messages ends with `end` and
+/// is no longer than `longest` bytes.
+[[nodiscard]] tl::expected<std::unique_ptr<LineChannel>, Fault> open_unix_messages(
+    const std::string& path, char end, std::size_t longest, std::chrono::nanoseconds timeout);
 [[nodiscard]] tl::expected<std::unique_ptr<LineChannel>, Fault> open_serial_lines(
     const std::string& device, const LineSettings& line);
 

@@ -12,13 +12,16 @@ namespace sixdial::acquisition {
 extern const RobotDriver modbus_tcp_robot;
 extern const RobotDriver gcode_serial_robot;
 extern const RobotDriver gcode_tcp_robot;
+extern const RobotDriver klipper_robot;
+extern const RobotDriver linuxcnc_robot;
 extern const RobotDriver exec_robot;
 extern const RobotDriver manual_robot;
 
 namespace {
 
-constexpr std::array kDrivers{
-    &modbus_tcp_robot, &gcode_serial_robot, &gcode_tcp_robot, &exec_robot, &manual_robot};
+constexpr std::array kDrivers{&modbus_tcp_robot, &gcode_serial_robot, &gcode_tcp_robot,
+                              &klipper_robot,    &linuxcnc_robot,     &exec_robot,
+                              &manual_robot};
 
 }  // namespace
 

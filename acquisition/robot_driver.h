@@ -4,6 +4,8 @@
 //   modbus-tcp://HOST:PORT?unit=1
 //   gcode-serial:/dev/serial/by-id/...?dialect=grbl&axes=X,Y,Z
 //   gcode-tcp:HOST:PORT?dialect=marlin
+//   klipper:/tmp/klippy_uds
+//   linuxcnc:HOST:5007
 //   exec:/home/me/move.sh {q1_deg} {q2_deg}
 //   manual
 //

@@ -2,41 +2,18 @@
 //
 //   gcode-serial:/dev/serial/by-id/...?dialect=grbl&axes=X,Y,Z&baud=115200
 //   gcode-tcp:10.0.0.7:23?dialect=marlin&axes=X,Y,Z&feed=1200
-#include <algorithm>
 #include <array>
 #include <vector>
 
 #include "acquisition/connection_text.h"
 #include "acquisition/robot_driver.h"
+#include "acquisition/robots/axis_robot.h"
 #include "acquisition/robots/gcode_robot.h"
 
 namespace sixdial::acquisition {
 namespace {
 
 using std::chrono::milliseconds;
-
-/// "X,Y,Z" or "XYZ": a letter for each joint.
-std::string axes_of(const ConnectionOptions& options, std::span<const RobotJoint> joints) {
-  if (joints.size() > kGcodeAxes.size()) {
-    refuse(
-        "G-code has {} axes ({}), this robot has {} joints", kGcodeAxes.size(), kGcodeAxes,
-        joints.size());
-  }
-  const std::string usual(kGcodeAxes.substr(0, joints.size()));
-  std::string axes = options.text("axes", usual);
-  std::erase(axes, ',');
-  for (const char letter : axes) {
-    if (kGcodeAxes.find(letter) == std::string_view::npos) {
-      refuse("axes={}: '{}' is none of the axes {}", axes, letter, kGcodeAxes);
-    }
-    if (std::ranges::count(axes, letter) > 1)
-      refuse("axes={}: {} is there twice", axes, letter);
-  }
-  if (axes.size() != joints.size()) {
-    refuse("axes={} names {} axes, the robot has {} joints", axes, axes.size(), joints.size());
-  }
-  return axes;
-}
 
 GcodeSettings settings_of(
     const ConnectionOptions& options, std::span<const RobotJoint> joints, milliseconds boot) {
@@ -46,7 +23,8 @@ GcodeSettings settings_of(
     refuse("no dialect is given; add ?dialect= one of {}", fmt::join(dialects, ", "));
   }
   const std::string name = options.text("dialect", "");
-  GcodeSettings settings{.dialect = find_gcode_dialect(name), .axes = axes_of(options, joints)};
+  GcodeSettings settings{
+      .dialect = find_gcode_dialect(name), .axes = axis_letters(options, joints, kGcodeAxes)};
   if (settings.dialect == nullptr) {
     refuse(
         "unknown dialect '{}'; did you mean '{}'? (known: {})", name, nearest(name, dialects),

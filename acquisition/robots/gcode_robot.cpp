@@ -7,6 +7,7 @@
 
 #include "acquisition/bus.h"
 #include "acquisition/longest_silence.h"
+#include "acquisition/robots/axis_robot.h"
 #include "geometry/units.h"
 
 namespace sixdial::acquisition {
@@ -18,14 +19,6 @@ using std::chrono::steady_clock;
 constexpr milliseconds kLook{100};  // on the wall, between two looks at a move
 constexpr int kMostReports = 40;    // Grbl tells its offset at least every 30th time
 constexpr double kLargest = 1e6;    // deg, mm
-
-/// "57.29578", "-3", "0".
-std::string figure_text(double value) {
-  std::string text = fmt::format("{:.5f}", value);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.ends_with('.')) text.pop_back();
-  return text == "-0" ? "0" : text;
-}
 
 const AxisFigure* find_axis(const std::vector<AxisFigure>& axes, char letter) {
   const auto found = std::ranges::find(axes, letter, &AxisFigure::letter);

@@ -18,6 +18,8 @@
 #include "acquisition/robot_driver.h"
 #include "acquisition/robots/exec_command.h"
 #include "acquisition/robots/gcode/dialect.h"
+#include "acquisition/robots/klipper/message.h"
+#include "acquisition/robots/linuxcnc/lines.h"
 #include "geometry/robots/serial.h"
 #include "service/socket/request.h"
 #include "session/bundle.h"
@@ -203,6 +205,18 @@ TEST(CorpusReach, BehindEveryParserOfARobotIsAValidInput) {
     };
     EXPECT_GE(accepted("robot_answers_corpus", is_report), 1) << dialect->name;
   }
+  const auto is_status = [&](const std::string& input) {
+    const auto message = a::parse_klipper(input);
+    return message && !message->status.live.empty();
+  };
+  EXPECT_GE(accepted("robot_answers_corpus", is_status), 1);
+  const auto is_position = [&](const std::string& input) {
+    const auto line = a::parse_linuxcnc(input);
+    const auto figures =
+        line && line->name == "ABS_ACT_POS" ? a::cnc_figures(line->rest) : std::nullopt;
+    return figures && figures->size() == a::kCncAxes.size();
+  };
+  EXPECT_GE(accepted("robot_answers_corpus", is_position), 1);
   const auto is_printed = [&](const std::string& input) {
     const auto answer = a::parse_exec_output(input, joints);
     return answer && answer->q.has_value();

@@ -7,8 +7,20 @@
 
 #include "acquisition/robots/exec_command.h"
 #include "acquisition/robots/gcode/dialect.h"
+#include "acquisition/robots/klipper/message.h"
+#include "acquisition/robots/linuxcnc/lines.h"
 
 using namespace sixdial::acquisition;
+
+namespace {
+
+void look_at(const std::vector<double>& figures) {
+  for (const double each : figures) {
+    if (!std::isfinite(each)) std::abort();
+  }
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
@@ -21,6 +33,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (!std::isfinite(each.value) || each.decimals < 0) std::abort();
       }
     }
+  }
+  if (const auto message = parse_klipper(text)) {
+    if (!std::isfinite(message->status.velocity)) std::abort();
+    for (const auto* figures :
+         {&message->status.live, &message->status.planned, &message->status.commanded,
+          &message->status.low, &message->status.high}) {
+      look_at(*figures);
+      if (!figures->empty() && figures->size() < kKlipperAxes.size()) std::abort();
+    }
+  }
+  if (const auto line = parse_linuxcnc(text); line && line->kind == CncLineKind::kValue) {
+    if (const auto figures = cnc_figures(line->rest)) look_at(*figures);
   }
   const auto answer = parse_exec_output(text, joints);
   if (!answer && answer.error().empty()) std::abort();

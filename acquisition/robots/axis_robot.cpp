@@ -1,0 +1,254 @@
+#include "acquisition/robots/axis_robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "acquisition/connection_text.h"
+#include "acquisition/longest_silence.h"
+#include "geometry/units.h"
+
+namespace sixdial::acquisition {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kWrite{500};  // so long a message may take no bytes [wall]
+constexpr milliseconds kTurn{5};     // [wall]
+constexpr double kLargest = 1e6;     // deg, mm
+
+}  // namespace
+
+std::string axis_letters(
+    const ConnectionOptions& options, std::span<const RobotJoint> joints,
+    std::string_view known) {
+  if (joints.size() > known.size()) {
+    refuse(
+        "there are {} axes ({}), this robot has {} joints", known.size(), known, joints.size());
+  }
+  const std::string usual(known.substr(0, joints.size()));
+  std::string axes = options.text("axes", usual);
+  std::erase(axes, ',');
+  for (const char letter : axes) {
+    if (known.find(letter) == std::string_view::npos) {
+      refuse("axes={}: '{}' is none of the axes {}", axes, letter, known);
+    }
+    if (std::ranges::count(axes, letter) > 1)
+      refuse("axes={}: {} is there twice", axes, letter);
+  }
+  if (axes.size() != joints.size()) {
+    refuse("axes={} names {} axes, the robot has {} joints", axes, axes.size(), joints.size());
+  }
+  return axes;
+}
+
+std::string figure_text(double value) {
+  std::string text = fmt::format("{:.5f}", value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+AxisSettings axis_settings(
+    const ConnectionOptions& options, std::span<const RobotJoint> joints,
+    std::string_view known, std::string place) {
+  AxisSettings settings{
+      .axes = axis_letters(options, joints, known), .place = std::move(place)};
+  settings.feed = options.number("feed", settings.feed);
+  settings.arrived = options.number("arrived", settings.arrived);
+  if (settings.feed < 0) refuse("feed={} is not above 0", settings.feed);
+  if (settings.arrived < 0) refuse("arrived={} is not above 0", settings.arrived);
+  settings.timeout = milliseconds(options.whole("timeout_ms", 2000, 100, 60'000));
+  return settings;
+}
+
+AxisRobot::AxisRobot(
+    AxisSettings settings, std::span<const RobotJoint> joints, Open open, Clock& clock)
+    : settings_(std::move(settings)),
+      joints_(joints.begin(), joints.end()),
+      clock_(clock),
+      open_(std::move(open)) {}
+
+std::optional<RobotFault> AxisRobot::bad_target(const Eigen::VectorXd& q) const {
+  const bool good = q.size() == static_cast<Eigen::Index>(joints_.size()) && q.allFinite() &&
+                    q.cwiseAbs().maxCoeff() < kLargest;
+  if (good) return std::nullopt;
+  return RobotFault{
+      RobotFaultKind::kUnreachable,
+      fmt::format("{} joint values, or one that is no number", q.size())};
+}
+
+std::vector<double> AxisRobot::commanded(const Eigen::VectorXd& q) const {
+  std::vector<double> values;
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    const double value = q[static_cast<Eigen::Index>(j)];
+    values.push_back(
+        std::stod(figure_text(joints_[j].turns ? value / geometry::kRadPerDeg : value)));
+  }
+  return values;
+}
+
+Eigen::VectorXd AxisRobot::joint_values(std::span<const double> values) const {
+  Eigen::VectorXd q(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    q[static_cast<Eigen::Index>(j)] =
+        joints_[j].turns ? values[j] * geometry::kRadPerDeg : values[j];
+  }
+  return q;
+}
+
+std::string AxisRobot::move_words(std::span<const double> values, double feed) const {
+  std::string line = "G1";
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    line += fmt::format(" {}{}", settings_.axes[j], figure_text(values[j]));
+  }
+  return line + fmt::format(" F{}", figure_text(feed));
+}
+
+std::optional<RobotFault> AxisRobot::not_there(
+    std::span<const double> stands, std::span<const double> target) const {
+  std::string off;
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    if (std::abs(stands[j] - target[j]) <= settings_.arrived) continue;
+    off += fmt::format(
+        "{}{} ({}) stands at {} and was sent to {}", off.empty() ? "" : ", ", settings_.axes[j],
+        joints_[j].name, figure_text(stands[j]), figure_text(target[j]));
+  }
+  if (off.empty()) return std::nullopt;
+  return RobotFault{RobotFaultKind::kUnreachable, off + ": beyond its travel?"};
+}
+
+std::unique_lock<std::mutex> AxisRobot::turn_of_halt() {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  while (!lock.try_lock()) {
+    if (moving_) {
+      stop_asked_ = true;
+      return {};
+    }
+    std::this_thread::sleep_for(kTurn);
+  }
+  return lock;
+}
+
+RobotFault AxisRobot::link_fault(const Fault& fault) const {
+  return {
+      RobotFaultKind::kLink,
+      fmt::format(
+          "robot controller at {}, {}: {}", settings_.place, reason(fault.kind), fault.detail)};
+}
+
+void AxisRobot::note_answer(bool came) {
+  if (came) {
+    silent_since_ = 0;
+  } else if (silent_since_ == 0) {
+    silent_since_ = std::max<DeviceTime::rep>(1, clock_.monotonic().count());
+  }
+}
+
+milliseconds AxisRobot::silent_for() const {
+  const DeviceTime::rep since = silent_since_;
+  if (since == 0) return milliseconds(0);
+  return std::chrono::duration_cast<milliseconds>(clock_.monotonic() - DeviceTime(since));
+}
+
+AxisRobot::WallTime AxisRobot::answer_by() const {
+  return steady_clock::now() + clock_.wall_timeout(settings_.timeout);
+}
+
+std::chrono::nanoseconds AxisRobot::silence() const {
+  return clock_.wall_timeout(longest_silence(clock_));
+}
+
+tl::expected<bool, RobotFault> AxisRobot::open_channel() {
+  if (channel_) return false;
+  auto opened = open_();
+  if (!opened) {
+    note_answer(false);
+    return tl::unexpected(link_fault(opened.error()));
+  }
+  const std::lock_guard lock(write_mutex_);
+  channel_ = *std::move(opened);
+  return true;
+}
+
+void AxisRobot::close_channel() {
+  const std::lock_guard lock(write_mutex_);
+  channel_.reset();
+  waits_with_.clear();
+}
+
+tl::expected<void, RobotFault> AxisRobot::tell(std::string_view bytes) {
+  const std::lock_guard lock(write_mutex_);
+  if (!channel_) {
+    return tl::unexpected(link_fault({FaultKind::kDisconnected, "the connection is closed"}));
+  }
+  const auto written = channel_->write(bytes, kWrite);
+  if (written) return {};
+  note_answer(false);
+  // Half a message may be out: only a new connection is in step again.
+  channel_.reset();
+  return tl::unexpected(link_fault(written.error()));
+}
+
+// Whoever reads from the channel meanwhile sees for himself that it is closed.
+tl::expected<bool, RobotFault> AxisRobot::tell_meanwhile(std::string_view bytes) {
+  const std::lock_guard lock(write_mutex_);
+  if (!channel_) return false;
+  const auto written = channel_->write(bytes, kWrite);
+  if (!written) return tl::unexpected(link_fault(written.error()));
+  return true;
+}
+
+tl::expected<std::optional<std::string>, RobotFault> AxisRobot::hear(
+    WallTime deadline, const std::stop_token& stop) {
+  auto text = channel_->read_line(deadline, stop);
+  if (text) {
+    note_answer(true);
+    waits_with_.clear();
+    return std::optional(*std::move(text));
+  }
+  if (stop.stop_requested()) {
+    return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
+  }
+  if (text.error().kind == FaultKind::kTimeout) {
+    waits_with_ = text.error().detail;
+    return std::optional<std::string>();
+  }
+  note_answer(false);
+  close_channel();
+  return tl::unexpected(link_fault(text.error()));
+}
+
+RobotFault AxisRobot::silent(std::string_view asked) {
+  note_answer(false);
+  RobotFault fault = link_fault(
+      {FaultKind::kTimeout,
+       fmt::format(
+           "{} is not answered ({})", asked, waits_with_.empty() ? "no answer" : waits_with_)});
+  close_channel();
+  return fault;
+}
+
+RobotFault AxisRobot::stranger(std::string_view text, std::string_view what_it_should_be) {
+  note_answer(false);
+  constexpr std::size_t kMostShown = 80;
+  RobotFault fault = link_fault(
+      {FaultKind::kBadFrame,
+       fmt::format("{} is no {}", printable(text.substr(0, kMostShown)), what_it_should_be)});
+  close_channel();
+  return fault;
+}
+
+tl::expected<std::optional<int>, RobotFault> AxisRobot::speed(const std::stop_token&) {
+  return std::optional<int>(percent_);
+}
+
+tl::expected<void, RobotFault> AxisRobot::set_speed(int percent, const std::stop_token&) {
+  percent_ = std::clamp(percent, 1, 100);
+  return {};
+}
+
+}  // namespace sixdial::acquisition

@@ -1,0 +1,190 @@
+#include "acquisition/robots/linuxcnc/robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace sixdial::acquisition {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kLook{50};     // on the wall, between two looks at a move
+constexpr milliseconds kSettle{500};  // on the wall: an order was taken, and has begun by then
+constexpr milliseconds kStops{3000};  // device time: it slows down for no longer
+constexpr std::string_view kAbort = "set abort\n";
+// Inches, steps, work offsets and inverse times of other programs do not count.
+constexpr std::string_view kPlain = "G21 G90 G94 G53 ";
+
+RobotFault told_error(const std::string& words) {
+  const bool far = words.find("limit") != std::string::npos;
+  return {
+      far ? RobotFaultKind::kUnreachable : RobotFaultKind::kController,
+      fmt::format("LinuxCNC says: {}", words)};
+}
+
+}  // namespace
+
+LinuxCncRobot::LinuxCncRobot(
+    AxisSettings settings, CncPasswords passwords, std::span<const RobotJoint> joints,
+    Open open, Clock& clock)
+    : AxisRobot(std::move(settings), joints, std::move(open), clock),
+      passwords_(std::move(passwords)) {}
+
+RobotState LinuxCncRobot::state_of(const Look& seen) const {
+  RobotState state;
+  state.q = joint_values(seen.stands);
+  state.moves = moves_;
+  if (seen.program == Program::kRunning) {
+    state.motion = Motion::kMoving;
+  } else if (halted_ || seen.program == Program::kPaused) {
+    state.motion = Motion::kFault;
+    state.fault_code = 2;
+  } else {
+    state.motion = moves_ == 0 ? Motion::kIdle : Motion::kInPosition;
+  }
+  return state;
+}
+
+tl::expected<RobotState, RobotFault> LinuxCncRobot::state(const std::stop_token& stop) {
+  const std::lock_guard lock(mutex_);
+  if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
+  const auto seen = look(stop);
+  if (!seen) return tl::unexpected(seen.error());
+  if (seen->locked) return tl::unexpected(*seen->locked);
+  return state_of(*seen);
+}
+
+/// After an abort.
+tl::expected<void, RobotFault> LinuxCncRobot::wait_until_idle(const std::stop_token& stop) {
+  const auto deadline = steady_clock::now() + clock_.wall_timeout(kStops, kStops);
+  for (;;) {
+    const auto seen = look(stop);
+    if (!seen) return tl::unexpected(seen.error());
+    if (seen->program == Program::kIdle) return {};
+    if (steady_clock::now() >= deadline) {
+      return tl::unexpected(RobotFault{
+          RobotFaultKind::kController,
+          "it was told to stop (set abort) and goes on: use the emergency stop"});
+    }
+    if (const auto told = tell(kAbort); !told) return told;
+    if (!sleep_on_wall(steady_clock::now() + kLook, stop)) {
+      return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
+    }
+  }
+}
+
+tl::expected<void, RobotFault> LinuxCncRobot::ready_to_move(const std::stop_token& stop) {
+  const auto seen = look(stop);  // an error from before is read and dropped
+  if (!seen) return tl::unexpected(seen.error());
+  if (seen->locked) return tl::unexpected(*seen->locked);
+  if (seen->program != Program::kIdle) {
+    if (!halted_) {
+      return tl::unexpected(RobotFault{
+          RobotFaultKind::kController,
+          "another program runs on the controller: let it end, or stop it there"});
+    }
+    if (const auto idle = wait_until_idle(stop); !idle) return idle;
+  }
+  auto ready = set("mode", "mdi", stop);
+  if (!ready && ready.error().kind == RobotFaultKind::kController) {
+    close_channel();  // a new greeting takes control back
+    ready.error().detail += ": has another client taken control? The next move takes it back";
+  }
+  return ready;
+}
+
+// An order is taken before it begins: IDLE counts only where the machine has arrived, or once
+// it has been IDLE for a while.
+tl::expected<LinuxCncRobot::Look, RobotFault> LinuxCncRobot::wait_for_end(
+    const std::vector<double>& target, WallTime deadline, const std::stop_token& stop) {
+  bool was_there = false;
+  std::optional<WallTime> idle_since;
+  for (;;) {
+    auto seen = look(stop);
+    if (!seen) return seen;
+    if (seen->locked) return tl::unexpected(*seen->locked);
+    if (!seen->error.empty()) return tl::unexpected(told_error(seen->error));
+    if (stop_asked_) {
+      if (const auto idle = wait_until_idle(stop); !idle) return tl::unexpected(idle.error());
+      return tl::unexpected(RobotFault{RobotFaultKind::kHalted, "the robot was stopped"});
+    }
+    if (seen->program == Program::kPaused) {
+      return tl::unexpected(
+          RobotFault{RobotFaultKind::kHalted, "the move was paused at the machine"});
+    }
+    const auto now = steady_clock::now();
+    if (seen->program == Program::kRunning) {
+      was_there = false;
+      idle_since.reset();
+    } else {
+      const bool there = !not_there(seen->stands, target);
+      if (!idle_since) idle_since = now;
+      if ((there && was_there) || now - *idle_since > kSettle) return seen;
+      was_there = there;
+    }
+    if (now >= deadline) {
+      return tl::unexpected(
+          RobotFault{RobotFaultKind::kNotThere, "the move has not ended in its time"});
+    }
+    if (!sleep_on_wall(now + kLook, stop)) {
+      return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
+    }
+  }
+}
+
+tl::expected<RobotState, RobotFault> LinuxCncRobot::move_to(
+    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
+  const Moving moving(*this);
+  const std::lock_guard lock(mutex_);
+  if (auto bad = bad_target(q)) return tl::unexpected(*std::move(bad));
+  if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
+  if (const auto good = ready_to_move(stop); !good) return tl::unexpected(good.error());
+  if (stop_asked_) {
+    return tl::unexpected(RobotFault{RobotFaultKind::kHalted, "the robot was stopped"});
+  }
+  halted_ = false;
+  const std::vector<double> target = commanded(q);
+  const auto deadline =
+      steady_clock::now() + clock_.wall_timeout(timeout, std::min(timeout, milliseconds{2000}));
+  ++moves_;
+  const std::string words = std::string(kPlain) + move_words(target, feed());
+  const auto ended =
+      set("mdi", words, stop).and_then([&] { return wait_for_end(target, deadline, stop); });
+  if (ended) {
+    if (auto fault = not_there(ended->stands, target)) return tl::unexpected(*std::move(fault));
+    return state_of(*ended);
+  }
+  halted_ = true;
+  const RobotFaultKind kind = ended.error().kind;
+  // Not to be left running with nobody watching. Best effort: the cause is reported anyway.
+  if (kind == RobotFaultKind::kCancelled || kind == RobotFaultKind::kNotThere) {
+    (void)tell(kAbort);
+  } else if (kind == RobotFaultKind::kLink && ready({})) {
+    (void)tell(kAbort);  // over a new connection
+  }
+  return tl::unexpected(ended.error());
+}
+
+tl::expected<void, RobotFault> LinuxCncRobot::halt(const std::stop_token& stop) {
+  // Whoever moves it looks whether it stands, and says it again otherwise.
+  if (moving_) stop_asked_ = true;
+  if (!moving_) {
+    if (const auto turn = turn_of_halt()) {
+      if (const auto good = ready(stop); !good) return good;
+      const auto seen = look(stop);
+      if (!seen) return tl::unexpected(seen.error());
+      if (seen->locked) return {};  // nothing moves then
+      if (const auto told = set("abort", "", stop); !told) return told;
+      halted_ = halted_ || seen->program != Program::kIdle;
+      return {};
+    }
+  }
+  const auto told = tell_meanwhile(kAbort);
+  if (!told) return tl::unexpected(told.error());
+  return {};
+}
+
+}  // namespace sixdial::acquisition
