@@ -67,10 +67,8 @@ const WordsOfKind* words_of_kind(CauseKind kind) {
                "None on parts, as they are not fitted; if they were, they would pull the "
                "parameters.",
            .advice =
-               "Nothing, if they are few. Else look at what measured them. A dial: cable, "
-               "battery, dirt on the face, a tip that leaves the face at its edge. A tracker, "
-               "a camera: the line of sight, a target that turned away, an arm that had not "
-               "come to rest."}},
+               "Nothing, if they are few. Else look at the dials in the list: cable, battery, "
+               "dirt on the face, a tip that leaves the face at its edge."}},
       WordsOfKind{
           CauseKind::kStaleReadings,
           "readings handed over twice",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sixdial::acquisition {
 namespace {
@@ -101,7 +102,8 @@ tl::expected<void, RobotFault> LinuxCncRobot::ready_to_move(const std::stop_toke
 tl::expected<LinuxCncRobot::Look, RobotFault> LinuxCncRobot::wait_for_end(
     const std::vector<double>& target, WallTime deadline, const std::stop_token& stop) {
   bool was_there = false;
-  std::optional<WallTime> idle_since;
+  bool was_idle = false;
+  WallTime idle_since = steady_clock::now();
   for (;;) {
     auto seen = look(stop);
     if (!seen) return seen;
@@ -118,11 +120,11 @@ tl::expected<LinuxCncRobot::Look, RobotFault> LinuxCncRobot::wait_for_end(
     const auto now = steady_clock::now();
     if (seen->program == Program::kRunning) {
       was_there = false;
-      idle_since.reset();
+      was_idle = false;
     } else {
       const bool there = !not_there(seen->stands, target);
-      if (!idle_since) idle_since = now;
-      if ((there && was_there) || now - *idle_since > kSettle) return seen;
+      if (!std::exchange(was_idle, true)) idle_since = now;
+      if ((there && was_there) || now - idle_since > kSettle) return seen;
       was_there = there;
     }
     if (now >= deadline) {
