@@ -66,12 +66,12 @@ std::string plain_words(const studies::BudgetRow& row, Measurand measurand) {
     case BudgetSource::kOpen:
       return "what the poses leave open, held at nominal";
     case BudgetSource::kFit:
-      return "fit of the robot's parameters: what it leaves beyond the dials' own";
+      return "fit of the robot's parameters: what it leaves beyond the readings' own";
     case BudgetSource::kArrival:
       return "the tool's arrival, by repeats of the same poses";
     case BudgetSource::kTemperature:
       return measurand == Measurand::kMeasured
-                 ? "growth of cuboid and stands with temperature"
+                 ? "growth of the cuboid or target, and of what carries the instrument"
                  : "what went with the temperature of the session";
   }
   return "";
