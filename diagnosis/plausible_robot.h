@@ -1,7 +1,8 @@
-// What is plausible of a robot's numbers before any reading: the rig file's, each give or take
-// ten plausible changes of its kind. Without it a fit of an arm whose last joints the tool
-// hardly shows walks along a bent valley for ever, far from any robot. What the data determine
-// it does not move: a link known to 0.01 mm by a hundred thousandth of that.
+// A prior of a robot's numbers: what the rig file says of each, give or take ten times the
+// change that is plausible for its kind (ParameterInfo::change). Without it a fit of an arm
+// whose last joints the tool hardly shows walks along a bent valley for ever, far from any
+// robot. It is too wide to move what the data determine: a link that these know to 0.01 mm
+// moves by less than 1e-6 mm.
 #pragma once
 
 #include <Eigen/Core>
