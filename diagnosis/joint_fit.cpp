@@ -132,7 +132,6 @@ void finish(JointFit& fit, const PlausibleRobot& plausible) {
   const double variance = squares / std::max(1.0, fit.weight.sum() - fit.fitted - spent);
   fit.covariance = equations.covariance() * variance;
   fit.u_sd_mm = (variance_of_u * variance).cwiseMax(0.0).cwiseSqrt();
-  fit.log_likelihood -= 0.5 * plausible.squares(fit.model);
   if (fit.shared) fit.log_likelihood -= cost_of_sharing(fit, whitening);
   if (m == 0) return;
   fit.log_likelihood += 0.5 * equations.log_volume_of_u() + own.array().log().sum() -
@@ -204,8 +203,8 @@ class Fitter {
  private:
   void iterate(int plain_steps) {
     // In space slopes are dear. Where a step did what they had promised, to a hundredth, they
-    // hold for the next one too, and for the end: what they are off by moves the answer by a
-    // hundredth of a standard deviation at most.
+    // hold for the next one too, and for the end: what they are off by moves the answer by
+    // less than where a fit ends.
     bool keeps_slopes = false;
     for (int step = 0; step < kMostSteps && !fit_.converged; ++step) {
       const bool plain = step < plain_steps;

@@ -2,7 +2,8 @@
 // change that is plausible for its kind (ParameterInfo::change). Without it a fit of an arm
 // whose last joints the tool hardly shows walks along a bent valley for ever, far from any
 // robot. It is too wide to move what the data determine: a link that these know to 0.01 mm
-// moves by less than 1e-6 mm.
+// moves towards the file by a millionth of the way. It steers the fit and is no part of the
+// evidence.
 #pragma once
 
 #include <Eigen/Core>

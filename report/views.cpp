@@ -36,8 +36,9 @@ std::string views_in_words(int axes) {
   if (all.size() == 1) return "";
   std::string words;
   for (const View& view : all) {
+    const char* const joined = &view == &all.back() ? " and " : ", ";
     words += fmt::format(
-        "{}{} ({}, {})", words.empty() ? "" : ", ", view.from,
+        "{}{} ({}, {})", words.empty() ? "" : joined, view.from,
         coordinates(axes)[static_cast<std::size_t>(view.across)],
         coordinates(axes)[static_cast<std::size_t>(view.up)]);
   }

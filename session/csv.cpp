@@ -85,7 +85,7 @@ std::string special_kind(int fd) {
       if (static_cast<long>(on.f_type) == made_by_kernel) return "made by the kernel";
     }
   }
-  return about.st_size > kLargest ? "larger than 4 GiB" : "";
+  return about.st_size > kLargest ? "larger than 4 GiB, as no session is" : "";
 }
 
 /// What a shell hands over: <(command), /dev/stdin.

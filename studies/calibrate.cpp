@@ -224,7 +224,8 @@ CalibrationResult calibrate_here(
       checked.g1, checked.session, checked.rig ? &believed.rig : nullptr,
       registry_method(method, settings.profile), as_fitted, stop);
   judge_fitted(
-      result.parameters, *believed.rig.robot.model, data.g1, reference.x, believable.warnings);
+      result.parameters, *believed.rig.robot.model, data.g1, reference.x,
+      request.fix.empty() && request.free.empty(), believable.warnings);
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);

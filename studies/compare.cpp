@@ -280,7 +280,7 @@ ComparisonResult compare_here(
   result.best = best_of(result.methods);
   judge_fitted(
       result.assessment.parameters, *believed.rig.robot.model, space, reference.x,
-      believable.warnings);
+      request.fix.empty() && request.free.empty(), believable.warnings);
   result.warnings = std::move(believable.warnings);
   return result;
 }

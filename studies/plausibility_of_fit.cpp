@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "calibration/reading_space.h"
 #include "geometry/registration.h"
 #include "geometry/units.h"
 
@@ -30,6 +31,11 @@ int distinct_poses(std::span<const simulation::Trial> trials) {
     if (!known) poses.push_back(trial.q);
   }
   return static_cast<int>(poses.size());
+}
+
+/// Of a parameter in the rig file; rows of an arm have no key of their own.
+WarningPlace place_of(const geometry::ParameterInfo& info) {
+  return {.file = "rig.toml", .field = info.rig_key.empty() ? "" : "[robot] " + info.rig_key};
 }
 
 /// More equations than unknowns, before any noise can be known from them (calibration/noise.h).
@@ -162,7 +168,7 @@ std::vector<Warning> implausible_lengths(
     found.push_back(
         {"implausible_length",
          Severity::kWrong,
-         {.file = "rig.toml", .field = "[robot] " + info.rig_key},
+         place_of(info),
          {{"name", row.name},
           {"meaning", info.meaning},
           {"value", row.identified},
@@ -185,7 +191,7 @@ std::vector<Warning> far_angles(
     found.push_back(
         {"far_angle",
          Severity::kNote,
-         {.file = "rig.toml", .field = "[robot] " + info.rig_key},
+         place_of(info),
          {{"name", row.name},
           {"meaning", info.meaning},
           {"value", value},
@@ -198,7 +204,7 @@ std::optional<Warning> fits_nowhere(
     const calibration::ObservationSpace& space, const Eigen::VectorXd& x) {
   std::vector<double> left, moves;  // by sample, squares in units of sigma
   const Eigen::VectorXd change = space.scale();
-  for (int i = 0; i < space.samples(); ++i) {
+  for (int i = 0; i < calibration::measured_samples(space); ++i) {
     const int rows = space.rows(i);
     const auto weight =
         space.sigma_mm.segment(space.first_row[static_cast<std::size_t>(i)], rows)
@@ -218,9 +224,11 @@ std::optional<Warning> fits_nowhere(
 
 void judge_fitted(
     const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot,
-    const calibration::ObservationSpace& space, const Eigen::VectorXd& best,
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& best, bool all_free,
     std::vector<Warning>& warnings) {
-  if (auto found = fits_nowhere(space, best)) warnings.push_back(std::move(*found));
+  if (auto found = all_free ? fits_nowhere(space, best) : std::nullopt) {
+    warnings.push_back(std::move(*found));
+  }
   add(implausible_lengths(parameters, robot), warnings);
   add(far_angles(parameters, robot), warnings);
 }

@@ -58,10 +58,11 @@ void add(std::vector<Warning> more, std::vector<Warning>& warnings);
 [[nodiscard]] std::optional<Warning> fits_nowhere(
     const calibration::ObservationSpace& space, const Eigen::VectorXd& x);
 
-/// All of these of a fit that was made.
+/// All of these of a fit that was made; the last only where `all_free`: what a user holds
+/// cannot fit, whatever the data are.
 void judge_fitted(
     const std::vector<ParameterRow>& parameters, const geometry::RobotModel& robot,
-    const calibration::ObservationSpace& space, const Eigen::VectorXd& best,
+    const calibration::ObservationSpace& space, const Eigen::VectorXd& best, bool all_free,
     std::vector<Warning>& warnings);
 
 }  // namespace sixdial::studies

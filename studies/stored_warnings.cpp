@@ -35,6 +35,7 @@ void judge_stored(CalibrationResult& stored, const session::Session& session) {
   const geometry::Rig& rig = judged.session.rig;
   add_too_few_poses(judged.warnings, session::trials_of(judged.session, "G1"), rig, fixed, {});
   add(implausible_lengths(stored.parameters, *rig.robot.model), judged.warnings);
+  add(far_angles(stored.parameters, *rig.robot.model), judged.warnings);
   say_in_doubt(judged.warnings, "calibration");
   stored.warnings = std::move(judged.warnings);
 }

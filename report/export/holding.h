@@ -42,8 +42,8 @@ class Holding {
 
 /// What to do about effects in a format of geometry alone.
 inline constexpr std::string_view kBetterWithoutCauses =
-    "The formats c, python and json hold it. A file of this format is the better one of the "
-    "calibrated robot (kinematics), which was fitted without causes.";
+    "The formats c, python and json hold most causes. In this format export the calibrated "
+    "robot (kinematics) instead: it was fitted without causes.";
 
 /// A shift of a joint that has come and stays [rad or mm]: its encoder's zero is another one.
 [[nodiscard]] bool is_settled_shift(

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "report/figures.h"
@@ -94,6 +95,15 @@ ArrowMap shift_map(
   map.arrow_key = report::round_down(largest_mm);
   for (const std::string_view axis : coordinates(axes_of(shifts))) {
     map.axes.push_back({.label = std::string(axis), .unit = "mm"});
+  }
+  if (shifts.z_mm) {  // of a flat set of places the view from the side has no height of its own
+    const double room_mm = map.arrow_scale * largest_mm;
+    const std::array all{&shifts.x_mm, &shifts.y_mm, &*shifts.z_mm};
+    for (std::size_t i = 0; i < all.size() && !all[i]->empty(); ++i) {
+      const auto [low, high] = std::ranges::minmax(*all[i]);
+      map.axes[i].low = low - room_mm;
+      map.axes[i].high = high + room_mm;
+    }
   }
   Arrows arrows{.style = style};
   for (std::size_t i = 0; i < shown.size(); ++i) {

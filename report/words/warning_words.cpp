@@ -112,9 +112,9 @@ constexpr Words kWords[] = {
      "or "
      "both names lead to one dial. Neither is used."},
     {"silent_dial",
-     "No row has a reading of dial {dials}: it never touched, or was not recorded."},
+     "No row has a reading of {dials}: not touched all the while, or not recorded."},
     {"resolution",
-     "The readings of dial {dials} come in steps of {seen:g} mm, where the rig file states a "
+     "The readings of {dials} come in steps of {seen:g} mm, where the rig file states a "
      "resolution of {stated:g} mm: {seen:g} mm is used."},
     {"g2_repeats_g1",
      "{rows:row of G2 repeats a row|rows of G2 repeat rows} of G1 to the last digit and "
@@ -262,14 +262,14 @@ constexpr Words kWords[] = {
      "{name}, the {meaning}, came out as {value:.3f} mm where the rig file says {nominal:.3f} "
      "mm: no such robot is made. Look at the units, the dials' order and the rig file."},
     {"fits_nowhere",
-     "The best fit still leaves the tool {times:.1f} times as far from where it was measured "
-     "as all parameters move it, each changed by as much as is plausible: these are not the "
-     "data of a robot like the rig file's. Look at the joint values (unit, order, sign), at "
-     "what was measured and at the rig file."},
+     "At half of the samples the best fit is still off by {times:.1f} times what plausible "
+     "changes of all parameters could explain: these are not the data of a robot like the rig "
+     "file's. Look at the joint values (unit, order, sign), at what was measured and at the "
+     "rig file."},
     {"far_angle",
      "{name}, the {meaning}, came out as {value:.2f} deg where the rig file says "
-     "{nominal:.2f} deg. Correct the rig file: its unit or sign may be wrong, and nominal "
-     "commands go by it."},
+     "{nominal:.2f} deg. Enter it in the rig file if it is right: nominal commands go by the "
+     "file."},
     {"made_unjudged",
      "This {what} is of an earlier version, which did not look for what is listed here: "
      "nothing "

@@ -48,6 +48,11 @@ struct PlausibilityCheck {
   void (*look)(Look& look) = nullptr;
 };
 
+/// "A, B and C".
+[[nodiscard]] std::string listed(const std::vector<std::string>& names);
+/// "dial A", "dials A, B and C".
+[[nodiscard]] std::string dials_in_words(const std::vector<std::string>& ids);
+
 /// In the order in which they look.
 [[nodiscard]] const std::vector<PlausibilityCheck>& checks();
 

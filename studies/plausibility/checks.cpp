@@ -25,6 +25,18 @@ bool Look::told(std::string_view code) const {
   return std::ranges::any_of(found, [&](const Warning& each) { return each.code == code; });
 }
 
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  }
+  return text;
+}
+
+std::string dials_in_words(const std::vector<std::string>& ids) {
+  return (ids.size() == 1 ? "dial " : "dials ") + listed(ids);
+}
+
 const std::vector<PlausibilityCheck>& checks() {
   static const std::vector<PlausibilityCheck> kChecks{
       // What the file says.

@@ -94,12 +94,14 @@ void look_for_silent(Look& look) {
     }
   }
   if (std::ranges::count(read, 1) == 0) return;
-  std::string silent;
+  std::vector<std::string> silent;
   for (std::size_t k = 0; k < dials.size(); ++k) {
-    if (read[k] == 0) silent += (silent.empty() ? "" : ", ") + dials[k].id;
+    if (read[k] == 0) silent.push_back(dials[k].id);
   }
   if (silent.empty()) return;
-  look.tell("silent_dial", Severity::kNote, {.file = "session.csv"}, {{"dials", silent}});
+  look.tell(
+      "silent_dial", Severity::kNote, {.file = "session.csv"},
+      {{"dials", dials_in_words(silent)}});
 }
 
 }  // namespace

@@ -11,15 +11,6 @@
 namespace sixdial::studies::plausibility {
 namespace {
 
-/// "A, B and C".
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  }
-  return text;
-}
-
 double worst_of(const std::vector<double>& by_column, const std::vector<std::size_t>& columns) {
   double worst = 0.0;
   for (const std::size_t k : columns) worst = std::max(worst, by_column[k]);
@@ -42,7 +33,7 @@ struct Columns {
 /// "all dials", "dial C", "dials A and B".
 std::string named(const Columns& columns, std::size_t dials) {
   if (columns.ids.size() == dials) return "all dials";
-  return (columns.ids.size() == 1 ? "dial " : "dials ") + listed(columns.ids);
+  return dials_in_words(columns.ids);
 }
 
 /// Where a dial that counts the other way begins: most likely at the end of its travel.

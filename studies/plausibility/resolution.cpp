@@ -23,7 +23,7 @@ constexpr std::array kSteps_mm{1.0,     0.5,    0.2,  0.1,   0.05,    0.0254,
 constexpr std::size_t kFewestReadings = 20;
 constexpr double kWhole = 1e-3;   // of a step
 constexpr double kCoarser = 1.5;  // times the stated resolution
-constexpr double kFiner = 0.02;   // of it; a mean of readings has more digits than a reading
+constexpr double kFiner = 0.002;  // of it; a mean of readings has more digits than a reading
 
 /// The coarsest step that all readings are multiples of; 0: none of those above.
 double step_of(const std::set<double>& readings) {
@@ -41,7 +41,8 @@ double step_of(const std::set<double>& readings) {
 
 void look_at_resolution(Look& look) {
   auto& dials = look.used.rig.dials;
-  std::map<std::pair<double, double>, std::string> found;  // stated and seen [mm] -> dials
+  std::map<std::pair<double, double>, std::vector<std::string>>
+      found;  // stated and seen [mm] -> dials
   for (std::size_t k = 0; k < dials.size(); ++k) {
     std::set<double> readings;
     for (const session::Sample& sample : look.used.samples) {
@@ -53,14 +54,13 @@ void look_at_resolution(Look& look) {
     const double stated = dials[k].resolution_mm;
     const double seen = step_of(readings);
     if (seen <= 0.0 || (seen < kCoarser * stated && seen > kFiner * stated)) continue;
-    std::string& names = found[{stated, seen}];
-    names += (names.empty() ? "" : ", ") + dials[k].id;
+    found[{stated, seen}].push_back(dials[k].id);
     dials[k].resolution_mm = seen;
   }
   for (const auto& [steps, names] : found) {
     look.tell(
-        "resolution", Severity::kNote, Look::rig_key("[dials] resolution_mm"),
-        {{"dials", names}, {"stated", steps.first}, {"seen", steps.second}});
+        "resolution", Severity::kNote, Look::rig_key("resolution_mm"),
+        {{"dials", dials_in_words(names)}, {"stated", steps.first}, {"seen", steps.second}});
   }
 }
 

@@ -182,6 +182,19 @@ TEST(Plausibility, WhatNoSuchRobotGaveIsNotCalibratedByAnyMethod) {
   EXPECT_THAT(codes_of(*compared.warnings), Contains("fits_nowhere"));
 }
 
+TEST(Plausibility, WhatAUserHoldsIsNoFaultOfTheData) {
+  const session::Session session = session_with([](session::Session& each) {
+    const auto zero = each.rig.robot.model->find_parameter("dtheta1");
+    each.rig.robot.nominal[*zero] += 5.0 * geometry::kRadPerDeg;
+  });
+  CalibrationRequest one_link = quick();
+  one_link.free = {"l11"};
+  for (const CalibrationRequest& request : {one_link, quick()}) {
+    const CalibrationResult result = calibrate(session, request);
+    EXPECT_THAT(codes_of(*result.warnings), Not(Contains("fits_nowhere")));
+  }
+}
+
 TEST(Plausibility, AJointWhoseZeroIsFarFromTheRigFilesIsTold) {
   const session::Session session = session_with([](session::Session& each) {
     const auto zero = each.rig.robot.model->find_parameter("dtheta1");
