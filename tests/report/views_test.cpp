@@ -86,7 +86,7 @@ TEST_F(ArmReport, DrawsEveryPointInThreeViews) {
     }
   }
   for (const char* words :
-       {"from above (x, y), from the front (x, z), from the side (y, z)",
+       {"from above (x, y), from the front (x, z) and from the side (y, z)",
         "to the right in the view from above, (+0.010, 0, 0) mm"}) {
     EXPECT_THAT(figure->shows, HasSubstr(words));
   }
