@@ -98,7 +98,7 @@ tl::expected<void, RobotFault> LinuxCncRobot::come_into_step(const std::stop_tok
 }
 
 tl::expected<void, RobotFault> LinuxCncRobot::hello(const std::stop_token& stop) {
-  if (const auto told = tell(fmt::format("hello {} sixdial 1.0\n", passwords_.connect));
+  if (const auto told = tell(fmt::format("hello {} Sixdial 1.0\n", passwords_.connect));
       !told) {
     return told;
   }

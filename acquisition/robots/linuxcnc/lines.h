@@ -1,6 +1,6 @@
 // What LinuxCNC's remote (linuxcncrsh) says: lines of text. Pure.
 //
-//   hello EMC sixdial 1.0           HELLO ACK EMCNETSVR 1.1        HELLO NAK
+//   hello EMC Sixdial 1.0           HELLO ACK EMCNETSVR 1.1        HELLO NAK
 //   set mdi G53 G1 X10 F600         SET MDI ACK                    SET MDI NAK
 //   get abs_act_pos                 ABS_ACT_POS 10.000000 0.000000 ...
 //
