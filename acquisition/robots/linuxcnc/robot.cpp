@@ -161,12 +161,12 @@ tl::expected<RobotState, RobotFault> LinuxCncRobot::move_to(
   }
   halted_ = true;
   const RobotFaultKind kind = ended.error().kind;
-  // Not to be left running with nobody watching. Best effort: the cause is reported anyway.
-  if (kind == RobotFaultKind::kCancelled || kind == RobotFaultKind::kNotThere) {
-    (void)tell(kAbort);
-  } else if (kind == RobotFaultKind::kLink && ready({})) {
-    (void)tell(kAbort);  // over a new connection
-  }
+  // Not to be left running with nobody watching; where the link broke, over a new connection.
+  // Best effort: the cause is reported anyway.
+  const bool lost_sight = kind == RobotFaultKind::kCancelled ||
+                          kind == RobotFaultKind::kNotThere ||
+                          (kind == RobotFaultKind::kLink && ready({}));
+  if (lost_sight) (void)tell(kAbort);
   return tl::unexpected(ended.error());
 }
 
