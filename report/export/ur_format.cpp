@@ -39,6 +39,10 @@ HeldModel hold(const studies::ExportedModel& full, const ExportOptions&) {
   return holding.done();
 }
 
+constexpr std::string_view kOfHash =
+    "The driver compares `hash` with the controller's and tells that they differ: the "
+    "controller computes with its own calibration still.";
+
 std::string write(
     const studies::ExportedModel& full, const HeldModel& held, const ExportOptions&) {
   constexpr double kMetrePerMm = 1e-3;
@@ -48,9 +52,7 @@ std::string write(
   text += commented(
       {"The arm's base (base_link_inertia of ur_description) in the instrument's frame:",
        pose_in_words(whole.base),
-       "The tool in the frame of wrist_3:", pose_in_words(whole.tool),
-       "The driver compares `hash` with the controller's and tells that they differ: the "
-       "controller computes with its own calibration still."},
+       "The tool in the frame of wrist_3:", pose_in_words(whole.tool), std::string(kOfHash)},
       "# ");
   text += "kinematics:\n";
   for (std::size_t i = 0; i < kNames.size(); ++i) {
