@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <string_view>
 
 #include "report/export/holding.h"
 #include "report/export/joint_chain.h"
