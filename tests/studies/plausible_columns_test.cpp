@@ -160,6 +160,7 @@ TEST(PlausibleColumns, ADialWithoutAnyReadingIsTold) {
       sample.channels[4].value.reset();
     }
   }));
+  ASSERT_EQ(judged.warnings.size(), 1U);
   EXPECT_EQ(only_warning(judged).code, "silent_dial");
   EXPECT_THAT(report::warning_text(judged.warnings[0]), HasSubstr("dials A and E"));
 }
