@@ -48,26 +48,27 @@ HWY_INLINE HWY_ATTR void tile(
   }
 }
 
-/// out += A'B. `half`: A is B, and only what lies on or below the diagonal is wanted.
+/// out += A'B, columns [from, to) of it. `half`: A is B, and only what lies on or below the
+/// diagonal is wanted.
 HWY_ATTR void products(
-    std::size_t n, const double* A, std::size_t p, const double* B, std::size_t q, double* out,
-    bool half) {
+    std::size_t n, const double* A, std::size_t p, const double* B, std::size_t from,
+    std::size_t to, double* out, bool half) {
   constexpr std::size_t kTile = 4;
   constexpr std::size_t kRows = 512;  // a tile's columns stay in the first cache
   for (std::size_t row = 0; row < n; row += kRows) {
     const std::size_t rows = std::min(kRows, n - row);
-    for (std::size_t j = 0; j < q; j += kTile) {
+    for (std::size_t j = from; j < to; j += kTile) {
       const std::size_t begin = half ? j / kTile * kTile : 0;
       for (std::size_t i = begin; i < p; i += kTile) {
         const double* a = A + i * n + row;
         const double* b = B + j * n + row;
         double* here = out + i + j * p;
-        if (i + kTile <= p && j + kTile <= q) {
+        if (i + kTile <= p && j + kTile <= to) {
           tile<4, 4>(rows, a, n, b, n, here, p);
           continue;
         }
         for (std::size_t k = 0; k < std::min(kTile, p - i); ++k) {
-          for (std::size_t l = 0; l < std::min(kTile, q - j); ++l) {
+          for (std::size_t l = 0; l < std::min(kTile, to - j); ++l) {
             tile<1, 1>(rows, a + k * n, n, b + l * n, n, here + k + l * p, p);
           }
         }
@@ -80,25 +81,44 @@ HWY_ATTR void products(
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include "calibration/crew.h"
+
 namespace sixdial::calibration {
 
 HWY_EXPORT(products);
 
 namespace {
+
 std::size_t count(Eigen::Index number) { return static_cast<std::size_t>(number); }
+
+/// A'B into `out`, large ones by the threads of this work's crew, some columns each.
+void share(
+    const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Eigen::MatrixXd& out, bool half) {
+  constexpr Eigen::Index kColumns = 16;  // a multiple of a tile's
+  constexpr double kWorthSharing = 4e6;  // products: a quarter of a millisecond
+  const bool large =
+      static_cast<double>(A.rows()) * static_cast<double>(out.size()) > kWorthSharing;
+  const Eigen::Index step = large ? kColumns : std::max<Eigen::Index>(1, B.cols());
+  in_parallel(static_cast<int>((B.cols() + step - 1) / step), [&](int k) {
+    const Eigen::Index from = k * step;
+    const Eigen::Index to = std::min(from + step, B.cols());
+    HWY_DYNAMIC_DISPATCH(products)
+    (count(A.rows()), A.data(), count(A.cols()), B.data(), count(from), count(to), out.data(),
+     half);
+  });
+}
+
 }  // namespace
 
 Eigen::MatrixXd column_products(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(A.cols(), B.cols());
-  HWY_DYNAMIC_DISPATCH(products)
-  (count(A.rows()), A.data(), count(A.cols()), B.data(), count(B.cols()), result.data(), false);
+  share(A, B, result, false);
   return result;
 }
 
 Eigen::MatrixXd column_products(const Eigen::MatrixXd& A) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(A.cols(), A.cols());
-  HWY_DYNAMIC_DISPATCH(products)
-  (count(A.rows()), A.data(), count(A.cols()), A.data(), count(A.cols()), result.data(), true);
+  share(A, A, result, true);
   result.triangularView<Eigen::StrictlyUpper>() = result.transpose();
   return result;
 }

@@ -26,6 +26,11 @@ int wait_while(const std::atomic<int>& value, int old) {
 
 }  // namespace
 
+int threads_asked(int asked) {
+  return asked > 0 ? asked
+                   : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
 Workers::Workers(int threads) {
   // More than a machine can have only takes its memory; results do not depend on the number.
   constexpr int kMost = 256;

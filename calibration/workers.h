@@ -14,6 +14,9 @@
 
 namespace sixdial::calibration {
 
+/// So many threads as were asked for; for 0 as many as the machine has for this process.
+[[nodiscard]] int threads_asked(int asked);
+
 class Workers {
  public:
   /// `threads` in all, the caller included; 1 starts none.

@@ -99,6 +99,7 @@ void add_diagnose_command(CLI::App& app, Cli& cli) {
           "of a session with more samples so many are drawn and used; 0: all")
       ->check(CLI::Range(0, 10000000))
       ->capture_default_str();
+  add_threads(*command, request.threads);
   command->add_flag(
       "--no-gain", options->no_gain, "do not judge by G2 what naming the causes gains: faster");
   command->add_option(

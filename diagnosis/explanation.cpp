@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -151,31 +153,40 @@ std::vector<Explanation> Search::with_one_more(
     const Explanation& before, const std::vector<Candidate>& candidates, Shortlist list,
     bool afresh) const {
   std::vector<Explanation> result;
+  const auto with = [&](const Candidate& candidate) {
+    std::vector<Chosen> chosen = before.chosen;
+    chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
+    std::vector<ActiveEffect> sizes = before.fit.effects;
+    sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
+    Explanation found = explained(before.fit, chosen, sizes, before.unknown, afresh);
+    const auto linear = static_cast<Eigen::Index>(linear_count(*candidate.hypothesis.effect));
+    if (afresh && found.evidence < before.evidence && candidate.sizes.size() == linear) {
+      // Something else is gross as well, and draws a fit that counts every reading: from near
+      // this name's size the readings that it explains are good, the others stay gross.
+      std::ranges::copy(candidate.sizes, sizes.back().x.begin());
+      Explanation near =
+          explained(before.fit, std::move(chosen), std::move(sizes), before.unknown);
+      if (near.evidence > found.evidence) found = std::move(near);
+    }
+    weigh_last_name(before, found);
+    return found;
+  };
   const auto add_best_of = [&](const std::vector<Candidate>& scored, std::size_t most) {
+    std::vector<const Candidate*> asked;
     std::size_t looked = 0;
     for (const Candidate& candidate : scored) {
       if (looked++ >= most || candidate.evidence < scored.front().evidence - list.within) break;
       const bool known = std::ranges::any_of(result, [&](const Explanation& each) {
         return each.chosen.back().candidate.hypothesis == candidate.hypothesis;
       });
-      if (known) continue;
-      std::vector<Chosen> chosen = before.chosen;
-      chosen.push_back({candidate, cost_of(candidate) + prior_cost(hypotheses_.size())});
-      std::vector<ActiveEffect> sizes = before.fit.effects;
-      sizes.push_back(at_rest(candidate.hypothesis, candidate.searched));
-      Explanation with = explained(before.fit, chosen, sizes, before.unknown, afresh);
-      const auto linear = static_cast<Eigen::Index>(linear_count(*candidate.hypothesis.effect));
-      if (afresh && with.evidence < before.evidence && candidate.sizes.size() == linear) {
-        // Something else is gross as well, and draws a fit that counts every reading: from near
-        // this name's size the readings that it explains are good, the others stay gross.
-        std::ranges::copy(candidate.sizes, sizes.back().x.begin());
-        Explanation near =
-            explained(before.fit, std::move(chosen), std::move(sizes), before.unknown);
-        if (near.evidence > with.evidence) with = std::move(near);
-      }
-      result.push_back(std::move(with));
-      weigh_last_name(before, result.back());
+      if (!known) asked.push_back(&candidate);
     }
+    std::vector<Explanation> found(asked.size());
+    calibration::in_parallel(static_cast<int>(asked.size()), [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      found[k] = with(*asked[k]);
+    });
+    std::ranges::move(found, std::back_inserter(result));
   };
   add_best_of(candidates, list.most);
   if (before.fit.shared && !candidates.empty()) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calibration/crew.h"
 #include "calibration/pose_groups.h"
 #include "calibration/random.h"
 #include "diagnosis/judging.h"
@@ -39,16 +40,17 @@ GainStudy fits_on_g1(const GainQuestion& question) {
   GainStudy study;
   study.calibrated = fit_jointly(g1, question.baseline.model, {}, &question.baseline);
   study.extended = extended_on(g1, extended, question.joint_curves, study.calibrated);
-  for (std::size_t i = 0; i < extended.effects.size(); ++i) {
+  study.without.resize(extended.effects.size());
+  calibration::in_parallel(static_cast<int>(study.without.size()), [&](int k) {
+    const auto i = static_cast<std::size_t>(k);
     // Also from the start: beside the causes that stay, readings that only this one explains
     // look gross, and a fit that starts there leaves them out.
     JointFit from_here =
         fit_jointly(g1, study.extended.model, less(study.extended.effects, i), &study.extended);
     JointFit afresh = fit_jointly(g1, question.baseline.model, less(study.extended.effects, i));
-    study.without.push_back(
-        afresh.log_likelihood > from_here.log_likelihood ? std::move(afresh)
-                                                         : std::move(from_here));
-  }
+    study.without[i] = afresh.log_likelihood > from_here.log_likelihood ? std::move(afresh)
+                                                                        : std::move(from_here);
+  });
   return study;
 }
 

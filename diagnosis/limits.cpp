@@ -2,16 +2,19 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "calibration/column_products.h"
+#include "calibration/crew.h"
 #include "calibration/random.h"
 #include "diagnosis/absorbers.h"
 #include "diagnosis/drawn_noise.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/limit_search.h"
 #include "diagnosis/significance.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
@@ -53,45 +56,6 @@ struct Seen {
   Eigen::VectorXd raw;    // first parameter's column, weighted, not projected
 };
 
-/// Some of the searched values, evenly. A step just where it imitates a slow change best is its
-/// hardest rival: of these there are more.
-std::vector<double> few_of(std::vector<double> values, bool is_step) {
-  const std::size_t few = is_step ? 24 : 6;
-  if (values.size() <= few) return values;
-  std::vector<double> result;
-  for (std::size_t i = 0; i < few; ++i) {
-    result.push_back(values[(2 * i + 1) * values.size() / (2 * few)]);
-  }
-  return result;
-}
-
-/// Of an effect so many times its plausible size.
-double implausibility(double times) { return std::log1p(std::pow(times / kBelievedWidth, 2)); }
-
-/// The search is averaged over: where many values do as well as the best, it costs little. Each
-/// value that is not here does as well as one that is, but none as well as the best.
-double cost_of_search(const std::vector<double>& evidences, std::size_t best, double searched) {
-  const double each =
-      evidences.size() > 1 ? (searched - 1) / static_cast<double>(evidences.size() - 1) : 0.0;
-  double sum = 1.0;
-  for (std::size_t i = 0; i < evidences.size(); ++i) {
-    if (i != best) sum += each * std::exp(evidences[i] - evidences[best]);
-  }
-  return std::log(searched / sum);
-}
-
-/// Smallest size in [low, high] at which `enough` holds, by bisection of its logarithm.
-template <typename Test>
-double least_size(double low, double high, Test&& enough) {
-  if (!enough(high)) return kInfinite;
-  constexpr int kHalvings = 12;  // of eight decades: to half a per cent
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = std::sqrt(low * high);
-    (enough(middle) ? high : low) = middle;
-  }
-  return high;
-}
-
 /// What one session can show: each hypothesis against its rivals.
 class LimitStudy {
  public:
@@ -105,12 +69,14 @@ class LimitStudy {
         noise_(projector_, kDraws) {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
-    for (const Hypothesis& each : hypotheses) {
+    all_.resize(hypotheses.size());
+    calibration::in_parallel(static_cast<int>(hypotheses.size()), [&](int i) {
       geometry::check_end();
-      if (each.effect->exchanges_dials) continue;  // no size to be told
-      Seen seen = seen_of(each, extended, simulated);
-      if (!seen.values.empty()) all_.push_back(std::move(seen));
-    }
+      const auto k = static_cast<std::size_t>(i);
+      if (hypotheses[k].effect->exchanges_dials) return;  // no size to be told
+      all_[k] = seen_of(hypotheses[k], extended, simulated);
+    });
+    std::erase_if(all_, [](const Seen& each) { return each.values.empty(); });
     for (const Seen& each : all_) needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
     if (needs_time_) add_smooth_in_time();
     add_rig_rivals();
@@ -122,11 +88,13 @@ class LimitStudy {
   }
 
   [[nodiscard]] std::vector<Limit> limits() const {
-    std::vector<Limit> result;
-    for (const Seen& own : all_) {
-      geometry::tell_step("limits of causes", std::ssize(result), std::ssize(all_));
-      result.push_back(limit_of(own));
-    }
+    std::vector<Limit> result(all_.size());
+    std::atomic<std::int64_t> done = 0;
+    calibration::in_parallel(static_cast<int>(all_.size()), [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      geometry::tell_step("limits of causes", done++, std::ssize(all_));
+      result[k] = limit_of(all_[k]);
+    });
     return result;
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "calibration/crew.h"
 #include "calibration/pose_groups.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
@@ -48,8 +49,13 @@ class Folds {
 
   [[nodiscard]] std::vector<CandidateErrors> run() {
     const std::vector<int> fold = folds_of(question_.explained.fitted);
-    for (int out = 0; out < kChoiceFolds; ++out) {
-      if (stop_.stop_requested() || !judge(fold, out)) return {};
+    std::vector<std::optional<std::vector<CandidateErrors>>> answers(kChoiceFolds);
+    calibration::in_parallel(kChoiceFolds, [&](int out) {
+      if (!stop_.stop_requested()) answers[static_cast<std::size_t>(out)] = judged(fold, out);
+    });
+    for (const auto& fold_answers : answers) {
+      if (stop_.stop_requested() || !fold_answers) return {};
+      for (const CandidateErrors& each : *fold_answers) append(each);
     }
     // A candidate that one fold could not train is none.
     std::erase_if(candidates_, [&](const CandidateErrors& each) {
@@ -59,10 +65,12 @@ class Folds {
   }
 
  private:
-  bool judge(const std::vector<int>& fold, int out) {
+  /// Of the candidates that this fold can train; empty if it has too few readings.
+  [[nodiscard]] std::optional<std::vector<CandidateErrors>> judged(
+      const std::vector<int>& fold, int out) const {
     const FittedAndJudged here = split(question_.explained.fitted, fold, out);
     const Eigen::Index fewest = here.fitted.model().parameter_count() + kFewestToSpare;
-    if (here.fitted.count() < fewest || here.judged.count() == 0) return false;
+    if (here.fitted.count() < fewest || here.judged.count() == 0) return std::nullopt;
     const JointFit& extended = question_.extended;
     const double s_mm = std::max(extended.s_mm, settings_.noise_mm);
     const Eigen::VectorXd weight = weights_to_judge(question_.all, extended, here.judged, s_mm);
@@ -75,33 +83,34 @@ class Folds {
     const JointFit plain = fit_jointly(
         as_measured.fitted, measured ? as_measured.fitted.nominal() : question_.baseline.model,
         {}, measured ? nullptr : &question_.baseline);
-    add(GainModel::kCalibrated, {as_measured, measured ? ones : weight}, poses, plain);
+    std::vector<CandidateErrors> result;
+    add(result, GainModel::kCalibrated, {as_measured, measured ? ones : weight}, poses, plain);
     if (!extended.effects.empty() || measured || !question_.joint_curves.empty()) {
       const JointFit set_right =
           measured ? fit_jointly(here.fitted, question_.baseline.model, {}) : plain;
-      add(GainModel::kExtended, {here, weight}, poses,
+      add(result, GainModel::kExtended, {here, weight}, poses,
           extended_on(here.fitted, extended, question_.joint_curves, set_right));
     }
-    return true;
+    return result;
   }
 
   void add(
-      GainModel model, const Side& side, const std::vector<std::size_t>& poses,
-      const JointFit& fit) {
-    append(model, false, judged_on(side, poses, fit, nullptr).error_mm);
+      std::vector<CandidateErrors>& to, GainModel model, const Side& side,
+      const std::vector<std::size_t>& poses, const JointFit& fit) const {
+    to.push_back({model, false, judged_on(side, poses, fit, nullptr).error_mm});
     if (!settings_.networks) return;
     const auto network = trained_on(side.readings.fitted, fit, settings_.seed, stop_);
-    if (network) append(model, true, judged_on(side, poses, fit, &*network).error_mm);
+    if (network) to.push_back({model, true, judged_on(side, poses, fit, &*network).error_mm});
   }
 
-  void append(GainModel model, bool network, const Eigen::VectorXd& error_mm) {
+  void append(const CandidateErrors& more) {
     auto at = std::ranges::find_if(candidates_, [&](const CandidateErrors& each) {
-      return each.model == model && each.network == network;
+      return each.model == more.model && each.network == more.network;
     });
-    if (at == candidates_.end()) at = candidates_.insert(at, {model, network, {}});
+    if (at == candidates_.end()) at = candidates_.insert(at, {more.model, more.network, {}});
     const Eigen::Index before = at->error_mm.size();
-    at->error_mm.conservativeResize(before + error_mm.size());
-    at->error_mm.tail(error_mm.size()) = error_mm;
+    at->error_mm.conservativeResize(before + more.error_mm.size());
+    at->error_mm.tail(more.error_mm.size()) = more.error_mm;
   }
 
   const GainQuestion& question_;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/covariate.h"
 #include "diagnosis/dials_alone.h"
@@ -313,9 +314,11 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   }
   if (found.chosen.size() != names) exchanges = search.exchange_twos(found);
   tell_smooth_apart(readings, search, settings, found, result);
-  for (std::size_t i = 0; i < found.chosen.size(); ++i) {
-    result.findings.push_back(finding_of(search, settings, found, i));
-  }
+  result.findings.resize(found.chosen.size());
+  calibration::in_parallel(static_cast<int>(found.chosen.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    result.findings[k] = finding_of(search, settings, found, k);
+  });
   tie_alike_sets(readings, search, settings, found, exchanges, result.findings);
   for (const auto& [takes, smooth] : smooth_rivals) {
     if (smooth.log_odds >= settings.tie_log_odds) continue;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
@@ -26,11 +27,9 @@ double lever_mm(const geometry::InstrumentModel& instrument) {
   }
   return length_mm > 0 && angle_rad > 0 ? length_mm / angle_rad : kUsualLever_mm;
 }
-/// Long sessions: looked at every so many samples.
-void check_end_at(std::size_t trial) {
-  constexpr std::size_t kEvery = 256;
-  if (trial % kEvery == 0) geometry::check_end();
-}
+/// Trials: in long sessions it is looked at every so many whether the work is to end, and each
+/// thread takes so many.
+constexpr std::size_t kStretch = 256;
 
 }  // namespace
 
@@ -166,7 +165,7 @@ Readings Readings::with_noise(std::vector<double> of_dials) const {
 Readings Readings::allowing_rig(std::optional<double> of_a_workshop) const {
   Readings result = *this;
   result.rig_allowance_ = of_a_workshop;
-  result.nuisance_.reset();
+  result.kept_ = std::make_shared<Kept>();
   return result;
 }
 
@@ -230,8 +229,7 @@ Readings Readings::counting(std::vector<bool> counts) const {
   }
   result.choose_rows();
   result.set_noise();
-  result.nuisance_.reset();
-  result.reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  result.kept_ = std::make_shared<Kept>();
   result.shareable_.clear();
   for (const auto& each : shareable_) result.shareable_.push_back(rows_of(*each, result));
   return result;
@@ -277,9 +275,8 @@ void Readings::place_tool(const simulation::ModelVector& at) {
   std::erase_if(doubts, [&](const simulation::Doubt& each) { return !has_rows(each.trial); });
   circumstances_ = std::move(circumstances);
   doubts_ = std::make_shared<const std::vector<simulation::Doubt>>(std::move(doubts));
-  reading_columns_ = std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  kept_ = std::make_shared<Kept>();
   placed_at_ = at;
-  nuisance_.reset();
 }
 
 void Readings::pick(
@@ -291,19 +288,29 @@ void Readings::pick(
   }
 }
 
+void Readings::for_stretches(const std::function<void(std::size_t, std::size_t)>& run) const {
+  const std::size_t trials = trials_->size();
+  calibration::in_parallel(static_cast<int>((trials + kStretch - 1) / kStretch), [&](int k) {
+    geometry::check_end();
+    const std::size_t first = static_cast<std::size_t>(k) * kStretch;
+    run(first, std::min(first + kStretch, trials));
+  });
+}
+
 Eigen::VectorXd Readings::simulate(
     const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
     const simulation::ActiveEffect* extra) const {
   Eigen::VectorXd result =
       Eigen::VectorXd::Constant(count(), std::numeric_limits<double>::quiet_NaN());
-  simulation::Scene scene;
   const simulation::ModelVector known = as_known(at);
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    check_end_at(t);
-    if (!has_rows(t)) continue;
-    if (extended.run(known, (*trials_)[t], (*circumstances_)[t], scene, extra))
-      pick(scene, t, result);
-  }
+  for_stretches([&](std::size_t first, std::size_t last) {
+    simulation::Scene scene;
+    for (std::size_t t = first; t < last; ++t) {
+      if (!has_rows(t)) continue;
+      if (extended.run(known, (*trials_)[t], (*circumstances_)[t], scene, extra))
+        pick(scene, t, result);
+    }
+  });
   return result;
 }
 
@@ -311,23 +318,24 @@ Eigen::MatrixXd Readings::jacobian(const simulation::ModelVector& at) const {
   if (!model_->rig().on_cuboid()) return jacobian(at, {*model_, {}}, {});
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), model_->parameter_count());
   const bool free = model_->rig().cuboid.mount == geometry::Mount::kFree;
-  simulation::Prediction seen;
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    check_end_at(t);
-    if (!has_rows(t)) continue;
-    const auto reached = model_->predict(
-        at, (*trials_)[t].q, (*trials_)[t].assembly,
-        free ? (*trials_)[t].gamma_rad : std::nullopt, false, seen);
-    if (!reached) continue;
-    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
-      const int dial = rows_[static_cast<std::size_t>(row)].dial;
-      if (of_ == Of::kDials) {
-        J.row(row) = seen.reading_J.row(dial);
-      } else {
-        J.row(row) = seen.position_J.row(dial);
+  for_stretches([&](std::size_t first, std::size_t last) {
+    simulation::Prediction seen;
+    for (std::size_t t = first; t < last; ++t) {
+      if (!has_rows(t)) continue;
+      const auto reached = model_->predict(
+          at, (*trials_)[t].q, (*trials_)[t].assembly,
+          free ? (*trials_)[t].gamma_rad : std::nullopt, false, seen);
+      if (!reached) continue;
+      for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
+        const int dial = rows_[static_cast<std::size_t>(row)].dial;
+        if (of_ == Of::kDials) {
+          J.row(row) = seen.reading_J.row(dial);
+        } else {
+          J.row(row) = seen.position_J.row(dial);
+        }
       }
     }
-  }
+  });
   return J;
 }
 
@@ -335,24 +343,26 @@ Eigen::MatrixXd Readings::jacobian(
     const simulation::ModelVector& at, const simulation::ExtendedModel& extended,
     const std::vector<simulation::EffectNumber>& numbers) const {
   if (extended.effects().empty() && model_->rig().on_cuboid()) return jacobian(at);
-  simulation::ExtendedSlopes slopes(extended, numbers);
-  simulation::ExtendedSlopes::Slopes seen;
-  simulation::Scene scene;
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count(), slopes.count());
+  Eigen::MatrixXd J =
+      Eigen::MatrixXd::Zero(count(), simulation::ExtendedSlopes(extended, numbers).count());
   const simulation::ModelVector known = as_known(at);
-  for (std::size_t t = 0; t < trials_->size(); ++t) {
-    check_end_at(t);
-    if (!has_rows(t)) continue;
-    if (!slopes.at(known, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
-    for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
-      const int channel = rows_[static_cast<std::size_t>(row)].dial;
-      if (of_ == Of::kPositions) {
-        J.row(row) = seen.tool.row(channel);
-      } else {
-        J.row(row) = seen.reading.row(channel) * per_unit_[static_cast<std::size_t>(channel)];
+  for_stretches([&](std::size_t first, std::size_t last) {
+    simulation::ExtendedSlopes slopes(extended, numbers);
+    simulation::ExtendedSlopes::Slopes seen;
+    simulation::Scene scene;
+    for (std::size_t t = first; t < last; ++t) {
+      if (!has_rows(t)) continue;
+      if (!slopes.at(known, (*trials_)[t], (*circumstances_)[t], scene, seen)) continue;
+      for (Eigen::Index row = first_row_[t]; row < first_row_[t + 1]; ++row) {
+        const int channel = rows_[static_cast<std::size_t>(row)].dial;
+        if (of_ == Of::kPositions) {
+          J.row(row) = seen.tool.row(channel);
+        } else {
+          J.row(row) = seen.reading.row(channel) * per_unit_[static_cast<std::size_t>(channel)];
+        }
       }
     }
-  }
+  });
   leave_what_is_known(known, J);
   return J.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
@@ -368,7 +378,7 @@ Eigen::VectorXd Readings::doubt_mm(
   std::size_t last = trials_->size();
   for (const simulation::Doubt& doubt : *doubts_) {
     const std::size_t t = doubt.trial;
-    check_end_at(t);
+    if (t % kStretch == 0) geometry::check_end();
     const Eigen::Index first = first_row_[t];
     const Eigen::Index rows = first_row_[t + 1] - first;
     if (rows == 0) continue;
@@ -390,9 +400,9 @@ const Eigen::MatrixXd& Readings::reading_columns(
   const std::string key = fmt::format(
       "{}@{}:{}", candidate.effect->cause, candidate.place.name,
       candidate.effect->searched ? candidate.x.back() : 0.0);
-  if (const auto known = reading_columns_->find(key); known != reading_columns_->end()) {
-    return known->second;
-  }
+  const std::lock_guard lock(kept_->making);
+  auto& kept = kept_->reading_columns;
+  if (const auto known = kept.find(key); known != kept.end()) return known->second;
   const auto& rows = rows_of_dial_[dial];
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), count);
   simulation::Scene scene;
@@ -412,7 +422,7 @@ const Eigen::MatrixXd& Readings::reading_columns(
       columns(static_cast<Eigen::Index>(at), i) = (scene.reading[dial] - before) / step;
     }
   }
-  return reading_columns_->emplace(key, std::move(columns)).first->second;
+  return kept.emplace(key, std::move(columns)).first->second;
 }
 
 }  // namespace sixdial::diagnosis

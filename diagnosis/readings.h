@@ -5,8 +5,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -133,21 +135,22 @@ class Readings {
   /// standard deviation (rig_quantities(), in that order); with a free mount, the
   /// angle of each sample around the one that its active three gave, known to 10 mrad; of
   /// another instrument its parameters, and distances of its places, that are known to within
-  /// something (geometry/known_parts.h). Not for two threads on one object.
+  /// something (geometry/known_parts.h).
   [[nodiscard]] const Eigen::MatrixXd& nuisance() const;
   /// Rows of one dial.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_of_dial(std::size_t dial) const {
     return rows_of_dial_[dial];
   }
   /// d(reading)/d(first `count` parameters) of an effect that changes one dial's reading only,
-  /// at the measured readings, on rows_of_dial: the same for every fit, so kept. Not for two
-  /// threads on one object.
+  /// at the measured readings, on rows_of_dial: the same for every fit, so kept.
   [[nodiscard]] const Eigen::MatrixXd& reading_columns(
       const simulation::ActiveEffect& candidate, int count) const;
   /// Takes this session's numbers out of a scene.
   void pick(const simulation::Scene& scene, std::size_t trial, Eigen::VectorXd& into) const;
 
  private:
+  /// Calls run(first, last) for stretches of trials, by the threads of this work's crew.
+  void for_stretches(const std::function<void(std::size_t, std::size_t)>& run) const;
   /// The rows of the trials that count.
   void choose_rows();
   void set_noise();
@@ -168,8 +171,13 @@ class Readings {
   std::vector<Eigen::Index> place_of_row_;  // of its trial among them
   std::vector<Eigen::Index> first_row_;
   std::vector<std::vector<Eigen::Index>> rows_of_dial_;
-  std::shared_ptr<std::map<std::string, Eigen::MatrixXd>> reading_columns_ =
-      std::make_shared<std::map<std::string, Eigen::MatrixXd>>();
+  /// Made when first asked for, by whichever thread; shared by copies that would make the same.
+  struct Kept {
+    std::mutex making;
+    std::optional<Eigen::MatrixXd> nuisance;
+    std::map<std::string, Eigen::MatrixXd> reading_columns;
+  };
+  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();
   [[nodiscard]] Eigen::MatrixXd angles_of_free_mount() const;
   /// The model with what is known of the instrument as it is known: how far from that it is, is
   /// nuisance().
@@ -179,7 +187,6 @@ class Readings {
   [[nodiscard]] Eigen::MatrixXd known_parts_of_instrument() const;
 
   simulation::ModelVector placed_at_;
-  mutable std::optional<Eigen::MatrixXd> nuisance_;
   Eigen::VectorXd measured_mm_;
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;

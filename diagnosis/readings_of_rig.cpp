@@ -43,14 +43,16 @@ void Readings::set_nominal() {
 }
 
 const Eigen::MatrixXd& Readings::nuisance() const {
-  if (nuisance_) return *nuisance_;
+  const std::lock_guard lock(kept_->making);
+  std::optional<Eigen::MatrixXd>& kept = kept_->nuisance;
+  if (kept) return *kept;
   const Eigen::MatrixXd of_rig = rig_columns(*this, placed_at_, rig_quantities());
   const Eigen::MatrixXd angles =
       model_->rig().on_cuboid() ? angles_of_free_mount() : known_parts_of_instrument();
-  nuisance_.emplace(count(), of_rig.cols() + angles.cols());
-  nuisance_->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
-  nuisance_->rightCols(angles.cols()) = angles;
-  return *nuisance_;
+  kept.emplace(count(), of_rig.cols() + angles.cols());
+  kept->leftCols(of_rig.cols()) = of_rig / std::max(kFinestNoise_mm, rig_noise_mm_);
+  kept->rightCols(angles.cols()) = angles;
+  return *kept;
 }
 
 simulation::ModelVector Readings::as_known(const simulation::ModelVector& at) const {

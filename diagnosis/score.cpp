@@ -5,9 +5,12 @@
 // pass from the last sample to the first.
 #include <Eigen/Dense>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <iterator>
 
 #include "calibration/column_products.h"
+#include "calibration/crew.h"
 #include "calibration/random.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/search.h"
@@ -284,19 +287,35 @@ simulation::ActiveEffect at_rest(const Hypothesis& hypothesis, double searched) 
   return active;
 }
 
+namespace {
+
+/// But the exchanges of dials, which are tried on the readings themselves.
+std::vector<Hypothesis> tried_here(const std::vector<Hypothesis>& hypotheses) {
+  std::vector<Hypothesis> result;
+  std::ranges::copy_if(hypotheses, std::back_inserter(result), [](const Hypothesis& each) {
+    return !each.effect->exchanges_dials;
+  });
+  return result;
+}
+
+}  // namespace
+
 double simulated_false_alarm(
     const Readings& readings, const JointFit& baseline,
     const std::vector<Hypothesis>& hypotheses, double p_value, int draws, std::uint64_t seed) {
   const Scorer scorer(readings, baseline);
-  std::vector<Scorer::Prepared> prepared;
-  for (const Hypothesis& each : hypotheses) {
-    if (!each.effect->exchanges_dials) prepared.push_back(scorer.prepare(each));
-  }
+  const std::vector<Hypothesis> asked = tried_here(hypotheses);
+  std::vector<Scorer::Prepared> prepared(asked.size());
+  calibration::in_parallel(static_cast<int>(asked.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    prepared[k] = scorer.prepare(asked[k]);
+  });
   constexpr std::uint32_t kStream = 71;
   const Projector& projector = scorer.projector();
-  int as_good = 0;
-  for (int draw = 0; draw < draws; ++draw) {
-    geometry::tell_step("sessions of noise alone", draw, draws);
+  std::atomic<int> as_good = 0;
+  std::atomic<int> done = 0;
+  calibration::in_parallel(draws, [&](int draw) {
+    geometry::tell_step("sessions of noise alone", done++, draws);
     Eigen::VectorXd e(readings.count());
     for (Eigen::Index row = 0; row < e.size(); ++row) {
       e[row] = calibration::random_normal(
@@ -311,7 +330,7 @@ double simulated_false_alarm(
       if (candidate.hypothesis.effect) candidates.push_back(std::move(candidate));
     }
     if (family_p_value(candidates) <= p_value) ++as_good;
-  }
+  });
   return (as_good + 1.0) / (draws + 1.0);
 }
 
@@ -320,14 +339,15 @@ std::vector<Candidate> score_all(
   const Scorer scorer(readings, fit);
   const Scorer::Left left =
       scorer.left(scorer.projector().residual(), scorer.projector().squares());
-  std::vector<Candidate> result;
-  std::int64_t done = 0;
-  for (const Hypothesis& each : hypotheses) {
-    geometry::tell_step("scoring causes", done++, std::ssize(hypotheses));
-    if (each.effect->exchanges_dials) continue;  // tried on the readings themselves
-    Candidate candidate = scorer.score(scorer.prepare(each), left);
-    if (candidate.hypothesis.effect) result.push_back(std::move(candidate));
-  }
+  const std::vector<Hypothesis> asked = tried_here(hypotheses);
+  std::vector<Candidate> result(asked.size());
+  std::atomic<std::int64_t> done = 0;
+  calibration::in_parallel(static_cast<int>(asked.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    geometry::tell_step("scoring causes", done++, std::ssize(asked));
+    result[k] = scorer.score(scorer.prepare(asked[k]), left);
+  });
+  std::erase_if(result, [](const Candidate& each) { return !each.hypothesis.effect; });
   std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
     if (a.evidence != b.evidence) return a.evidence > b.evidence;
     return a.hypothesis.name() < b.hypothesis.name();

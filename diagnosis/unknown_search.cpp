@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calibration/column_products.h"
+#include "calibration/crew.h"
 #include "diagnosis/covariate.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
@@ -33,26 +34,28 @@ constexpr double kMostOfAWorkshop = 3.0;
 void UnknownSearch::along(
     const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
     const Eigen::MatrixXd& stage, int functions, const std::vector<Box>& boxes) {
-  const auto u = scaled(covariate);
-  if (!u) return;
-  begin({name}, enters);
-  range_ = {covariate.minCoeff(), covariate.maxCoeff()};
-  for (const Box& box : boxes) {
-    geometry::check_end();
-    const Eigen::MatrixXd basis = basis_of(readings_.of_used(*u), box.half_width, functions);
-    Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
-    std::vector<Order> order;
-    for (Eigen::Index s = 0; s < stage.cols(); ++s) {
-      for (int j = 0; j < functions; ++j) {
-        for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-          columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
+  const auto scaled_covariate = scaled(covariate);
+  if (!scaled_covariate) return;
+  const std::array<double, 2> range{covariate.minCoeff(), covariate.maxCoeff()};
+  const Eigen::VectorXd u = readings_.of_used(*scaled_covariate);
+  ask({name}, enters, UnknownKind::kSmooth, [=, this](Trial& trial) {
+    trial.range = range;
+    for (const Box& box : boxes) {
+      geometry::check_end();
+      const Eigen::MatrixXd basis = basis_of(u, box.half_width, functions);
+      Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
+      std::vector<Order> order;
+      for (Eigen::Index s = 0; s < stage.cols(); ++s) {
+        for (int j = 0; j < functions; ++j) {
+          for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+            columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
+          }
+          order.push_back({j, -1, -1});
         }
-        order.push_back({j, -1, -1});
       }
+      score(trial, columns, order, box);
     }
-    score(columns, order, box);
-  }
-  end();
+  });
 }
 
 void UnknownSearch::over(
@@ -74,91 +77,94 @@ void UnknownSearch::over(
       for (int k = 0; axes == 3 && k < each; ++k) products.push_back({i, j, k});
     }
   }
-  begin({kNames.begin(), kNames.begin() + axes}, enters);
-  for (const Box& box : kOver) {
-    geometry::check_end();
-    std::vector<Eigen::MatrixXd> basis;
-    basis.reserve(u.size());
-    for (const Eigen::VectorXd& along : u)
-      basis.push_back(basis_of(along, box.half_width, each));
-    Eigen::MatrixXd columns(readings_.count(), stage.cols() * std::ssize(products));
-    std::vector<Order> order;
-    Eigen::Index column = 0;
-    for (Eigen::Index s = 0; s < stage.cols(); ++s) {
-      for (const Order& product : products) {
-        for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-          const Eigen::Index t = readings_.place_of(row);
-          double value = stage(row, s);
-          for (std::size_t axis = 0; axis < basis.size(); ++axis) {
-            value *= basis[axis](t, product[axis]);
+  const std::vector<std::string> names{kNames.begin(), kNames.begin() + axes};
+  ask(names, enters, UnknownKind::kSmooth, [=, this](Trial& trial) {
+    for (const Box& box : kOver) {
+      geometry::check_end();
+      std::vector<Eigen::MatrixXd> basis;
+      basis.reserve(u.size());
+      for (const Eigen::VectorXd& along : u)
+        basis.push_back(basis_of(along, box.half_width, each));
+      Eigen::MatrixXd columns(readings_.count(), stage.cols() * std::ssize(products));
+      std::vector<Order> order;
+      Eigen::Index column = 0;
+      for (Eigen::Index s = 0; s < stage.cols(); ++s) {
+        for (const Order& product : products) {
+          for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+            const Eigen::Index t = readings_.place_of(row);
+            double value = stage(row, s);
+            for (std::size_t axis = 0; axis < basis.size(); ++axis) {
+              value *= basis[axis](t, product[axis]);
+            }
+            columns(row, column) = value;
           }
-          columns(row, column) = value;
+          order.push_back(product);
+          ++column;
         }
-        order.push_back(product);
-        ++column;
       }
+      score(trial, columns, order, box);
     }
-    score(columns, order, box);
-  }
-  end();
+  });
 }
 
 void UnknownSearch::dial_curves(const Eigen::MatrixXd& own_mm, double limit_mm) {
   const Eigen::Index dials = own_mm.cols();
   std::vector<std::optional<Eigen::VectorXd>> u;
   for (Eigen::Index d = 0; d < dials; ++d) u.push_back(scaled(own_mm.col(d)));
-  begin({"dial readings"}, "dials", UnknownKind::kDialCurves);
   // A kernel's functions have this standard deviation where t is 1.
   const double of_scale_1 = std::pow(2 * kPi, -0.25);
   const double most = kShareOfLimit * limit_mm / (of_scale_1 * projector_sigma_mm());
-  for (const Box& box : kCurves) {
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings_.count(), dials * kOfCurve);
-    std::vector<Order> order;
-    for (Eigen::Index d = 0; d < dials; ++d) {
-      for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1, -1});
-      if (!u[static_cast<std::size_t>(d)]) continue;
-      const Eigen::MatrixXd basis = basis_of(
-          readings_.of_used(*u[static_cast<std::size_t>(d)]), box.half_width, kOfCurve);
-      for (const Eigen::Index row : readings_.rows_of_dial(static_cast<std::size_t>(d))) {
-        columns.row(row).segment(d * kOfCurve, kOfCurve) = basis.row(readings_.place_of(row));
+  ask({"dial readings"}, "dials", UnknownKind::kDialCurves, [=, this](Trial& trial) {
+    for (const Box& box : kCurves) {
+      Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(readings_.count(), dials * kOfCurve);
+      std::vector<Order> order;
+      for (Eigen::Index d = 0; d < dials; ++d) {
+        for (int j = 0; j < kOfCurve; ++j) order.push_back({j, -1, -1});
+        if (!u[static_cast<std::size_t>(d)]) continue;
+        const Eigen::MatrixXd basis = basis_of(
+            readings_.of_used(*u[static_cast<std::size_t>(d)]), box.half_width, kOfCurve);
+        for (const Eigen::Index row : readings_.rows_of_dial(static_cast<std::size_t>(d))) {
+          columns.row(row).segment(d * kOfCurve, kOfCurve) = basis.row(readings_.place_of(row));
+        }
       }
+      score(trial, columns, order, box, most);
     }
-    score(columns, order, box, most);
-  }
-  end();
+  });
 }
 
 void UnknownSearch::dial_habit(
     const std::string& name, const Eigen::MatrixXd& columns, double limit_mm) {
-  begin({name}, "dials", UnknownKind::kDialHabits);
-  score(columns, {}, {1.0, {0.0}}, kShareOfLimit * limit_mm / projector_sigma_mm());
-  end();
+  const double most = kShareOfLimit * limit_mm / projector_sigma_mm();
+  ask({name}, "dials", UnknownKind::kDialHabits, [=, this](Trial& trial) {
+    score(trial, columns, {}, {1.0, {0.0}}, most);
+  });
 }
 
 void UnknownSearch::rig_geometry(const Eigen::MatrixXd& columns) {
   if (columns.cols() == 0) return;
-  begin({"rig geometry"}, "dials", UnknownKind::kRigGeometry);
-  score(columns, {}, {1.0, {0.0}}, kMostOfAWorkshop / projector_sigma_mm());
-  end();
+  const double most = kMostOfAWorkshop / projector_sigma_mm();
+  ask({"rig geometry"}, "dials", UnknownKind::kRigGeometry, [=, this](Trial& trial) {
+    score(trial, columns, {}, {1.0, {0.0}}, most);
+  });
 }
 
 void UnknownSearch::by_approach(
     const Eigen::MatrixXd& approach, const std::string& enters, const Eigen::MatrixXd& stage) {
   for (Eigen::Index joint = 0; joint < approach.cols(); ++joint) {
     if (!scaled(approach.col(joint))) continue;
-    begin(
-        {dependence_name({.on = DependsOn::kApproach, .joint = static_cast<int>(joint)})},
-        enters);
     Eigen::MatrixXd columns = stage;
     for (Eigen::Index row = 0; row < readings_.count(); ++row) {
       columns.row(row) *= approach(trial_of(row), joint);
     }
-    score(columns, {}, {1.0, {0.0}});
-    end();
+    ask({dependence_name({.on = DependsOn::kApproach, .joint = static_cast<int>(joint)})},
+        enters, UnknownKind::kSmooth, [this, columns = std::move(columns)](Trial& trial) {
+          score(trial, columns, {}, {1.0, {0.0}});
+        });
   }
 }
 
 std::vector<UnknownCandidate> UnknownSearch::ranked() {
+  try_asked();
   const double tried = std::log(static_cast<double>(std::max<std::size_t>(1, found_.size())));
   for (UnknownCandidate& each : found_) {
     if (each.is_background()) continue;  // every rig has it: not picked out of many
@@ -171,21 +177,32 @@ std::vector<UnknownCandidate> UnknownSearch::ranked() {
   return std::move(found_);
 }
 
-void UnknownSearch::begin(
-    std::vector<std::string> covariates, const std::string& enters, UnknownKind kind) {
-  best_ = {};
-  best_.kind = kind;
-  best_.covariates = std::move(covariates);
-  best_.enters = enters;
-  top_ = -1e300;
-  all_.clear();
-  if (keeps_) tried_.push_back({kind, {}});
+void UnknownSearch::ask(
+    std::vector<std::string> covariates, const std::string& enters, UnknownKind kind,
+    std::function<void(Trial&)> score) {
   geometry::check_end();
+  Asked& asked = asked_.emplace_back();
+  asked.score = std::move(score);
+  asked.trial.tried.kind = kind;
+  asked.trial.best.kind = kind;
+  asked.trial.best.covariates = std::move(covariates);
+  asked.trial.best.enters = enters;
+  // Their columns are the largest thing in memory: no more of them than threads to try them.
+  if (std::ssize(asked_) >= calibration::crew_size()) try_asked();
+}
+
+void UnknownSearch::try_asked() {
+  calibration::in_parallel(static_cast<int>(asked_.size()), [&](int i) {
+    Asked& asked = asked_[static_cast<std::size_t>(i)];
+    asked.score(asked.trial);
+  });
+  for (Asked& asked : asked_) take(std::move(asked.trial));
+  asked_.clear();
 }
 
 void UnknownSearch::score(
-    const Eigen::MatrixXd& columns, const std::vector<Order>& order, const Box& box,
-    double most) {
+    Trial& trial, const Eigen::MatrixXd& columns, const std::vector<Order>& order,
+    const Box& box, double most) const {
   const Eigen::MatrixXd& Q = projector_.Q();
   const Eigen::MatrixXd weighted = projector_.whitening()(columns);
   const Eigen::MatrixXd shared = calibration::column_products(Q, weighted);
@@ -207,41 +224,44 @@ void UnknownSearch::score(
         spread.asDiagonal() * A * spread.asDiagonal(), spread.cwiseProduct(b),
         projector_.squares(), projector_.freedom(), most);
     if (found.by_scale.empty()) continue;
-    all_.insert(all_.end(), found.by_scale.begin(), found.by_scale.end());
-    if (found.best > top_) {
-      top_ = found.best;
-      best_.length = length;
-      best_.rms_mm = std::sqrt(found.explained / std::max(1.0, weight_));
-      best_.scale = found.best_scale * projector_sigma_mm();
+    trial.all.insert(trial.all.end(), found.by_scale.begin(), found.by_scale.end());
+    if (found.best > trial.top) {
+      UnknownCandidate& best = trial.best;
+      trial.top = found.best;
+      best.length = length;
+      best.rms_mm = std::sqrt(found.explained / std::max(1.0, weight_));
+      best.scale = found.best_scale * projector_sigma_mm();
       const Eigen::VectorXd size = spread * found.best_scale;
       const std::vector<Eigen::Index> which = prominent(columns, size);
-      best_.columns = scaled_columns(columns, size, which);
-      best_.kernel = {range_[0], range_[1], box.half_width, {}, size(which)};
+      best.columns = scaled_columns(columns, size, which);
+      best.kernel = {trial.range[0], trial.range[1], box.half_width, {}, size(which)};
       for (const Eigen::Index j : which) {
         if (static_cast<std::size_t>(j) >= order.size()) break;
-        best_.kernel.functions.push_back(order[static_cast<std::size_t>(j)][0]);
+        best.kernel.functions.push_back(order[static_cast<std::size_t>(j)][0]);
       }
     }
   }
-  if (keeps_) tried_.back().boxes.push_back({columns, std::move(spreads), most});
+  if (keeps_) trial.tried.boxes.push_back({columns, std::move(spreads), most});
 }
 
-void UnknownSearch::end() {
-  if (all_.empty()) return;
-  best_.evidence = log_mean_exp(all_);
-  best_.cost = top_ - best_.evidence;
-  if (best_.kind == UnknownKind::kSmooth) {
+void UnknownSearch::take(Trial trial) {
+  if (keeps_) tried_.push_back(std::move(trial.tried));
+  if (trial.all.empty()) return;
+  UnknownCandidate& own = trial.best;
+  own.evidence = log_mean_exp(trial.all);
+  own.cost = trial.top - own.evidence;
+  if (own.kind == UnknownKind::kSmooth) {
     // Of many smooth functions only the best enters a fit; the columns of all would be the
     // largest thing in memory.
     UnknownCandidate* const before = best_smooth_ ? &found_[*best_smooth_] : nullptr;
-    if (before && before->evidence >= best_.evidence) {
-      best_.columns.resize(0, 0);
+    if (before && before->evidence >= own.evidence) {
+      own.columns.resize(0, 0);
     } else {
       if (before) before->columns.resize(0, 0);
       best_smooth_ = found_.size();
     }
   }
-  found_.push_back(std::move(best_));
+  found_.push_back(std::move(own));
 }
 
 }  // namespace sixdial::diagnosis

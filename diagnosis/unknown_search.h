@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,7 +17,8 @@
 
 namespace sixdial::diagnosis {
 
-/// Scores one smooth function after the other against the same residual.
+/// Scores smooth functions against the same residual. They are asked for one after the other,
+/// and tried a few at a time, by the threads of this work's crew.
 class UnknownSearch {
  public:
   UnknownSearch(const Readings& readings, const JointFit& fit)
@@ -49,43 +51,60 @@ class UnknownSearch {
 
   [[nodiscard]] std::vector<UnknownCandidate> ranked();
   /// In the order in which they were asked, without what the choice costs.
-  [[nodiscard]] std::vector<UnknownCandidate> as_tried() { return std::move(found_); }
+  [[nodiscard]] std::vector<UnknownCandidate> as_tried() {
+    try_asked();
+    return std::move(found_);
+  }
 
   /// Keeps what was tried as well, whole: much memory for smooth functions.
   void keep_tried() { keeps_ = true; }
-  [[nodiscard]] std::vector<RigRival> tried() { return std::move(tried_); }
+  [[nodiscard]] std::vector<RigRival> tried() {
+    try_asked();
+    return std::move(tried_);
+  }
 
  private:
+  /// Which function of each covariate a column is the product of; -1: there is none.
+  using Order = std::array<int, 3>;
+  /// One smooth function while it is tried.
+  struct Trial {
+    UnknownCandidate best;
+    double top = -1e300;
+    std::vector<double> all;            // evidence of each box, length and scale
+    std::array<double, 2> range{0, 0};  // of its covariate
+    RigRival tried;                     // only where it is kept
+  };
   [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const {
     return static_cast<Eigen::Index>(readings_.rows()[static_cast<std::size_t>(row)].trial);
   }
-
   /// Standard deviation of a good reading.
   [[nodiscard]] double projector_sigma_mm() const {
     return std::sqrt(projector_.squares() / projector_.freedom());
   }
 
-  void begin(
-      std::vector<std::string> covariates, const std::string& enters,
-      UnknownKind kind = UnknownKind::kSmooth);
-  /// Which function of each covariate a column is the product of; -1: there is none.
-  using Order = std::array<int, 3>;
+  /// `score` tries it, later, maybe on another thread: all that it needs it has copied.
+  void ask(
+      std::vector<std::string> covariates, const std::string& enters, UnknownKind kind,
+      std::function<void(Trial&)> score);
+  /// Tries what was asked, together.
+  void try_asked();
   /// One box of kernels; without `order` the columns as they are.
   void score(
-      const Eigen::MatrixXd& columns, const std::vector<Order>& order, const Box& box,
-      double most = std::numeric_limits<double>::infinity());
-  void end();
+      Trial& trial, const Eigen::MatrixXd& columns, const std::vector<Order>& order,
+      const Box& box, double most = std::numeric_limits<double>::infinity()) const;
+  void take(Trial trial);
 
   const Readings& readings_;
   Projector projector_;
   double weight_;
-  UnknownCandidate best_;
-  double top_ = 0.0;
-  std::vector<double> all_;
+  struct Asked {
+    Trial trial;
+    std::function<void(Trial&)> score;
+  };
+  std::vector<Asked> asked_;
   std::vector<UnknownCandidate> found_;
   bool keeps_ = false;
   std::vector<RigRival> tried_;
-  std::array<double, 2> range_{0, 0};       // of the covariate that is tried
   std::optional<std::size_t> best_smooth_;  // the one of found_ that keeps its columns
 };
 

@@ -92,6 +92,7 @@ void diagnosis_params(At& at, Request& request) {
   at("bootstrap", request.bootstrap);
   at("gain", request.with_gain);
   at("samples", request.most_samples);
+  at("threads", request.threads);
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "calibration/rig_errors.h"
+#include "calibration/workers.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/calibrate_parts.h"
@@ -25,8 +25,7 @@ namespace {
 calibration::PipelineSettings settings_of(const CalibrationRequest& request) {
   calibration::PipelineSettings settings = calibration::settings_for(request.profile);
   settings.seed = request.seed;
-  const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  settings.threads = request.threads > 0 ? request.threads : cores;
+  settings.threads = calibration::threads_asked(request.threads);
   if (request.particles) {
     settings.qpso1.particles = *request.particles;
     settings.qpso2.particles = *request.particles;

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "calibration/comparison.h"
 #include "calibration/identifiability.h"
 #include "calibration/rig_errors.h"
 #include "calibration/uncertainty.h"
+#include "calibration/workers.h"
 #include "session/clock_text.h"
 #include "session/trials.h"
 #include "studies/assessment.h"
@@ -58,8 +58,7 @@ calibration::ComparisonSettings settings_of(const CompareRequest& request) {
   identify.coordinates = paper.coordinates;
   identify.loss = loss_of(request.loss);
   identify.seed = settings.residual.seed = request.seed;
-  const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  identify.threads = request.threads > 0 ? request.threads : cores;
+  identify.threads = calibration::threads_asked(request.threads);
   const auto use = [](const std::optional<int>& asked, int& setting) {
     if (asked && *asked > 0) setting = *asked;
   };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
@@ -382,7 +383,10 @@ DiagnosisResult diagnose(
       [&](std::string_view what, std::int64_t done, std::int64_t total) {
         tell.step(what, done, total);
       },
-      [&] { return diagnose_here(session, request, tell, stop); });
+      [&] {
+        const calibration::Crew crew(calibration::threads_asked(request.threads));
+        return diagnose_here(session, request, tell, stop);
+      });
 }
 
 }  // namespace sixdial::studies

@@ -25,6 +25,7 @@ struct DiagnosisRequest {
   /// Of a longer session so many samples are drawn, and the result says so; 0: all are used,
   /// which takes the more time and memory.
   int most_samples = 1500;
+  int threads = 0;  // 0: as many as the machine has; the result does not depend on it
 };
 
 /// Throws StudyError: bad_data (too few readings), cancelled.

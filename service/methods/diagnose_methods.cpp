@@ -72,7 +72,8 @@ constexpr std::array kParams{
         .doc =
             "of a session with more samples so many are drawn and used; 0: all; default 1500",
         .min = 0,
-        .max = 1e7}};
+        .max = 1e7},
+    params::kThreads};
 
 constexpr std::array kMethods{
     RpcMethod{
