@@ -48,6 +48,18 @@ bool looks_at_parameters(const Bent& bent, Eigen::VectorXd& v) {
   return !unmoved;
 }
 
+/// Channels that a trial has readings of; all, if it has none.
+std::vector<Eigen::Index> channels_read(const Trial& trial, Eigen::Index channels) {
+  std::vector<Eigen::Index> result;
+  for (std::size_t i = 0; i < trial.reading.size(); ++i) {
+    if (trial.reading[i]) result.push_back(static_cast<Eigen::Index>(i));
+  }
+  if (result.empty()) {
+    for (Eigen::Index i = 0; i < channels; ++i) result.push_back(i);
+  }
+  return result;
+}
+
 }  // namespace
 
 ExtendedSlopes::ExtendedSlopes(const ExtendedModel& extended, std::vector<EffectNumber> numbers)
@@ -312,31 +324,33 @@ void ExtendedSlopes::differentiate_channels(
   extended_.measure(model, trial, sample, scene);  // fills scene.seen, too
   const geometry::Observation& seen = scene.seen;
   slopes.tool = p_ + move.topRows<3>();
-  slopes.reading.setZero(seen.reading.size(), count());
-  slopes.reading.middleCols(
+  const std::vector<Eigen::Index> read = channels_read(trial, seen.reading.size());
+  Eigen::MatrixXd reading = Eigen::MatrixXd::Zero(std::ssize(read), count());
+  reading.middleCols(
       base.robot_parameter_count(), base.parameter_count() - base.robot_parameter_count()) =
-      seen.by_x;
+      seen.by_x(read, Eigen::all);
   for (std::size_t k = 0; k < frames_.X.size(); ++k) {
-    const auto by_frame = seen.by_frames.middleCols<6>(6 * static_cast<Eigen::Index>(k));
+    const Eigen::Matrix<double, Eigen::Dynamic, 6> by_frame =
+        seen.by_frames.middleCols<6>(6 * static_cast<Eigen::Index>(k))(read, Eigen::all);
     if (by_frame.isZero(0.0)) continue;
-    slopes.reading.noalias() += (by_frame * frames_.by_q[k]).eval() * q_;
+    reading.noalias() += (by_frame * frames_.by_q[k]).eval() * q_;
     if (bends_parameters_) {
-      slopes.reading.noalias() += (by_frame * frames_.by_v[k]).eval() * v_;
+      reading.noalias() += (by_frame * frames_.by_v[k]).eval() * v_;
     } else {
-      slopes.reading.leftCols(v_.rows()).noalias() += by_frame * frames_.by_v[k];
+      reading.leftCols(v_.rows()).noalias() += by_frame * frames_.by_v[k];
     }
-    if (!move.isZero(0.0)) slopes.reading.noalias() += by_frame * move;
+    if (!move.isZero(0.0)) reading.noalias() += by_frame * move;
     // A turn of all frames about the tool moves the others.
     const Eigen::Vector3d lever = frames_.X[k].p - frames_.X[0].p;
     if (!lever.isZero(0.0)) {
-      slopes.reading.noalias() -=
+      reading.noalias() -=
           by_frame.leftCols<3>() * geometry::skew<double>(lever) * move.bottomRows<3>();
     }
   }
   for (std::size_t i = 0; i < numbers_.size(); ++i) {
     ActiveEffect& active = extended_.effects()[numbers_[i].effect];
     if (!active.effect->after_reading) continue;
-    const auto read = [&](Eigen::VectorXd& into) {
+    const auto as_read = [&](Eigen::VectorXd& into) {
       moved_ = scene;
       moved_.reading.assign(seen.reading.begin(), seen.reading.end());
       active.effect->after_reading(active.x, active.place, sample, moved_);
@@ -344,9 +358,11 @@ void ExtendedSlopes::differentiate_channels(
           Eigen::Map<const Eigen::VectorXd>(moved_.reading.data(), std::ssize(moved_.reading));
     };
     Eigen::VectorXd slope;
-    central(active.x[numbers_[i].parameter], numbers_[i].step, read, slope);
-    slopes.reading.col(base.parameter_count() + static_cast<Eigen::Index>(i)) += slope;
+    central(active.x[numbers_[i].parameter], numbers_[i].step, as_read, slope);
+    reading.col(base.parameter_count() + static_cast<Eigen::Index>(i)) += slope(read);
   }
+  slopes.reading.resize(seen.reading.size(), count());
+  slopes.reading(read, Eigen::all) = reading;
 }
 
 ExtendedSlopes::Reached ExtendedSlopes::at(

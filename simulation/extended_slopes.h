@@ -37,7 +37,9 @@ class ExtendedSlopes {
   [[nodiscard]] Eigen::Index count() const;
 
   struct Slopes {
-    Eigen::MatrixXd reading;  // d(reading)/d(...), channels x count
+    /// d(reading)/d(...), channels x count. Of a trial with readings only the rows of these
+    /// channels are filled: a ball lies in one socket of twenty.
+    Eigen::MatrixXd reading;
     Eigen::MatrixXd tool;     // d(p_WE)/d(...), 3 x count, p_WE after the effects
   };
   /// Of one sample. The scene is left at the sample's own values.
