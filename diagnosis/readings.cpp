@@ -56,7 +56,7 @@ Readings::Readings(
   if (!model.rig().on_cuboid()) known_ = geometry::known_parts(model.instrument());
   choose_rows();
   set_nominal();
-  keeps_scale_ = what_keeps_scale();
+  keeps_ = what_it_keeps();
   place_tool(nominal_);
   for (std::size_t d = 0; of_ != Of::kPositions && d < channels_; ++d) {
     noise_of_dial_.push_back(rig_noise_of(d));

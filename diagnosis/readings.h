@@ -196,10 +196,13 @@ class Readings {
   [[nodiscard]] double sd_of_channel(std::size_t channel) const;  // [mm]
 
   std::vector<geometry::KnownPart> known_;  // of another instrument than dials
-  /// Where nothing tells a length, the robot's longest one keeps its value: index of that
-  /// parameter. Else robot, places and residuals would shrink together.
-  std::optional<Eigen::Index> keeps_scale_;
-  [[nodiscard]] std::optional<Eigen::Index> what_keeps_scale() const;
+  /// Indices of the robot's parameters that keep their values. Where nothing tells the frame,
+  /// those of where it stands: else robot and places would turn together, for ever a little
+  /// further, as the gross parts of residuals then lie along other axes. Where nothing tells a
+  /// length either, the longest one: else robot, places and residuals would shrink together.
+  std::vector<Eigen::Index> keeps_;
+  [[nodiscard]] std::vector<Eigen::Index> what_it_keeps() const;
+  [[nodiscard]] bool tells_a_length() const;
   Of of_ = Of::kPositions;
   Eigen::Index axes_ = 2;
   std::size_t channels_ = 0;

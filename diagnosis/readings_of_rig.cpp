@@ -66,23 +66,29 @@ simulation::ModelVector Readings::as_known(const simulation::ModelVector& at) co
 
 /// Touches all read the same: the only lengths among them are those of known places and
 /// distances.
-std::optional<Eigen::Index> Readings::what_keeps_scale() const {
-  if (of_ != Of::kChannels || measured_mm_.size() == 0 || !known_.empty()) return std::nullopt;
-  if ((measured_mm_.array() != measured_mm_[0]).any()) return std::nullopt;
-  if (geometry::knows_the_frame(model_->rig())) return std::nullopt;
+bool Readings::tells_a_length() const {
+  return !known_.empty() || (measured_mm_.array() != measured_mm_[0]).any();
+}
+
+std::vector<Eigen::Index> Readings::what_it_keeps() const {
+  if (of_ != Of::kChannels || measured_mm_.size() == 0) return {};
+  if (geometry::knows_the_frame(model_->rig())) return {};
   const auto& parameters = model_->robot().parameters;
+  std::vector<Eigen::Index> result;
   std::optional<Eigen::Index> longest;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
+    if (parameters[i].stands) result.push_back(k);
     if (parameters[i].unit != "mm" || parameters[i].stands) continue;
     if (!longest || std::abs(nominal_[k]) > std::abs(nominal_[*longest])) longest = k;
   }
-  return longest;
+  if (longest && !tells_a_length()) result.push_back(*longest);
+  return result;
 }
 
 void Readings::leave_what_is_known(
     const simulation::ModelVector& at, Eigen::MatrixXd& J) const {
-  if (keeps_scale_) J.col(*keeps_scale_).setZero();
+  for (const Eigen::Index each : keeps_) J.col(each).setZero();
   if (known_.empty()) return;
   const Eigen::Index count = model_->instrument().parameter_count();
   const Eigen::Index first = model_->robot_parameter_count();
