@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "calibration/pose_groups.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/command_fit.h"
@@ -63,9 +64,8 @@ class Diagnoser {
     using Stage = std::pair<const char*, void (Diagnoser::*)()>;
     constexpr Stage kStages[] = {
         {"naming causes", &Diagnoser::name_causes},
-        {"confirming on G1 alone", &Diagnoser::confirm_on_g1},
-        {"what is left", &Diagnoser::describe_remainder},
-        {"gain on G2", &Diagnoser::judge_on_g2},
+        {"confirming on G1 alone", &Diagnoser::confirm_and_judge},
+        {"what is confirmed", &Diagnoser::tell_causes},
         {"limits", &Diagnoser::find_limits}};
     constexpr int kCount = static_cast<int>(std::size(kStages));
     for (int done = 0; done < kCount; ++done) {
@@ -130,9 +130,23 @@ class Diagnoser {
     result_.readings->place_tool(found().extended.model);
   }
 
-  void confirm_on_g1() {
+  /// Asks G1 alone; and judges on G2 what was found, which does not depend on that: with a crew
+  /// at the same time.
+  void confirm_and_judge() {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
+    constexpr int kBoth = 2;
+    calibration::in_parallel(kBoth, [&](int part) {
+      if (part == 0) {
+        name_on_g1();
+      } else {
+        describe_remainder();
+        judge_on_g2();
+      }
+    });
+  }
+
+  void name_on_g1() {
     const bool anything = !found().findings.empty() || found().swap || found().rig_geometry ||
                           !found().dial_curves.empty() || !found().joint_curves.empty();
     if (enough_g1_ && anything) {
@@ -142,10 +156,6 @@ class Diagnoser {
           (set_right ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
       alone_ = diagnosis::name_causes(on_g1, settings_.search);
     }
-    result_.rig = rig_as_seen(readings_, found().extended);
-    result_.rig_confirmed = alone_ && alone_->rig_geometry;
-    confirm_curves();
-    result_.noise = noise_of(readings_, found().extended);
   }
 
   /// A curve is confirmed where G1 alone names it and G2 alone shows that something smooth goes
@@ -179,6 +189,8 @@ class Diagnoser {
   }
 
   void describe_remainder() {
+    result_.rig = rig_as_seen(readings_, found().extended);
+    result_.noise = noise_of(readings_, found().extended);
     add_dependence();
     // Something smooth without a name counts as left over.
     result_.commanding = command_fit(as_read(), found());
@@ -202,7 +214,6 @@ class Diagnoser {
   }
 
   void judge_on_g2() {
-    GainStudy study;
     // Whether G2 shows a cause too does not depend on the table that the user may leave out.
     if (enough_g1_ && (settings_.with_gain || !found().findings.empty())) {
       GainQuestion question{as_read(),        split(as_read()), std::nullopt,
@@ -213,15 +224,20 @@ class Diagnoser {
       how.seed = settings_.seed;
       how.noise_mm = result_.noise.sigma_mm;
       how.table = settings_.with_gain;
-      study = study_gain(question, how, stop_);
-      result_.gain = study.rows;
+      study_ = study_gain(question, how, stop_);
+      result_.gain = study_.rows;
       if (settings_.with_gain && !stop_.stop_requested()) {
         result_.choice = cross_validated(question, how, stop_);
         result_.on_top = trained_on(as_read(), result_.commanding, settings_.seed, stop_);
       }
     }
+  }
+
+  void tell_causes() {
+    result_.rig_confirmed = alone_ && alone_->rig_geometry;
+    confirm_curves();
     for (std::size_t i = 0; i < found().findings.size(); ++i) {
-      result_.causes.push_back(cause_of(i, study));
+      result_.causes.push_back(cause_of(i));
     }
     std::stable_sort(
         result_.causes.begin(), result_.causes.end(),
@@ -297,7 +313,7 @@ class Diagnoser {
     return kNan;
   }
 
-  [[nodiscard]] Cause cause_of(std::size_t i, const GainStudy& study) const {
+  [[nodiscard]] Cause cause_of(std::size_t i) const {
     Cause cause;
     cause.finding = found().findings[i];
     cause.estimate = estimates_of(found().extended, i);
@@ -307,7 +323,7 @@ class Diagnoser {
         alone_ && std::any_of(
                       alone_->findings.begin(), alone_->findings.end(),
                       [&](const Finding& each) { return shares_a_name(each, cause.finding); });
-    if (i < study.g2_log_odds.size()) cause.g2_log_odds = study.g2_log_odds[i];
+    if (i < study_.g2_log_odds.size()) cause.g2_log_odds = study_.g2_log_odds[i];
     // G2 is asked with and without the name, not with something smooth in its place.
     const bool its_own = cause.finding.tied_with_unknown.empty();
     cause.confirmed =
@@ -360,6 +376,7 @@ class Diagnoser {
   std::optional<FittedAndJudged> sides_;  // of readings_
   bool enough_g1_ = false;
   std::optional<NamedCauses> alone_;  // what G1 alone shows
+  GainStudy study_;                   // what G2 shows
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibration/crew.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -45,12 +46,18 @@ std::optional<Explanation> with_next_name(
 std::optional<Explanation> with_next_name_anyhow(
     const Search& search, const NamingSettings& settings, const Explanation& names,
     const std::vector<Candidate>& candidates) {
-  auto beside = with_next_name(search, settings, names, candidates);
-  if (names.unknown.size() == names.unknown_findings()) return beside;
-  const Explanation bare = search.without_background(names);
-  auto instead = with_next_name(search, settings, bare, search.scored(bare));
+  std::optional<Explanation> beside, instead;
+  const bool background = names.unknown.size() != names.unknown_findings();
+  calibration::in_parallel(background ? 2 : 1, [&](int part) {
+    if (part == 0) {
+      beside = with_next_name(search, settings, names, candidates);
+      return;
+    }
+    const Explanation bare = search.without_background(names);
+    instead = with_next_name(search, settings, bare, search.scored(bare));
+    if (instead) *instead = search.with_background(std::move(*instead));
+  });
   if (!instead) return beside;
-  *instead = search.with_background(std::move(*instead));
   const double least = beside ? beside->evidence : names.evidence;
   return instead->evidence > least ? std::move(instead) : std::move(beside);
 }
@@ -82,8 +89,8 @@ Explanation best_of_growing(
       search.with_background({{}, {}, result.baseline, result.baseline.log_likelihood});
   std::vector<Explanation> cuts;  // by number of names
   std::size_t best = 0;
-  const auto cut = [&] {
-    cuts.push_back(search.with_unknown(names));
+  const auto cut_here = [&](Explanation with) {
+    cuts.push_back(std::move(with));
     if (cuts.back().evidence > cuts[best].evidence) best = cuts.size() - 1;
   };
   for (int round = 0;; ++round) {
@@ -92,7 +99,18 @@ Explanation best_of_growing(
       result.candidates = candidates;
       result.family_p_value = family_p_value(candidates);
     }
-    cut();
+    // Nearly every round asks for both: something smooth, and the next name.
+    Explanation smooth;
+    std::optional<Explanation> next;
+    const bool ahead = calibration::crew_size() > 1 && round < settings.most_causes;
+    calibration::in_parallel(ahead ? 2 : 1, [&](int part) {
+      if (part == 0) {
+        smooth = search.with_unknown(names);
+      } else {
+        next = with_next_name_anyhow(search, settings, names, candidates);
+      }
+    });
+    cut_here(std::move(smooth));
     // Two more names and still not better than fewer with something smooth.
     constexpr std::size_t kPatience = 2;
     if (round == settings.most_causes || cuts.size() - 1 - best >= kPatience) break;
@@ -100,7 +118,7 @@ Explanation best_of_growing(
         !names_beat(cuts.back(), search, settings, names, candidates)) {
       break;  // the rig is to be opened first
     }
-    auto next = with_next_name_anyhow(search, settings, names, candidates);
+    if (!ahead) next = with_next_name_anyhow(search, settings, names, candidates);
     if (!next) break;
     const std::size_t before = names.chosen.size();
     names = std::move(*next);
@@ -108,7 +126,7 @@ Explanation best_of_growing(
     search.exchange_twos(names);
     names = search.with_background(std::move(names));
     if (names.chosen.size() <= before) {
-      cut();
+      cut_here(search.with_unknown(names));
       break;
     }
   }

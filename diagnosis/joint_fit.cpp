@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "calibration/crew.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/plausible_robot.h"
 #include "diagnosis/shareable.h"
@@ -269,18 +270,24 @@ class Fitter {
     const double ratio_before = fit_.shared_ratio;
     fit_.shared = nullptr;
     fit_.shared_ratio = 0.0;
-    double most = kSharedLogOdds;
-    for (const auto& each : readings_.shareable()) {
+    const auto& kinds = readings_.shareable();
+    std::vector<std::optional<ScatterSize>> sizes(kinds.size());
+    calibration::in_parallel(static_cast<int>(kinds.size()), [&](int i) {
+      const auto& each = kinds[static_cast<std::size_t>(i)];
       // Beside smooth functions a look is dear: the kind of sharing then stays.
       const bool same = each == before;
-      if (before && !same && fit_.random.cols() > fit_.known) continue;
-      if (!before && !may_be_shared(left, *each)) continue;
-      if (comes_back(readings_, *each, {fit_.residual_mm, fit_.weight, fit_.noise})) continue;
-      const auto size = scatter_size(left, *each, {.near = same ? ratio_before : 0.0});
-      if (!size || size->gain <= most) continue;
-      most = size->gain;
-      fit_.shared = each;
-      fit_.shared_ratio = size->ratio;
+      if (before && !same && fit_.random.cols() > fit_.known) return;
+      if (!before && !may_be_shared(left, *each)) return;
+      if (comes_back(readings_, *each, {fit_.residual_mm, fit_.weight, fit_.noise})) return;
+      sizes[static_cast<std::size_t>(i)] =
+          scatter_size(left, *each, {.near = same ? ratio_before : 0.0});
+    });
+    double most = kSharedLogOdds;
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      if (!sizes[i] || sizes[i]->gain <= most) continue;
+      most = sizes[i]->gain;
+      fit_.shared = kinds[i];
+      fit_.shared_ratio = sizes[i]->ratio;
     }
     if (!fit_.shared) fit_.shift_mm.setZero();
     constexpr double kSettled = 0.03;  // of the ratio's logarithm: a hundredth of log evidence

@@ -187,8 +187,12 @@ void UnknownSearch::ask(
   asked.trial.best.kind = kind;
   asked.trial.best.covariates = std::move(covariates);
   asked.trial.best.enters = enters;
-  // Their columns are the largest thing in memory: no more of them than threads to try them.
-  if (std::ssize(asked_) >= calibration::crew_size()) try_asked();
+  // Those of one thread are tried at once; more threads share a few. Their columns are the
+  // largest thing in memory.
+  constexpr Eigen::Index kFewReadings = 20'000;
+  const int threads = calibration::crew_size();
+  const int each = threads > 1 && readings_.count() < kFewReadings ? 4 : 1;
+  if (std::ssize(asked_) >= threads * each) try_asked();
 }
 
 void UnknownSearch::try_asked() {
