@@ -26,8 +26,13 @@ ConnectionPieces split(std::string_view text) {
   return {text.substr(0, mark), text.substr(mark + 1)};
 }
 
-ModbusTcpEndpoint tcp_endpoint(std::string_view place) {
-  ModbusTcpEndpoint endpoint;
+std::string_view without_slashes(std::string_view place) {
+  if (place.starts_with("//")) place.remove_prefix(2);
+  return place;
+}
+
+ModbusTcpEndpoint tcp_endpoint(std::string_view place, int usual_port) {
+  ModbusTcpEndpoint endpoint{.host = {}, .port = usual_port};
   std::string_view port;
   bool has_port = false;
   if (place.starts_with('[')) {

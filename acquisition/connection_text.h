@@ -42,8 +42,10 @@ struct ConnectionPieces {
 };
 [[nodiscard]] ConnectionPieces split(std::string_view text);
 
+/// HOST:PORT of //HOST:PORT, which may be written either way.
+[[nodiscard]] std::string_view without_slashes(std::string_view place);
 /// host, host:port, [v6]:port. Throws Refused.
-[[nodiscard]] ModbusTcpEndpoint tcp_endpoint(std::string_view place);
+[[nodiscard]] ModbusTcpEndpoint tcp_endpoint(std::string_view place, int usual_port = 502);
 /// HOST:PORT?key=value of a Modbus device, with these keys only. Throws Refused.
 [[nodiscard]] ModbusConnection tcp_connection(
     std::string_view rest, std::span<const std::string_view> keys);

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "acquisition/bus.h"
 #include "acquisition/child_process.h"
 #include "acquisition/connection_text.h"
 #include "acquisition/robot_driver.h"
 #include "acquisition/robots/exec_command.h"
+#include "acquisition/robots/open_robot.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -56,7 +56,7 @@ RobotFault fault_of(const ProcessResult& ran, const std::string& program) {
 }  // namespace
 
 ExecRobot::ExecRobot(
-    std::vector<std::string> words, std::span<const RobotJoint> joints, Clock& clock)
+    std::vector<std::string> words, Clock& clock, std::span<const RobotJoint> joints)
     : words_(std::move(words)),
       joints_(joints.begin(), joints.end()),
       knows_speed_(says_speed(words_)),
@@ -153,10 +153,7 @@ namespace {
 OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
   auto words = exec_words(rest, joints);
   if (!words) refuse("{}", words.error());
-  return [words = *std::move(words),
-          own = std::vector(joints.begin(), joints.end())](const RobotSite& site) {
-    return std::make_unique<ExecRobot>(words, own, site.clock);
-  };
+  return opens<ExecRobot>(joints, *std::move(words));
 }
 
 }  // namespace

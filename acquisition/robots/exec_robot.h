@@ -19,7 +19,7 @@ inline constexpr int kUnreachableExit = 10;
 class ExecRobot final : public RobotPort {
  public:
   /// `words` by exec_words. `clock` must outlive the robot.
-  ExecRobot(std::vector<std::string> words, std::span<const RobotJoint> joints, Clock& clock);
+  ExecRobot(std::vector<std::string> words, Clock& clock, std::span<const RobotJoint> joints);
   /// Where the last command said that it is.
   [[nodiscard]] tl::expected<RobotState, RobotFault> state(
       const std::stop_token& stop) override;

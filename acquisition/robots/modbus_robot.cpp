@@ -12,6 +12,7 @@
 #include "acquisition/connection_text.h"
 #include "acquisition/longest_silence.h"
 #include "acquisition/robot_driver.h"
+#include "acquisition/robots/open_robot.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -129,7 +130,7 @@ tl::expected<Words, Fault> ModbusRobot::read(
       const DeviceTime asked = clock_.monotonic();
       const bool really = link_.next_try() <= asked;  // else it only backs off
       auto words = link_.read(unit_, function, address, count, stop);
-      note_answer(words || words.error().kind == FaultKind::kDevice, asked);
+      silence_.note(words || words.error().kind == FaultKind::kDevice, asked);
       // Nobody waits through long back-offs for a controller that is gone: a person is told.
       const bool given_up = really && silent_for() >= longest_silence(clock_);
       if (words || words.error().kind == FaultKind::kDevice || attempt == kLinkTries ||
@@ -149,22 +150,8 @@ tl::expected<void, Fault> ModbusRobot::write(
   const std::lock_guard lock(mutex_);
   const DeviceTime asked = clock_.monotonic();
   auto written = link_.write(unit_, address, words, stop);
-  note_answer(written || written.error().kind == FaultKind::kDevice, asked);
+  silence_.note(written || written.error().kind == FaultKind::kDevice, asked);
   return written;
-}
-
-void ModbusRobot::note_answer(bool came, DeviceTime asked) {
-  if (came) {
-    silent_since_ = 0;
-  } else if (silent_since_ == 0) {
-    silent_since_ = std::max<DeviceTime::rep>(1, asked.count());
-  }
-}
-
-milliseconds ModbusRobot::silent_for() const {
-  const DeviceTime::rep since = silent_since_;
-  if (since == 0) return milliseconds(0);
-  return std::chrono::duration_cast<milliseconds>(clock_.monotonic() - DeviceTime(since));
 }
 
 tl::expected<std::optional<int>, RobotFault> ModbusRobot::speed(const std::stop_token& stop) {
@@ -298,10 +285,7 @@ OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
         "a Modbus controller has 1 to {} joints, this robot has {}", kMostModbusJoints,
         joints.size());
   }
-  return [connection = connection_from(rest),
-          own = std::vector(joints.begin(), joints.end())](const RobotSite& site) {
-    return std::make_unique<ModbusRobot>(connection, site.clock, own);
-  };
+  return opens<ModbusRobot>(joints, connection_from(rest));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/longest_silence.h"
 #include "acquisition/modbus_link.h"
 #include "acquisition/robot.h"
 
@@ -42,7 +43,9 @@ class ModbusRobot final : public RobotPort {
   [[nodiscard]] tl::expected<void, RobotFault> set_speed(
       int percent, const std::stop_token& stop) override;
   [[nodiscard]] tl::expected<void, RobotFault> halt(const std::stop_token& stop) override;
-  [[nodiscard]] std::chrono::milliseconds silent_for() const override;
+  [[nodiscard]] std::chrono::milliseconds silent_for() const override {
+    return silence_.lasts(clock_);
+  }
   [[nodiscard]] LinkState link_state() const;
 
  private:
@@ -54,7 +57,6 @@ class ModbusRobot final : public RobotPort {
   tl::expected<RobotState, RobotFault> wait_in_position(
       std::uint16_t moves_before, DeviceTime deadline, const std::stop_token& stop);
 
-  void note_answer(bool came, DeviceTime asked);
   tl::expected<void, RobotFault> check_joints(const std::stop_token& stop);
   [[nodiscard]] RobotState state_of(const Words& words) const;
 
@@ -70,7 +72,7 @@ class ModbusRobot final : public RobotPort {
   Clock& clock_;
   mutable std::mutex mutex_;
   ModbusLink link_;
-  std::atomic<DeviceTime::rep> silent_since_{0};  // 0: it answers
+  Silence silence_;
 };
 
 }  // namespace sixdial::acquisition
