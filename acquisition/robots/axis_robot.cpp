@@ -65,12 +65,39 @@ AxisSettings axis_settings(
   return settings;
 }
 
+class AxisRobot::Moving {
+ public:
+  explicit Moving(AxisRobot& robot) : robot_(robot) {
+    robot_.stop_asked_ = false;
+    robot_.moving_ = true;
+  }
+  ~Moving() { robot_.moving_ = false; }
+  Moving(const Moving&) = delete;
+  Moving& operator=(const Moving&) = delete;
+
+ private:
+  AxisRobot& robot_;
+};
+
 AxisRobot::AxisRobot(
-    AxisSettings settings, std::span<const RobotJoint> joints, Open open, Clock& clock)
+    AxisSettings settings, Open open, Clock& clock, std::span<const RobotJoint> joints)
     : settings_(std::move(settings)),
       joints_(joints.begin(), joints.end()),
       clock_(clock),
       open_(std::move(open)) {}
+
+tl::expected<RobotState, RobotFault> AxisRobot::state(const std::stop_token& stop) {
+  const std::lock_guard lock(mutex_);
+  return state_now(stop);
+}
+
+tl::expected<RobotState, RobotFault> AxisRobot::move_to(
+    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
+  const Moving moving(*this);
+  const std::lock_guard lock(mutex_);
+  if (auto bad = bad_target(q)) return tl::unexpected(*std::move(bad));
+  return go_to(commanded(q), timeout, stop);
+}
 
 std::optional<RobotFault> AxisRobot::bad_target(const Eigen::VectorXd& q) const {
   const bool good = q.size() == static_cast<Eigen::Index>(joints_.size()) && q.allFinite() &&
@@ -91,13 +118,22 @@ std::vector<double> AxisRobot::commanded(const Eigen::VectorXd& q) const {
   return values;
 }
 
-Eigen::VectorXd AxisRobot::joint_values(std::span<const double> values) const {
-  Eigen::VectorXd q(static_cast<Eigen::Index>(values.size()));
-  for (std::size_t j = 0; j < values.size(); ++j) {
-    q[static_cast<Eigen::Index>(j)] =
-        joints_[j].turns ? values[j] * geometry::kRadPerDeg : values[j];
+RobotState AxisRobot::state_of(std::span<const double> stands, Motion motion) const {
+  RobotState state;
+  state.q.resize(static_cast<Eigen::Index>(stands.size()));
+  for (std::size_t j = 0; j < stands.size(); ++j) {
+    state.q[static_cast<Eigen::Index>(j)] =
+        joints_[j].turns ? stands[j] * geometry::kRadPerDeg : stands[j];
   }
-  return q;
+  state.moves = moves_;
+  state.motion = motion == Motion::kInPosition && moves_ == 0 ? Motion::kIdle : motion;
+  if (motion == Motion::kFault) state.fault_code = 2;
+  return state;
+}
+
+AxisRobot::WallTime AxisRobot::ends_by(milliseconds timeout) const {
+  return steady_clock::now() +
+         clock_.wall_timeout(timeout, std::min(timeout, milliseconds{2000}));
 }
 
 std::string AxisRobot::move_words(std::span<const double> values, double feed) const {
@@ -140,30 +176,21 @@ RobotFault AxisRobot::link_fault(const Fault& fault) const {
           "robot controller at {}, {}: {}", settings_.place, reason(fault.kind), fault.detail)};
 }
 
-void AxisRobot::note_answer(bool came) {
-  if (came) {
-    silent_since_ = 0;
-  } else if (silent_since_ == 0) {
-    silent_since_ = std::max<DeviceTime::rep>(1, clock_.monotonic().count());
-  }
-}
-
-milliseconds AxisRobot::silent_for() const {
-  const DeviceTime::rep since = silent_since_;
-  if (since == 0) return milliseconds(0);
-  return std::chrono::duration_cast<milliseconds>(clock_.monotonic() - DeviceTime(since));
-}
-
 AxisRobot::WallTime AxisRobot::answer_by() const {
   return steady_clock::now() + clock_.wall_timeout(settings_.timeout);
 }
 
-std::chrono::nanoseconds AxisRobot::silence() const {
+std::chrono::nanoseconds AxisRobot::longest_wait() const {
   return clock_.wall_timeout(longest_silence(clock_));
 }
 
+bool AxisRobot::is_open() {
+  const std::lock_guard lock(write_mutex_);
+  return channel_ != nullptr;
+}
+
 tl::expected<bool, RobotFault> AxisRobot::open_channel() {
-  if (channel_) return false;
+  if (is_open()) return false;
   auto opened = open_();
   if (!opened) {
     note_answer(false);
@@ -180,33 +207,43 @@ void AxisRobot::close_channel() {
   waits_with_.clear();
 }
 
-tl::expected<void, RobotFault> AxisRobot::tell(std::string_view bytes) {
+RobotFault AxisRobot::broken_off(const Fault& fault) {
+  note_answer(false);
+  RobotFault told = link_fault(fault);
+  if (fault.kind == FaultKind::kDisconnected) close_channel();
+  lose_step();
+  return told;
+}
+
+tl::expected<bool, Fault> AxisRobot::write(std::string_view bytes) {
   const std::lock_guard lock(write_mutex_);
-  if (!channel_) {
+  if (!channel_) return false;
+  if (const auto written = channel_->write(bytes, kWrite); !written) {
+    return tl::unexpected(written.error());
+  }
+  return true;
+}
+
+tl::expected<void, RobotFault> AxisRobot::tell(std::string_view bytes) {
+  const auto written = write(bytes);
+  if (!written) return tl::unexpected(broken_off(written.error()));
+  if (!*written) {
     return tl::unexpected(link_fault({FaultKind::kDisconnected, "the connection is closed"}));
   }
-  const auto written = channel_->write(bytes, kWrite);
-  if (written) return {};
-  note_answer(false);
-  // Half a message may be out: only a new connection is in step again.
-  channel_.reset();
-  return tl::unexpected(link_fault(written.error()));
+  return {};
 }
 
 // Whoever reads from the channel meanwhile sees for himself that it is closed.
 tl::expected<bool, RobotFault> AxisRobot::tell_meanwhile(std::string_view bytes) {
-  const std::lock_guard lock(write_mutex_);
-  if (!channel_) return false;
-  const auto written = channel_->write(bytes, kWrite);
+  const auto written = write(bytes);
   if (!written) return tl::unexpected(link_fault(written.error()));
-  return true;
+  return *written;
 }
 
 tl::expected<std::optional<std::string>, RobotFault> AxisRobot::hear(
     WallTime deadline, const std::stop_token& stop) {
   auto text = channel_->read_line(deadline, stop);
   if (text) {
-    note_answer(true);
     waits_with_.clear();
     return std::optional(*std::move(text));
   }
@@ -217,29 +254,21 @@ tl::expected<std::optional<std::string>, RobotFault> AxisRobot::hear(
     waits_with_ = text.error().detail;
     return std::optional<std::string>();
   }
-  note_answer(false);
-  close_channel();
-  return tl::unexpected(link_fault(text.error()));
+  return tl::unexpected(broken_off(text.error()));
 }
 
 RobotFault AxisRobot::silent(std::string_view asked) {
-  note_answer(false);
-  RobotFault fault = link_fault(
+  return broken_off(
       {FaultKind::kTimeout,
        fmt::format(
            "{} is not answered ({})", asked, waits_with_.empty() ? "no answer" : waits_with_)});
-  close_channel();
-  return fault;
 }
 
 RobotFault AxisRobot::stranger(std::string_view text, std::string_view what_it_should_be) {
-  note_answer(false);
   constexpr std::size_t kMostShown = 80;
-  RobotFault fault = link_fault(
+  return broken_off(
       {FaultKind::kBadFrame,
        fmt::format("{} is no {}", printable(text.substr(0, kMostShown)), what_it_should_be)});
-  close_channel();
-  return fault;
 }
 
 tl::expected<std::optional<int>, RobotFault> AxisRobot::speed(const std::stop_token&) {

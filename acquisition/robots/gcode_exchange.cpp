@@ -19,124 +19,73 @@ constexpr milliseconds kGreeting{700};  // for one hello of several
 
 }  // namespace
 
-RobotFault GcodeRobot::link_fault(const Fault& fault) const {
-  return {
-      RobotFaultKind::kLink,
-      fmt::format(
-          "robot controller at {}, {}: {}", settings_.place, reason(fault.kind), fault.detail)};
-}
-
-void GcodeRobot::note_answer(bool came) {
-  if (came) {
-    silent_since_ = 0;
-  } else if (silent_since_ == 0) {
-    silent_since_ = std::max<DeviceTime::rep>(1, clock_.monotonic().count());
-  }
-}
-
-milliseconds GcodeRobot::silent_for() const {
-  const DeviceTime::rep since = silent_since_;
-  if (since == 0) return milliseconds(0);
-  return std::chrono::duration_cast<milliseconds>(clock_.monotonic() - DeviceTime(since));
-}
-
-GcodeRobot::WallTime GcodeRobot::answer_by() const {
-  return steady_clock::now() + clock_.wall_timeout(settings_.timeout);
-}
-
-tl::expected<void, RobotFault> GcodeRobot::tell(std::string_view bytes) {
-  const std::lock_guard lock(write_mutex_);
-  const auto written = channel_->write(bytes, kGcodeWrite);
-  if (written) return {};
-  note_answer(false);
-  in_step_ = false;
-  if (written.error().kind == FaultKind::kDisconnected) channel_.reset();
-  return tl::unexpected(link_fault(written.error()));
-}
-
 // Remarks are passed over. A controller that began anew in between has lost its place.
-tl::expected<GcodeLine, RobotFault> GcodeRobot::next_line(
+tl::expected<std::optional<GcodeLine>, RobotFault> GcodeRobot::line_by(
     WallTime deadline, const std::stop_token& stop) {
+  const std::string form =
+      fmt::format("line of {}: look at baud rate and dialect", dialect_.in_words);
   for (;;) {
-    auto text = channel_->read_line(deadline, stop);
-    if (!text) {
-      if (stop.stop_requested()) {
-        in_step_ = false;
-        return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
-      }
-      note_answer(false);
-      in_step_ = false;
-      if (text.error().kind == FaultKind::kDisconnected) {
-        const std::lock_guard lock(write_mutex_);
-        channel_.reset();
-      }
-      return tl::unexpected(link_fault(text.error()));
-    }
-    auto line = settings_.dialect->parse(*text);
-    if (!line) {
-      note_answer(false);
-      in_step_ = false;
-      return tl::unexpected(link_fault(
-          {FaultKind::kBadFrame, fmt::format(
-                                     "{} is no line of {}: look at baud rate and dialect",
-                                     printable(*text), settings_.dialect->in_words)}));
-    }
-    note_answer(true);
-    if (line->kind != GcodeLineKind::kRemark) return *std::move(line);
+    auto line = hear(deadline, stop, dialect_.parse, form);
+    if (!line) in_step_ = false;
+    if (!line || !*line || (*line)->kind != GcodeLineKind::kRemark) return line;
   }
 }
 
-/// Reads and drops what is still under way.
-void GcodeRobot::quiet_down(const std::stop_token& stop) {
+tl::expected<GcodeLine, RobotFault> GcodeRobot::next_line(
+    WallTime deadline, std::string_view asked, const std::stop_token& stop) {
+  auto line = line_by(deadline, stop);
+  if (!line) return tl::unexpected(line.error());
+  if (!*line) return tl::unexpected(silent(asked));
+  return **std::move(line);
+}
+
+tl::expected<void, RobotFault> GcodeRobot::quiet_down(const std::stop_token& stop) {
   const auto longest = answer_by();
-  while (steady_clock::now() < longest && !stop.stop_requested()) {
-    const auto text = channel_->read_line(steady_clock::now() + kSettle, stop);
-    if (!text && text.error().kind != FaultKind::kBadFrame) return;
+  while (steady_clock::now() < longest) {
+    const auto text = hear(steady_clock::now() + kSettle, stop);
+    if (text && !*text) break;
+    if (!text && (stop.stop_requested() || !is_open())) return tl::unexpected(text.error());
   }
+  return {};
 }
 
 // A controller that begins anew when its port is opened hears nothing for a while, or prints
 // its greeting in between: it is greeted until it answers.
 tl::expected<void, RobotFault> GcodeRobot::greet(const std::stop_token& stop) {
-  const auto last = steady_clock::now() + clock_.wall_timeout(settings_.boot, settings_.boot);
+  const auto last = steady_clock::now() + clock_.wall_timeout(boot_, boot_);
   for (;;) {
-    if (const auto told = tell(fmt::format("{}\n", settings_.dialect->hello)); !told) {
-      return told;
-    }
+    if (const auto told = tell(fmt::format("{}\n", dialect_.hello)); !told) return told;
     const auto until = std::min(last, steady_clock::now() + kGreeting);
     for (;;) {
-      const auto line = next_line(until, stop);
-      if (line && line->kind == GcodeLineKind::kOk) {
-        quiet_down(stop);
-        return {};
-      }
+      const auto line = next_line(until, "the greeting", stop);
+      if (line && line->kind == GcodeLineKind::kOk) return quiet_down(stop);
       if (line && line->kind == GcodeLineKind::kError) {
         return tl::unexpected(RobotFault{RobotFaultKind::kController, line->words});
       }
       if (line) continue;
-      const bool silent = line.error().kind == RobotFaultKind::kLink && channel_;
-      if (!silent || steady_clock::now() >= last) return tl::unexpected(line.error());
+      const bool may_come = line.error().kind == RobotFaultKind::kLink && is_open();
+      if (!may_come || steady_clock::now() >= last) return tl::unexpected(line.error());
       break;
     }
   }
 }
 
-tl::expected<void, RobotFault> GcodeRobot::ready(const std::stop_token& stop) {
-  if (!channel_) {
-    auto opened = open_();
-    if (!opened) {
-      note_answer(false);
-      return tl::unexpected(link_fault(opened.error()));
-    }
-    const std::lock_guard lock(write_mutex_);
-    channel_ = *std::move(opened);
+tl::expected<void, RobotFault> GcodeRobot::open_line() {
+  const auto fresh = open_channel();
+  if (!fresh) return tl::unexpected(fresh.error());
+  if (*fresh) {
     in_step_ = false;
     offset_.clear();
-    commanded_.clear();
+    sent_.clear();
   }
+  return {};
+}
+
+tl::expected<void, RobotFault> GcodeRobot::ready(const std::stop_token& stop) {
+  if (const auto opened = open_line(); !opened) return opened;
   if (in_step_) return {};
-  quiet_down(stop);
-  if (halted_ && !settings_.dialect->drop.empty()) {
+  if (const auto quiet = quiet_down(stop); !quiet) return quiet;
+  if (halted_ && !dialect_.drop.empty()) {
     if (const auto dropped = drop_halted_move(stop); !dropped) return dropped;
   }
   if (const auto greeted = greet(stop); !greeted) return greeted;
@@ -152,8 +101,8 @@ tl::expected<void, RobotFault> GcodeRobot::ready(const std::stop_token& stop) {
 tl::expected<void, RobotFault> GcodeRobot::drop_halted_move(const std::stop_token& stop) {
   const auto deadline = steady_clock::now() + clock_.wall_timeout(settings_.timeout) + kLook;
   for (;;) {
-    if (const auto told = tell(settings_.dialect->ask); !told) return told;
-    const auto line = next_line(deadline, stop);
+    if (const auto told = tell(dialect_.ask); !told) return told;
+    const auto line = next_line(deadline, dialect_.ask, stop);
     if (!line) return tl::unexpected(line.error());
     if (line->kind != GcodeLineKind::kReport) continue;
     if (line->motion != Motion::kMoving) break;
@@ -162,14 +111,14 @@ tl::expected<void, RobotFault> GcodeRobot::drop_halted_move(const std::stop_toke
       return tl::unexpected(RobotFault{RobotFaultKind::kCancelled, ""});
     }
   }
-  return tell(settings_.dialect->drop);
+  return tell(dialect_.drop);
 }
 
 tl::expected<void, RobotFault> GcodeRobot::command(
     std::string_view text, WallTime deadline, const std::stop_token& stop) {
   if (const auto told = tell(fmt::format("{}\n", text)); !told) return told;
   for (;;) {
-    const auto line = next_line(deadline, stop);
+    const auto line = next_line(deadline, text, stop);
     if (!line) return tl::unexpected(line.error());
     switch (line->kind) {
       case GcodeLineKind::kOk:
@@ -194,16 +143,13 @@ tl::expected<void, RobotFault> GcodeRobot::command(
 }
 
 tl::expected<GcodeLine, RobotFault> GcodeRobot::report(const std::stop_token& stop) {
-  const GcodeDialect& is = *settings_.dialect;
+  const GcodeDialect& is = dialect_;
   const auto deadline = answer_by();
-  if (const auto told =
-          tell(is.ask_is_line ? fmt::format("{}\n", is.ask) : std::string(is.ask));
-      !told) {
-    return tl::unexpected(told.error());
-  }
+  const std::string asked = is.ask_is_line ? fmt::format("{}\n", is.ask) : std::string(is.ask);
+  if (const auto told = tell(asked); !told) return tl::unexpected(told.error());
   std::optional<GcodeLine> found;
   for (;;) {
-    auto line = next_line(deadline, stop);
+    auto line = next_line(deadline, is.ask, stop);
     if (!line) return tl::unexpected(line.error());
     if (line->kind == GcodeLineKind::kReport) {
       found = *std::move(line);

@@ -5,11 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/bus.h"
-#include "acquisition/longest_silence.h"
-#include "acquisition/robots/axis_robot.h"
-#include "geometry/units.h"
-
 namespace sixdial::acquisition {
 namespace {
 
@@ -18,7 +13,6 @@ using std::chrono::steady_clock;
 
 constexpr milliseconds kLook{100};  // on the wall, between two looks at a move
 constexpr int kMostReports = 40;    // Grbl tells its offset at least every 30th time
-constexpr double kLargest = 1e6;    // deg, mm
 
 const AxisFigure* find_axis(const std::vector<AxisFigure>& axes, char letter) {
   const auto found = std::ranges::find(axes, letter, &AxisFigure::letter);
@@ -28,18 +22,18 @@ const AxisFigure* find_axis(const std::vector<AxisFigure>& axes, char letter) {
 }  // namespace
 
 GcodeRobot::GcodeRobot(
-    GcodeSettings settings, std::span<const RobotJoint> joints, Open open, Clock& clock)
-    : settings_(std::move(settings)),
-      joints_(joints.begin(), joints.end()),
-      open_(std::move(open)),
-      clock_(clock) {}
+    AxisSettings settings, const GcodeDialect* dialect, milliseconds boot, Open open,
+    Clock& clock, std::span<const RobotJoint> joints)
+    : AxisRobot(std::move(settings), std::move(open), clock, joints),
+      dialect_(*dialect),
+      boot_(boot) {}
 
 // Reports have fewer digits than commands. Where one agrees with what was commanded to all the
 // digits that it has, the joint stands where it was sent.
-tl::expected<Eigen::VectorXd, RobotFault> GcodeRobot::joint_values(GcodeLine& line) {
+tl::expected<std::vector<double>, RobotFault> GcodeRobot::stands_at(const GcodeLine& line) {
   if (!line.offset.empty()) offset_ = line.offset;
   const bool shifted = line.position.empty();
-  Eigen::VectorXd q(static_cast<Eigen::Index>(joints_.size()));
+  std::vector<double> values;
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     const char letter = settings_.axes[j];
     const AxisFigure* axis = find_axis(shifted ? line.machine : line.position, letter);
@@ -55,18 +49,18 @@ tl::expected<Eigen::VectorXd, RobotFault> GcodeRobot::joint_values(GcodeLine& li
       const AxisFigure* zero = find_axis(offset_, letter);
       if (zero != nullptr) value -= zero->value;
     }
-    if (j < commanded_.size()) {
+    if (j < sent_.size()) {
       const double half = 0.5 * std::pow(10.0, -axis->decimals);
-      if (std::abs(value - commanded_[j]) <= half * (1.0 + 1e-6)) value = commanded_[j];
+      if (std::abs(value - sent_[j]) <= half * (1.0 + 1e-6)) value = sent_[j];
     }
-    q[static_cast<Eigen::Index>(j)] = joints_[j].turns ? value * geometry::kRadPerDeg : value;
+    values.push_back(value);
   }
-  return q;
+  return values;
 }
 
-tl::expected<RobotState, RobotFault> GcodeRobot::state_now(const std::stop_token& stop) {
+tl::expected<GcodeRobot::Look, RobotFault> GcodeRobot::look(const std::stop_token& stop) {
   for (int asked = 0;; ++asked) {
-    auto line = report(stop);
+    const auto line = report(stop);
     if (!line) return tl::unexpected(line.error());
     const bool wants_offset = line->position.empty() && line->offset.empty() && offset_.empty();
     if (wants_offset && asked < kMostReports) continue;
@@ -76,49 +70,34 @@ tl::expected<RobotState, RobotFault> GcodeRobot::state_now(const std::stop_token
           "the controller never says its work offset (WCO): set $10=0, so that it reports "
           "the position of its commands"});
     }
-    auto q = joint_values(*line);
-    if (!q) return tl::unexpected(q.error());
-    RobotState state;
-    state.q = *std::move(q);
-    state.moves = moves_;
-    state.motion = line->motion.value_or(Motion::kInPosition);
-    if (halted_) state.motion = Motion::kFault;
-    if (state.motion == Motion::kFault && !halted_ && !line->halted) {
+    auto stands = stands_at(*line);
+    if (!stands) return tl::unexpected(stands.error());
+    const Motion motion = line->motion.value_or(Motion::kInPosition);
+    if (motion == Motion::kFault && !halted_ && !line->halted) {
       return tl::unexpected(RobotFault{RobotFaultKind::kController, line->words});
     }
-    if (state.motion == Motion::kFault) state.fault_code = 2;
-    if (state.motion == Motion::kInPosition && moves_ == 0) state.motion = Motion::kIdle;
-    return state;
+    return Look{.stands = *std::move(stands), .motion = motion};
   }
 }
 
-tl::expected<RobotState, RobotFault> GcodeRobot::state(const std::stop_token& stop) {
-  const std::lock_guard lock(mutex_);
-  if (halted_ && channel_ && !settings_.dialect->drop.empty()) {
-    return state_now(stop);  // as it stands: the rest of the move is dropped by the next one
-  }
-  if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
-  return state_now(stop);
+RobotState GcodeRobot::shown_by(const Look& seen) const {
+  return state_of(seen.stands, halted_ ? Motion::kFault : seen.motion);
 }
 
-std::string GcodeRobot::move_line(const Eigen::VectorXd& q) {
-  std::string line = "G1";
-  commanded_.clear();
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const double value = q[static_cast<Eigen::Index>(j)];
-    const std::string text =
-        figure_text(joints_[j].turns ? value / geometry::kRadPerDeg : value);
-    line += fmt::format(" {}{}", settings_.axes[j], text);
-    commanded_.push_back(std::stod(text));
+tl::expected<RobotState, RobotFault> GcodeRobot::state_now(const std::stop_token& stop) {
+  // The rest of a halted move is dropped by the next one: until then as it stands.
+  const bool stands_held = halted_ && is_open() && !dialect_.drop.empty();
+  if (!stands_held) {
+    if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   }
-  return line + fmt::format(" F{}", figure_text(settings_.feed * percent_ / 100.0));
+  const auto seen = look(stop);
+  if (!seen) return tl::unexpected(seen.error());
+  return shown_by(*seen);
 }
 
 tl::expected<void, RobotFault> GcodeRobot::wait_for_end(
     WallTime deadline, const std::stop_token& stop) {
-  const GcodeDialect& is = *settings_.dialect;
-  if (const auto told = tell(fmt::format("{}\n", is.wait)); !told) return told;
-  const auto silence = clock_.wall_timeout(longest_silence(clock_));
+  if (const auto told = tell(fmt::format("{}\n", dialect_.wait)); !told) return told;
   auto heard = steady_clock::now();
   for (;;) {
     const auto now = steady_clock::now();
@@ -128,79 +107,53 @@ tl::expected<void, RobotFault> GcodeRobot::wait_for_end(
           RobotFault{RobotFaultKind::kNotThere, "the move has not ended in its time"});
     }
     // What can be asked in between answers at once, or is gone.
-    const auto until = is.look.empty() ? deadline : std::min(deadline, now + kLook);
-    const auto line = next_line(until, stop);
-    if (!line) {
-      const bool only_waits = line.error().kind == RobotFaultKind::kLink && channel_ &&
-                              steady_clock::now() >= until;
-      if (!only_waits || (!is.look.empty() && steady_clock::now() - heard > silence)) {
-        return tl::unexpected(line.error());
+    const bool looks = !dialect_.look.empty();
+    const auto line = line_by(looks ? std::min(deadline, now + kLook) : deadline, stop);
+    if (!line) return tl::unexpected(line.error());
+    if (!*line) {
+      if (!looks) continue;
+      if (steady_clock::now() - heard > longest_wait()) {
+        return tl::unexpected(silent(dialect_.look));
       }
-      if (!is.look.empty()) {
-        if (const auto told = tell(is.look); !told) return told;
-      }
+      if (const auto told = tell(dialect_.look); !told) return told;
       continue;
     }
+    const GcodeLine& said = **line;
     heard = steady_clock::now();
-    if (line->kind == GcodeLineKind::kOk) {
-      in_step_ = !halted_;  // the looks in between took nothing away
-      return {};
-    }
-    const bool held = line->kind == GcodeLineKind::kReport && line->motion == Motion::kFault;
-    if (line->kind == GcodeLineKind::kReport && !held) continue;
+    if (said.kind == GcodeLineKind::kOk) return {};
+    const bool held = said.kind == GcodeLineKind::kReport && said.motion == Motion::kFault;
+    if (said.kind == GcodeLineKind::kReport && !held) continue;
     in_step_ = false;
-    if (held && line->halted) halted_ = true;
+    if (held && said.halted) halted_ = true;
     return tl::unexpected(RobotFault{
-        held && line->halted ? RobotFaultKind::kHalted : RobotFaultKind::kController,
-        line->kind == GcodeLineKind::kRestarted
+        held && said.halted ? RobotFaultKind::kHalted : RobotFaultKind::kController,
+        said.kind == GcodeLineKind::kRestarted
             ? "the controller has begun anew: its position is lost, home it"
-            : line->words});
+            : said.words});
   }
 }
 
-std::optional<RobotFault> GcodeRobot::not_there(const RobotState& state) const {
-  std::string off;
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const double q = state.q[static_cast<Eigen::Index>(j)];
-    const double value = joints_[j].turns ? q / geometry::kRadPerDeg : q;
-    if (std::abs(value - commanded_[j]) <= settings_.arrived) continue;
-    off += fmt::format(
-        "{}{} ({}) stands at {} and was sent to {}", off.empty() ? "" : ", ", settings_.axes[j],
-        joints_[j].name, figure_text(value), figure_text(commanded_[j]));
-  }
-  if (off.empty()) return std::nullopt;
-  return RobotFault{RobotFaultKind::kUnreachable, off + ": beyond its travel?"};
-}
-
-tl::expected<RobotState, RobotFault> GcodeRobot::move_to(
-    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
-  const std::lock_guard lock(mutex_);
-  const bool good = q.size() == static_cast<Eigen::Index>(joints_.size()) && q.allFinite() &&
-                    q.cwiseAbs().maxCoeff() < kLargest;
-  if (!good) {
-    return tl::unexpected(RobotFault{
-        RobotFaultKind::kUnreachable,
-        fmt::format("{} joint values, or one that is no number", q.size())});
-  }
+tl::expected<RobotState, RobotFault> GcodeRobot::go_to(
+    const std::vector<double>& target, milliseconds timeout, const std::stop_token& stop) {
   if (halted_) in_step_ = false;
-  if (const auto open = ready(stop); !open) return tl::unexpected(open.error());
+  if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   halted_ = false;
-  if (const auto before = state_now(stop); !before) return before;
-  const auto deadline =
-      steady_clock::now() + clock_.wall_timeout(timeout, std::min(timeout, milliseconds{2000}));
+  if (const auto before = look(stop); !before) return tl::unexpected(before.error());
+  const WallTime deadline = ends_by(timeout);
   ++moves_;
-  auto ended = command(move_line(q), std::min(deadline, answer_by()), stop).and_then([&] {
-    return wait_for_end(deadline, stop);
-  });
+  sent_ = target;
+  const auto ended =
+      command(move_words(target, feed()), std::min(deadline, answer_by()), stop).and_then([&] {
+        return wait_for_end(deadline, stop);
+      });
   if (!ended) {
     const RobotFaultKind kind = ended.error().kind;
     const bool runs_on = kind == RobotFaultKind::kCancelled ||
                          kind == RobotFaultKind::kNotThere || kind == RobotFaultKind::kLink;
-    if (halted_ && !runs_on) return tl::unexpected(ended.error());
     // Not to be left running with nobody watching. Best effort: the cause is reported anyway.
-    if (runs_on && channel_ && !halted_) {
+    if (runs_on && is_open() && !halted_) {
       halted_ = true;
-      (void)tell(settings_.dialect->halt);
+      (void)tell(dialect_.halt);
     }
     in_step_ = false;
     return tl::unexpected(ended.error());
@@ -209,42 +162,23 @@ tl::expected<RobotState, RobotFault> GcodeRobot::move_to(
     in_step_ = false;
     return tl::unexpected(RobotFault{RobotFaultKind::kHalted, "the robot was stopped"});
   }
-  auto there = state_now(stop);
-  if (!there) return there;
-  if (auto fault = not_there(*there)) return tl::unexpected(*std::move(fault));
-  return there;
+  const auto there = look(stop);
+  if (!there) return tl::unexpected(there.error());
+  if (auto fault = not_there(there->stands, target)) return tl::unexpected(*std::move(fault));
+  return shown_by(*there);
 }
 
 tl::expected<void, RobotFault> GcodeRobot::halt(const std::stop_token&) {
-  {
-    const std::lock_guard lock(write_mutex_);
-    if (channel_) {
-      halted_ = true;
-      const auto written = channel_->write(settings_.dialect->halt, kGcodeWrite);
-      in_step_ = false;
-      if (!written) return tl::unexpected(link_fault(written.error()));
-      return {};
-    }
+  stop_asked_ = true;
+  std::unique_lock<std::mutex> turn;
+  if (!is_open()) turn = turn_of_halt();
+  if (turn) {  // nobody speaks to it: over a line of its own, and nothing is waited for
+    if (const auto opened = open_line(); !opened) return opened;
   }
-  // Nobody speaks to it: its own line, and nothing is waited for.
-  const std::lock_guard lock(mutex_);
-  auto opened = open_();
-  if (!opened) return tl::unexpected(link_fault(opened.error()));
-  const std::lock_guard writing(write_mutex_);
-  channel_ = *std::move(opened);
-  in_step_ = false;
   halted_ = true;
-  const auto written = channel_->write(settings_.dialect->halt, kGcodeWrite);
-  if (!written) return tl::unexpected(link_fault(written.error()));
-  return {};
-}
-
-tl::expected<std::optional<int>, RobotFault> GcodeRobot::speed(const std::stop_token&) {
-  return std::optional<int>(percent_);
-}
-
-tl::expected<void, RobotFault> GcodeRobot::set_speed(int percent, const std::stop_token&) {
-  percent_ = std::clamp(percent, 1, 100);
+  const auto told = tell_meanwhile(dialect_.halt);
+  in_step_ = false;
+  if (!told) return tl::unexpected(told.error());
   return {};
 }
 

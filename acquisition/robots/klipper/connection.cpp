@@ -2,11 +2,12 @@
 //
 //   klipper:/home/pi/printer_data/comms/klippy.sock?axes=X,Y,Z&feed=1200
 #include <array>
-#include <vector>
+#include <utility>
 
 #include "acquisition/connection_text.h"
 #include "acquisition/robot_driver.h"
 #include "acquisition/robots/klipper/robot.h"
+#include "acquisition/robots/open_robot.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -24,15 +25,10 @@ OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
   const std::string path(pieces.place);
   const ConnectionOptions options(pieces.query, kKeys);
   AxisSettings settings = axis_settings(options, joints, kKlipperAxes, path);
-  return [settings = std::move(settings), own = std::vector(joints.begin(), joints.end()),
-          path](const RobotSite& site) {
-    return std::make_unique<KlipperRobot>(
-        settings, own,
-        [path, timeout = settings.timeout] {
-          return open_unix_messages(path, kKlipperEnd, kLongestKlipperMessage, timeout);
-        },
-        site.clock);
+  const AxisRobot::Open open = [path, timeout = settings.timeout] {
+    return open_unix_messages(path, kKlipperEnd, kLongestKlipperMessage, timeout);
   };
+  return opens<KlipperRobot>(joints, std::move(settings), open);
 }
 
 }  // namespace

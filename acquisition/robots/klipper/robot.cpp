@@ -27,20 +27,14 @@ RobotFault answered_with(std::string_view script, const std::string& words) {
 }  // namespace
 
 KlipperRobot::KlipperRobot(
-    AxisSettings settings, std::span<const RobotJoint> joints, Open open, Clock& clock)
-    : AxisRobot(std::move(settings), joints, std::move(open), clock) {}
+    AxisSettings settings, Open open, Clock& clock, std::span<const RobotJoint> joints)
+    : AxisRobot(std::move(settings), std::move(open), clock, joints) {}
 
 tl::expected<std::optional<KlipperMessage>, RobotFault> KlipperRobot::message_by(
     WallTime deadline, const std::stop_token& stop) {
-  const auto text = hear(deadline, stop);
-  if (!text) return tl::unexpected(text.error());
-  if (!*text) return std::optional<KlipperMessage>();
-  auto message = parse_klipper(**text);
-  if (!message) {
-    return tl::unexpected(
-        stranger(**text, "message of Klipper's API server: is this the socket of its -a?"));
-  }
-  return message;
+  return hear(
+      deadline, stop, parse_klipper,
+      "message of Klipper's API server: is this the socket of its -a?");
 }
 
 tl::expected<KlipperMessage, RobotFault> KlipperRobot::answer_to(
@@ -114,27 +108,17 @@ std::vector<double> KlipperRobot::stands_at(const KlipperStatus& status) const {
   return values;
 }
 
-RobotState KlipperRobot::state_of(const KlipperStatus& status) const {
-  RobotState state;
-  state.q = joint_values(stands_at(status));
-  state.moves = moves_;
-  if (std::abs(status.velocity) > kRests) {
-    state.motion = Motion::kMoving;
-  } else if (halted_) {
-    state.motion = Motion::kFault;
-    state.fault_code = 2;
-  } else {
-    state.motion = moves_ == 0 ? Motion::kIdle : Motion::kInPosition;
-  }
-  return state;
+RobotState KlipperRobot::shown_by(const KlipperStatus& status) const {
+  const bool moves = std::abs(status.velocity) > kRests;
+  const Motion rests = halted_ ? Motion::kFault : Motion::kInPosition;
+  return state_of(stands_at(status), moves ? Motion::kMoving : rests);
 }
 
-tl::expected<RobotState, RobotFault> KlipperRobot::state(const std::stop_token& stop) {
-  const std::lock_guard lock(mutex_);
+tl::expected<RobotState, RobotFault> KlipperRobot::state_now(const std::stop_token& stop) {
   if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   const auto now = status(stop);
   if (!now) return tl::unexpected(now.error());
-  return state_of(*now);
+  return shown_by(*now);
 }
 
 std::optional<RobotFault> KlipperRobot::beyond(
@@ -194,7 +178,7 @@ tl::expected<void, RobotFault> KlipperRobot::script(
   if (const auto told = tell(klipper_script_request(id, text)); !told) return told;
   auto next_look = steady_clock::now() + kLook;
   std::int64_t look = 0;  // asked, and not answered yet
-  auto silent_at = steady_clock::now() + silence();
+  auto silent_at = steady_clock::now() + longest_wait();
   for (;;) {
     const auto now = steady_clock::now();
     if (now >= deadline) {
@@ -203,7 +187,7 @@ tl::expected<void, RobotFault> KlipperRobot::script(
     }
     if (look == 0 && now >= next_look) {
       look = ++last_id_;
-      silent_at = now + silence();
+      silent_at = now + longest_wait();
       if (const auto told = tell(klipper_status_request(look)); !told) return told;
     }
     const auto message =
@@ -247,28 +231,21 @@ tl::expected<void, RobotFault> KlipperRobot::move_in_pieces(
   return script("M400", deadline, stop);
 }
 
-tl::expected<RobotState, RobotFault> KlipperRobot::move_to(
-    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
-  const Moving moving(*this);
-  const std::lock_guard lock(mutex_);
-  if (auto bad = bad_target(q)) return tl::unexpected(*std::move(bad));
+tl::expected<RobotState, RobotFault> KlipperRobot::go_to(
+    const std::vector<double>& target, milliseconds timeout, const std::stop_token& stop) {
   if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
-  const std::vector<double> target = commanded(q);
   const auto from = ready_to_move(target, stop);
   if (!from) return tl::unexpected(from.error());
   halted_ = false;
-  const auto deadline =
-      steady_clock::now() + clock_.wall_timeout(timeout, std::min(timeout, milliseconds{2000}));
   ++moves_;
-  const auto ended = move_in_pieces(*from, target, deadline, stop);
+  const auto ended = move_in_pieces(*from, target, ends_by(timeout), stop);
   if (ended && !stop_asked_) {
     const auto now = status(stop);
     if (!now) return tl::unexpected(now.error());
-    const RobotState there = state_of(*now);
     if (auto fault = not_there(stands_at(*now), target)) {
       return tl::unexpected(*std::move(fault));
     }
-    return there;
+    return shown_by(*now);
   }
   // It gets no more of the move; what it has already it runs through.
   halted_ = true;

@@ -4,11 +4,12 @@
 //   linuxcnc:cnc.local?password=EMC&enable=EMCTOO
 #include <algorithm>
 #include <array>
-#include <vector>
+#include <utility>
 
 #include "acquisition/connection_text.h"
 #include "acquisition/robot_driver.h"
 #include "acquisition/robots/linuxcnc/robot.h"
+#include "acquisition/robots/open_robot.h"
 
 namespace sixdial::acquisition {
 namespace {
@@ -26,28 +27,20 @@ std::string password(
 OpenRobot parse(std::string_view rest, std::span<const RobotJoint> joints) {
   static constexpr std::array<std::string_view, 6> kKeys{"axes",       "feed",     "arrived",
                                                          "timeout_ms", "password", "enable"};
-  ConnectionPieces pieces = split(rest);
-  if (pieces.place.starts_with("//")) pieces.place.remove_prefix(2);
-  if (pieces.place.empty()) refuse("no host is given; write linuxcnc:HOST:{}", kCncPort);
-  const std::size_t host_end = pieces.place.find(']');  // of [v6]:port
-  const bool has_port =
-      pieces.place.find(':', host_end == std::string_view::npos ? 0 : host_end) !=
-      std::string_view::npos;
-  const ModbusTcpEndpoint endpoint = tcp_endpoint(
-      has_port ? std::string(pieces.place) : fmt::format("{}:{}", pieces.place, kCncPort));
+  const ConnectionPieces pieces = split(rest);
+  const std::string_view place = without_slashes(pieces.place);
+  if (place.empty()) refuse("no host is given; write linuxcnc:HOST:{}", kCncPort);
+  const ModbusTcpEndpoint endpoint = tcp_endpoint(place, kCncPort);
   const ConnectionOptions options(pieces.query, kKeys);
   AxisSettings settings = axis_settings(options, joints, kCncAxes, name_of(endpoint));
   CncPasswords usual;
   const CncPasswords passwords{
       .connect = password(options, "password", usual.connect),
       .enable = password(options, "enable", usual.enable)};
-  return [settings = std::move(settings), passwords,
-          own = std::vector(joints.begin(), joints.end()), endpoint](const RobotSite& site) {
-    return std::make_unique<LinuxCncRobot>(
-        settings, passwords, own,
-        [endpoint, timeout = settings.timeout] { return open_tcp_lines(endpoint, timeout); },
-        site.clock);
+  const AxisRobot::Open open = [endpoint, timeout = settings.timeout] {
+    return open_tcp_lines(endpoint, timeout);
   };
+  return opens<LinuxCncRobot>(joints, std::move(settings), passwords, open);
 }
 
 }  // namespace

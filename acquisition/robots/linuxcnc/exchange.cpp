@@ -24,14 +24,11 @@ RobotFault controller(std::string words) {
 
 tl::expected<CncLine, RobotFault> LinuxCncRobot::line_by(
     WallTime deadline, std::string_view asked, const std::stop_token& stop) {
-  const auto text = hear(deadline, stop);
-  if (!text) return tl::unexpected(text.error());
-  if (!*text) return tl::unexpected(silent(asked));
-  auto line = parse_linuxcnc(**text);
-  if (!line) {
-    return tl::unexpected(stranger(**text, "line of linuxcncrsh: look at host and port"));
-  }
-  return *std::move(line);
+  auto line =
+      hear(deadline, stop, parse_linuxcnc, "line of linuxcncrsh: look at host and port");
+  if (!line) return tl::unexpected(line.error());
+  if (!*line) return tl::unexpected(silent(asked));
+  return **std::move(line);
 }
 
 tl::expected<void, RobotFault> LinuxCncRobot::set(

@@ -29,33 +29,23 @@ RobotFault told_error(const std::string& words) {
 }  // namespace
 
 LinuxCncRobot::LinuxCncRobot(
-    AxisSettings settings, CncPasswords passwords, std::span<const RobotJoint> joints,
-    Open open, Clock& clock)
-    : AxisRobot(std::move(settings), joints, std::move(open), clock),
+    AxisSettings settings, CncPasswords passwords, Open open, Clock& clock,
+    std::span<const RobotJoint> joints)
+    : AxisRobot(std::move(settings), std::move(open), clock, joints),
       passwords_(std::move(passwords)) {}
 
-RobotState LinuxCncRobot::state_of(const Look& seen) const {
-  RobotState state;
-  state.q = joint_values(seen.stands);
-  state.moves = moves_;
-  if (seen.program == Program::kRunning) {
-    state.motion = Motion::kMoving;
-  } else if (halted_ || seen.program == Program::kPaused) {
-    state.motion = Motion::kFault;
-    state.fault_code = 2;
-  } else {
-    state.motion = moves_ == 0 ? Motion::kIdle : Motion::kInPosition;
-  }
-  return state;
+RobotState LinuxCncRobot::shown_by(const Look& seen) const {
+  const bool held = halted_ || seen.program == Program::kPaused;
+  const Motion rests = held ? Motion::kFault : Motion::kInPosition;
+  return state_of(seen.stands, seen.program == Program::kRunning ? Motion::kMoving : rests);
 }
 
-tl::expected<RobotState, RobotFault> LinuxCncRobot::state(const std::stop_token& stop) {
-  const std::lock_guard lock(mutex_);
+tl::expected<RobotState, RobotFault> LinuxCncRobot::state_now(const std::stop_token& stop) {
   if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   const auto seen = look(stop);
   if (!seen) return tl::unexpected(seen.error());
   if (seen->locked) return tl::unexpected(*seen->locked);
-  return state_of(*seen);
+  return shown_by(*seen);
 }
 
 /// After an abort.
@@ -137,27 +127,22 @@ tl::expected<LinuxCncRobot::Look, RobotFault> LinuxCncRobot::wait_for_end(
   }
 }
 
-tl::expected<RobotState, RobotFault> LinuxCncRobot::move_to(
-    const Eigen::VectorXd& q, milliseconds timeout, const std::stop_token& stop) {
-  const Moving moving(*this);
-  const std::lock_guard lock(mutex_);
-  if (auto bad = bad_target(q)) return tl::unexpected(*std::move(bad));
+tl::expected<RobotState, RobotFault> LinuxCncRobot::go_to(
+    const std::vector<double>& target, milliseconds timeout, const std::stop_token& stop) {
   if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   if (const auto good = ready_to_move(stop); !good) return tl::unexpected(good.error());
   if (stop_asked_) {
     return tl::unexpected(RobotFault{RobotFaultKind::kHalted, "the robot was stopped"});
   }
   halted_ = false;
-  const std::vector<double> target = commanded(q);
-  const auto deadline =
-      steady_clock::now() + clock_.wall_timeout(timeout, std::min(timeout, milliseconds{2000}));
+  const WallTime deadline = ends_by(timeout);
   ++moves_;
   const std::string words = std::string(kPlain) + move_words(target, feed());
   const auto ended =
       set("mdi", words, stop).and_then([&] { return wait_for_end(target, deadline, stop); });
   if (ended) {
     if (auto fault = not_there(ended->stands, target)) return tl::unexpected(*std::move(fault));
-    return state_of(*ended);
+    return shown_by(*ended);
   }
   halted_ = true;
   const RobotFaultKind kind = ended.error().kind;

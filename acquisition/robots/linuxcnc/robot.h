@@ -26,13 +26,8 @@ struct CncPasswords {
 class LinuxCncRobot final : public AxisRobot {
  public:
   LinuxCncRobot(
-      AxisSettings settings, CncPasswords passwords, std::span<const RobotJoint> joints,
-      Open open, Clock& clock);
-  [[nodiscard]] tl::expected<RobotState, RobotFault> state(
-      const std::stop_token& stop) override;
-  [[nodiscard]] tl::expected<RobotState, RobotFault> move_to(
-      const Eigen::VectorXd& q, std::chrono::milliseconds timeout,
-      const std::stop_token& stop) override;
+      AxisSettings settings, CncPasswords passwords, Open open, Clock& clock,
+      std::span<const RobotJoint> joints);
   [[nodiscard]] tl::expected<void, RobotFault> halt(const std::stop_token& stop) override;
 
  private:
@@ -46,6 +41,10 @@ class LinuxCncRobot final : public AxisRobot {
   };
   using Values = std::map<std::string, std::string>;
 
+  OrFault<RobotState> state_now(const std::stop_token& stop) override;
+  OrFault<RobotState> go_to(
+      const std::vector<double>& target, std::chrono::milliseconds timeout,
+      const std::stop_token& stop) override;
   OrFault<CncLine> line_by(
       WallTime deadline, std::string_view asked, const std::stop_token& stop);
   /// "set NAME WHAT", and its acknowledgement.
@@ -63,7 +62,7 @@ class LinuxCncRobot final : public AxisRobot {
   OrFault<Look> wait_for_end(
       const std::vector<double>& target, WallTime deadline, const std::stop_token& stop);
   OrFault<void> wait_until_idle(const std::stop_token& stop);
-  [[nodiscard]] RobotState state_of(const Look& seen) const;
+  [[nodiscard]] RobotState shown_by(const Look& seen) const;
 
   const CncPasswords passwords_;
   bool in_step_ = false;  // its next answer is that to the next question
