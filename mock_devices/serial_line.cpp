@@ -1,14 +1,9 @@
 #include "mock_devices/serial_line.h"
 
-#include <fcntl.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdlib>
-#include <system_error>
 
 #include "mock_devices/random.h"
 
@@ -37,46 +32,11 @@ SerialLine::SerialLine(
       panel_(std::move(panel)),
       link_(std::move(link)),
       speed_(speed),
-      seed_(seed) {
-  open();
-}
+      seed_(seed),
+      terminal_(std::in_place, link_) {}
 
-SerialLine::~SerialLine() { close(); }
-
-void SerialLine::open() {
-  const auto fail = [&](const char* what) {
-    const int error = errno;
-    close();
-    throw std::system_error(error, std::generic_category(), what + (" for " + link_.string()));
-  };
-  master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (master_ < 0) fail("posix_openpt");
-  if (::grantpt(master_) != 0 || ::unlockpt(master_) != 0) fail("unlockpt");
-  std::array<char, 128> name{};
-  if (::ptsname_r(master_, name.data(), name.size()) != 0) fail("ptsname");
-  slave_ = ::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (slave_ < 0) fail("open of the pseudo-terminal");
-  termios raw{};
-  if (::tcgetattr(slave_, &raw) != 0) fail("tcgetattr");
-  ::cfmakeraw(&raw);
-  if (::tcsetattr(slave_, TCSANOW, &raw) != 0) fail("tcsetattr");
-  // Made beside and renamed, so that nobody sees the link missing or half made.
-  const std::filesystem::path fresh = link_.string() + ".new";
-  std::error_code ignored;
-  std::filesystem::remove(fresh, ignored);
-  std::filesystem::create_symlink(name.data(), fresh);
-  std::filesystem::rename(fresh, link_);
-}
-
-void SerialLine::close() {
-  std::error_code ignored;
-  if (slave_ >= 0) {
-    std::filesystem::remove(link_, ignored);
-    ::close(slave_);
-  }
-  if (master_ >= 0) ::close(master_);
-  master_ = -1;
-  slave_ = -1;
+void SerialLine::hang_up() {
+  terminal_.reset();
   in_.clear();
   out_.clear();
 }
@@ -91,7 +51,7 @@ std::vector<std::size_t> SerialLine::own_dials() const {
 void SerialLine::read_and_answer() {
   std::array<char, 512> chunk{};
   const Clock::time_point now = Clock::now();
-  const ssize_t n = ::read(master_, chunk.data(), chunk.size());
+  const ssize_t n = ::read(descriptor(), chunk.data(), chunk.size());
   if (n <= 0) return;
   if (dialect_.longest_gap_s > 0.0 && now - last_in_ > wall(dialect_.longest_gap_s))
     in_.clear();
@@ -139,7 +99,7 @@ void SerialLine::attend(Clock::time_point now) {
   if (comes_back_) {
     if (now < *comes_back_) return;
     comes_back_.reset();
-    open();
+    terminal_.emplace(link_);
   }
   for (const std::size_t dial : own_dials()) {
     if (panel_->take(dial, Fault::kUnsolicitedLine)) {
@@ -153,7 +113,7 @@ void SerialLine::attend(Clock::time_point now) {
       }
     }
     if (const auto order = panel_->take(dial, Fault::kHangUp)) {
-      close();
+      hang_up();
       comes_back_ = now + wall(order->amount.value_or(kHungUp_s));
       return;
     }
@@ -168,7 +128,7 @@ void SerialLine::attend(Clock::time_point now) {
     if (due == out.sent) return;
     // Nobody reading and the terminal full: lost, as on a real line.
     [[maybe_unused]] const ssize_t n =
-        ::write(master_, out.bytes.data() + out.sent, due - out.sent);
+        ::write(descriptor(), out.bytes.data() + out.sent, due - out.sent);
     out.sent = due;
     if (out.sent < out.bytes.size()) return;
     out_.pop_front();

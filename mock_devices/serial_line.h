@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mock_devices/dials/dialect.h"
+#include "mock_devices/ports.h"
 
 namespace sixdial::mock_devices {
 
@@ -22,11 +23,12 @@ class SerialLine {
   SerialLine(
       const Dialect& dialect, std::size_t dial, std::unique_ptr<Panel> panel,
       std::filesystem::path link, double speed, std::uint64_t seed);
-  ~SerialLine();
   SerialLine(const SerialLine&) = delete;
   SerialLine& operator=(const SerialLine&) = delete;
 
-  [[nodiscard]] int descriptor() const { return master_; }  // -1 while hung up
+  [[nodiscard]] int descriptor() const {  // -1 while hung up
+    return terminal_ ? terminal_->descriptor() : -1;
+  }
   [[nodiscard]] const std::filesystem::path& link() const { return link_; }
   void read_and_answer();
   /// Sends what is due and carries out faults that need no question.
@@ -41,8 +43,7 @@ class SerialLine {
     std::string bytes;
     std::size_t sent = 0;
   };
-  void open();
-  void close();
+  void hang_up();
   void answer(const std::string& request);
   void send(std::string bytes, Clock::duration after);
   [[nodiscard]] std::vector<std::size_t> own_dials() const;
@@ -54,8 +55,7 @@ class SerialLine {
   const double speed_;
   const std::uint64_t seed_;
   std::uint64_t noise_count_ = 0;
-  int master_ = -1;
-  int slave_ = -1;  // kept open, so that a client may come and go
+  std::optional<PseudoTerminal> terminal_;  // empty: hung up
   std::string in_;
   Clock::time_point last_in_{};
   Clock::time_point free_at_{};

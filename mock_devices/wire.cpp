@@ -1,7 +1,5 @@
 #include "mock_devices/wire.h"
 
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -22,6 +20,7 @@
 
 #include "mock_devices/dials/modbus_rtu.h"
 #include "mock_devices/modbus_slave.h"
+#include "mock_devices/ports.h"
 #include "mock_devices/serial_line.h"
 
 namespace sixdial::mock_devices {
@@ -37,55 +36,6 @@ constexpr std::uint8_t kAnyUnit = 255;         // libmodbus's default on TCP
 
 Clock::duration wall(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-/// An open descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-struct Listener {
-  Descriptor fd;
-  std::uint16_t port = 0;
-};
-
-Listener listen_on(const std::string& address, std::uint16_t port) {
-  const auto fail = [&](const char* what) {
-    return std::system_error(
-        errno, std::generic_category(), fmt::format("{} {}:{}", what, address, port));
-  };
-  Descriptor fd(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (fd.get() < 0) throw fail("socket for");
-  const int on = 1;
-  ::setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  sockaddr_in where{};
-  where.sin_family = AF_INET;
-  where.sin_port = htons(port);
-  if (::inet_pton(AF_INET, address.c_str(), &where.sin_addr) != 1) {
-    throw std::invalid_argument(fmt::format("'{}' is not an IPv4 address", address));
-  }
-  socklen_t size = sizeof where;
-  if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&where), size) != 0) {
-    throw fail("cannot bind");
-  }
-  if (::listen(fd.get(), 64) != 0) throw fail("cannot listen on");
-  if (::getsockname(fd.get(), reinterpret_cast<sockaddr*>(&where), &size) != 0) {
-    throw fail("getsockname of");
-  }
-  return {std::move(fd), ntohs(where.sin_port)};
 }
 
 struct Client {
