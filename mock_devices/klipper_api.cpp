@@ -39,7 +39,7 @@ Json error_object(const std::string& words) {
 KlipperApi::KlipperApi(KlipperMachine machine)
     : machine_(std::move(machine)), track_(machine_.offset) {}
 
-void KlipperApi::connected(int client) {
+void KlipperApi::connected(int client, double) {
   in_[client].clear();
   out_[client].clear();
 }

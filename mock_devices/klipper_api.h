@@ -30,7 +30,7 @@ class KlipperApi final : public SocketMachine {
  public:
   explicit KlipperApi(KlipperMachine machine);
 
-  void connected(int client) override;
+  void connected(int client, double time_s) override;
   void receive(int client, std::string_view bytes, double time_s) override;
   [[nodiscard]] std::string due(int client, double time_s) override;
   void gone(int client) override;

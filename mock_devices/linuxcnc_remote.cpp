@@ -47,7 +47,7 @@ bool is_taken_when_off(const std::string& name) {
 LinuxCncRemote::LinuxCncRemote(LinuxCncMachine machine)
     : machine_(std::move(machine)), track_(std::vector<double>(kAxes.size(), 0.0)) {}
 
-void LinuxCncRemote::connected(int client) { clients_[client] = {}; }
+void LinuxCncRemote::connected(int client, double) { clients_[client] = {}; }
 void LinuxCncRemote::gone(int client) {
   clients_.erase(client);
   if (enabled_ == client) enabled_ = -1;

@@ -33,7 +33,7 @@ class LinuxCncRemote final : public SocketMachine {
  public:
   explicit LinuxCncRemote(LinuxCncMachine machine);
 
-  void connected(int client) override;
+  void connected(int client, double time_s) override;
   void receive(int client, std::string_view bytes, double time_s) override;
   [[nodiscard]] std::string due(int client, double time_s) override;
   [[nodiscard]] bool hangs_up(int client) const override;

@@ -1,12 +1,9 @@
 #include "mock_devices/machine_socket.h"
 
-#include <arpa/inet.h>
-#include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -14,10 +11,11 @@
 #include <cerrno>
 #include <chrono>
 #include <mutex>
-#include <stdexcept>
-#include <system_error>
+#include <optional>
 #include <thread>
 #include <vector>
+
+#include "mock_devices/ports.h"
 
 namespace sixdial::mock_devices {
 namespace {
@@ -25,48 +23,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSlice_ms = 2;
-
-[[noreturn]] void fail(int fd, const std::string& what) {
-  const int why = errno;
-  if (fd >= 0) ::close(fd);
-  throw std::system_error(why, std::generic_category(), what);
-}
-
-int unix_listener(const std::filesystem::path& path) {
-  sockaddr_un where{};
-  where.sun_family = AF_UNIX;
-  const std::string name = path.string();
-  if (name.size() >= sizeof where.sun_path) {
-    throw std::invalid_argument(fmt::format("{} is too long for a socket", name));
-  }
-  name.copy(where.sun_path, name.size());
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0 || ::bind(fd, reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0 ||
-      ::listen(fd, 8) != 0) {
-    fail(fd, fmt::format("cannot listen on {}", name));
-  }
-  return fd;
-}
-
-int tcp_listener(const std::string& address, std::uint16_t& port) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const int on = 1;
-  ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  sockaddr_in where{};
-  where.sin_family = AF_INET;
-  where.sin_port = htons(port);
-  ::inet_pton(AF_INET, address.c_str(), &where.sin_addr);
-  socklen_t size = sizeof where;
-  if (fd < 0 || ::bind(fd, reinterpret_cast<const sockaddr*>(&where), size) != 0 ||
-      ::listen(fd, 8) != 0 ||
-      ::getsockname(fd, reinterpret_cast<sockaddr*>(&where), &size) != 0) {
-    fail(fd, fmt::format("cannot listen on {}:{}", address, port));
-  }
-  port = ntohs(where.sin_port);
-  return fd;
-}
 
 }  // namespace
 
@@ -76,20 +32,23 @@ class MachineSocket::Loop {
       : machine_(machine),
         speed_(options.speed),
         path_(options.unix_socket),
-        port_(options.port) {
-    listener_ = path_.empty() ? tcp_listener(options.address, port_) : unix_listener(path_);
+        listener_(path_.empty() ? listen_on(options.address, options.port) : listen_on(path_)) {
+    if (!options.pty_link.empty()) {
+      terminal_.emplace(options.pty_link);
+      machine_.connected(terminal_->descriptor(), now_s());
+    }
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
   ~Loop() {
     thread_.request_stop();
     thread_.join();
     drop_clients();
-    ::close(listener_);
+    if (terminal_) machine_.gone(terminal_->descriptor());
     std::error_code ignored;
     if (!path_.empty()) std::filesystem::remove(path_, ignored);
   }
 
-  [[nodiscard]] std::uint16_t port() const { return port_; }
+  [[nodiscard]] std::uint16_t port() const { return listener_.port; }
   void with(const std::function<void(double)>& change) {
     const std::lock_guard lock(mutex_);
     change(now_s());
@@ -113,12 +72,13 @@ class MachineSocket::Loop {
     clients_.clear();
   }
   void take_client() {
-    const int fd = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    const int fd =
+        ::accept4(listener_.fd.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd < 0) return;
     const int on = 1;
     if (path_.empty()) ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     const std::lock_guard lock(mutex_);
-    machine_.connected(fd);
+    machine_.connected(fd, now_s());
     clients_.push_back(fd);
     ++connections_;
   }
@@ -141,13 +101,18 @@ class MachineSocket::Loop {
     if (!out.empty()) {
       if (const int cut = cut_.exchange(-1); cut >= 0)
         out.resize(static_cast<std::size_t>(cut));
-      [[maybe_unused]] const ssize_t n = ::send(fd, out.data(), out.size(), MSG_NOSIGNAL);
+      // To whoever reads; a line that is full loses it.
+      const bool on_line = terminal_ && fd == terminal_->descriptor();
+      [[maybe_unused]] const ssize_t n = on_line
+                                             ? ::write(fd, out.data(), out.size())
+                                             : ::send(fd, out.data(), out.size(), MSG_NOSIGNAL);
     }
     return !closes;
   }
   void run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      std::vector<pollfd> polled{{listener_, POLLIN, 0}};
+      std::vector<pollfd> polled{{listener_.fd.get(), POLLIN, 0}};
+      if (terminal_) polled.push_back({terminal_->descriptor(), POLLIN, 0});
       for (const int fd : clients_) polled.push_back({fd, POLLIN, 0});
       ::poll(polled.data(), polled.size(), kSlice_ms);
       if (hang_up_.exchange(false)) drop_clients();
@@ -157,16 +122,17 @@ class MachineSocket::Loop {
         drop(fd);
         return true;
       });
+      if (terminal_) (void)serve(terminal_->descriptor());
     }
   }
 
   SocketMachine& machine_;
   const double speed_;
   const std::filesystem::path path_;
-  std::uint16_t port_;
+  const Listener listener_;
+  std::optional<PseudoTerminal> terminal_;
   const Clock::time_point began_ = Clock::now();
   std::mutex mutex_;  // of the machine
-  int listener_ = -1;
   std::vector<int> clients_;
   std::atomic<bool> hang_up_{false};
   std::atomic<bool> silent_{false};

@@ -1,5 +1,5 @@
-// The socket of a mock controller that speaks to several clients: TCP, or a Unix socket, served
-// by one thread. Mock time runs `speed` times as fast as the wall's.
+// The cables of a mock controller that speaks to several clients: TCP or a Unix socket, and a
+// pseudo-terminal, served by one thread. Mock time runs `speed` times as fast as the wall's.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace sixdial::mock_devices {
 class SocketMachine {
  public:
   virtual ~SocketMachine() = default;
-  virtual void connected(int client) = 0;
+  virtual void connected(int client, double time_s) = 0;
   virtual void receive(int client, std::string_view bytes, double time_s) = 0;
   /// What is to be sent to the client by now.
   [[nodiscard]] virtual std::string due(int client, double time_s) = 0;
@@ -28,13 +28,15 @@ struct MachineSocketOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 0;               // 0: any free one
   std::filesystem::path unix_socket{};  // instead of TCP, unless empty
+  /// Leads to a pseudo-terminal, which is a client that is always there; empty: none.
+  std::filesystem::path pty_link{};
   double speed = 1.0;
 };
 
 /// Any thread.
 class MachineSocket {
  public:
-  /// Throws std::system_error if the socket cannot be opened. The machine must outlive it.
+  /// Throws std::system_error if a port cannot be opened. The machine must outlive it.
   MachineSocket(SocketMachine& machine, const MachineSocketOptions& options);
   ~MachineSocket();
   MachineSocket(const MachineSocket&) = delete;
@@ -43,12 +45,13 @@ class MachineSocket {
   [[nodiscard]] std::uint16_t port() const;
   /// Looks at or changes the machine at mock time `time_s`.
   void with(const std::function<void(double time_s)>& change);
-  /// Closes every client's connection.
+  /// Closes every client's connection to the socket.
   void hang_up();
   /// Takes connections and bytes, and says nothing more.
   void fall_silent(bool silent);
   /// Of what is sent next, only so many bytes go out.
   void cut_next(std::size_t bytes);
+  /// To the socket, since it was opened.
   [[nodiscard]] int connections() const;
 
  private:

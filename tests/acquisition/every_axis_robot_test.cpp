@@ -1,49 +1,87 @@
-// The laws of robots whose controllers take G-code in a protocol of their own, each over a real
+// The laws of robots whose controllers take G-code, whatever it is carried in, each over a real
 // socket at its mock twin.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <thread>
 
-#include "acquisition/robot_driver.h"
 #include "tests/acquisition/axis_twin.h"
 
 namespace sixdial::acquisition {
 namespace {
 
 using namespace std::chrono_literals;
+using mock_devices::GcodeFirmware;
 using test::AxisTwin;
 using test::TwinOptions;
 using testing::HasSubstr;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kDigit = 0.5e-5 * 1.001;  // of commands, deg or mm
-const std::vector<RobotJoint> kJoints{{"q1", true}, {"q2", true}, {"q3", false}};
 
 struct Row {
   const char* name;
   std::function<std::unique_ptr<AxisTwin>(const TwinOptions&, const std::string& path)> make;
-  /// Its only stop of somebody else's move is the emergency stop.
+  double shown = 1e-3;  // it tells where it stands to this, deg or mm
+  /// A plain line: it does not tell what others do, and goes on with a move whoever listens.
+  bool is_line = false;
+  /// Its only stop is the emergency stop, after which it wants a person.
+  bool stop_is_final = false;
+  /// ... of somebody else's move.
   bool stops_only_its_own = false;
+  bool answers_on_the_way = true;
+  /// Of a target beyond its travel: it is locked until a person looks, or goes as far as it
+  /// can.
+  bool locks_itself = false, goes_to_its_end = false;
 };
 
-const std::array kRows{
-    Row{"klipper",
-        [](const TwinOptions& is, const std::string& path) -> std::unique_ptr<AxisTwin> {
-          return std::make_unique<test::KlipperTwin>(
-              mock_devices::KlipperMachine{
-                  .low = is.low, .high = is.high, .offset = std::vector<double>(3, is.offset)},
-              path);
-        },
-        true},
-    Row{"linuxcnc", [](const TwinOptions& is, const std::string&) -> std::unique_ptr<AxisTwin> {
-          return std::make_unique<test::LinuxCncTwin>(mock_devices::LinuxCncMachine{
-              .low = is.low, .high = is.high, .work_offset = is.offset});
-        }}};
+template <GcodeFirmware firmware>
+std::unique_ptr<AxisTwin> gcode_twin(const TwinOptions& is, const std::string&) {
+  return std::make_unique<test::GcodeTwin>(mock_devices::GcodeMachine{
+      .firmware = firmware, .low = is.low, .high = is.high, .work_offset = is.offset});
+}
+
+const std::vector<Row> kRows{
+    {.name = "klipper",
+     .make = [](const TwinOptions& is, const std::string& path) -> std::unique_ptr<AxisTwin> {
+       return std::make_unique<test::KlipperTwin>(
+           mock_devices::KlipperMachine{
+               .low = is.low, .high = is.high, .offset = std::vector<double>(3, is.offset)},
+           path);
+     },
+     .stops_only_its_own = true},
+    {.name = "linuxcnc",
+     .make = [](const TwinOptions& is, const std::string&) -> std::unique_ptr<AxisTwin> {
+       return std::make_unique<test::LinuxCncTwin>(mock_devices::LinuxCncMachine{
+           .low = is.low, .high = is.high, .work_offset = is.offset});
+     }},
+    {.name = "gcode_grbl",
+     .make = gcode_twin<GcodeFirmware::kGrbl>,
+     .is_line = true,
+     .locks_itself = true},
+    {.name = "gcode_marlin",
+     .make = gcode_twin<GcodeFirmware::kMarlin>,
+     .shown = 1e-2,
+     .is_line = true,
+     .answers_on_the_way = false,
+     .goes_to_its_end = true},
+    {.name = "gcode_klipper",
+     .make = gcode_twin<GcodeFirmware::kKlipper>,
+     .is_line = true,
+     .stop_is_final = true,
+     .answers_on_the_way = false}};
+
+auto rows_that(const std::function<bool(const Row&)>& are) {
+  std::vector<Row> rows;
+  std::ranges::copy_if(kRows, std::back_inserter(rows), are);
+  return testing::ValuesIn(rows);
+}
+std::string name_of(const testing::TestParamInfo<Row>& each) { return each.param.name; }
 
 class EveryAxisRobot : public testing::TestWithParam<Row> {
  protected:
@@ -51,9 +89,7 @@ class EveryAxisRobot : public testing::TestWithParam<Row> {
     twin_ = GetParam().make(options, folder_.path("socket"));
   }
   std::unique_ptr<RobotPort> robot(const std::string& options = "?feed=60000") {
-    const auto connection = parse_robot_connection(twin_->connection() + options, kJoints);
-    EXPECT_TRUE(connection) << connection.error();
-    return connection->open({.clock = clock_});
+    return test::opened(twin_->connection(options), clock_);
   }
   double third() { return twin_->position()[2]; }
 
@@ -61,6 +97,10 @@ class EveryAxisRobot : public testing::TestWithParam<Row> {
   SystemClock clock_;
   std::unique_ptr<AxisTwin> twin_;
 };
+/// That can be moved on after a halt.
+class AxisRobotThatHalts : public EveryAxisRobot {};
+/// That are looked at while they move.
+class AxisRobotThatAnswers : public EveryAxisRobot {};
 
 TEST_P(EveryAxisRobot, GoesWhereItIsSentAndTellsWhereItIs) {
   start();
@@ -114,10 +154,16 @@ TEST_P(EveryAxisRobot, WhatLiesBeyondItsTravelIsRefused) {
   for (const double far : {120.0, -91.0}) {
     const auto refused = port->move_to(Eigen::Vector3d(0, 0, far), 10s, {});
     ASSERT_FALSE(refused) << far;
-    EXPECT_EQ(refused.error().kind, RobotFaultKind::kUnreachable) << refused.error().detail;
-    EXPECT_NEAR(third(), 80.0, kDigit) << "it stays where it was";
+    EXPECT_EQ(
+        refused.error().kind,
+        GetParam().locks_itself ? RobotFaultKind::kController : RobotFaultKind::kUnreachable)
+        << refused.error().detail;
+    if (!GetParam().goes_to_its_end) {
+      EXPECT_NEAR(third(), 80.0, kDigit) << "it stays where it was";
+    }
   }
-  EXPECT_TRUE(port->move_to(Eigen::Vector3d(0, 0, 0), 10s, {})) << "the next good one is taken";
+  const auto next = port->move_to(Eigen::Vector3d(0, 0, 0), 10s, {});
+  EXPECT_EQ(next.has_value(), !GetParam().locks_itself) << "the next good one is taken";
   EXPECT_EQ(
       port->move_to(Eigen::Vector3d(0, 0, std::nan("")), 10s, {}).error().kind,
       RobotFaultKind::kUnreachable);
@@ -125,14 +171,11 @@ TEST_P(EveryAxisRobot, WhatLiesBeyondItsTravelIsRefused) {
       port->move_to(Eigen::Vector2d(0, 0), 10s, {}).error().kind, RobotFaultKind::kUnreachable);
 }
 
-TEST_P(EveryAxisRobot, AHaltFromAnotherThreadStopsItOnItsWay) {
+TEST_P(AxisRobotThatHalts, AHaltFromAnotherThreadStopsItOnItsWay) {
   start();
   const auto port = robot("?feed=600");  // ten a second
   ASSERT_TRUE(port->state({}));
-  std::jthread other([&] {
-    EXPECT_TRUE(test::eventually([&] { return third() > 2.0; }));
-    EXPECT_TRUE(port->halt({}));
-  });
+  std::jthread other = twin_->once_beyond(2.0, [&] { EXPECT_TRUE(port->halt({})); });
   const auto halted = port->move_to(Eigen::Vector3d(0, 0, 170), 600s, {});
   ASSERT_FALSE(halted);
   EXPECT_EQ(halted.error().kind, RobotFaultKind::kHalted) << halted.error().detail;
@@ -144,7 +187,7 @@ TEST_P(EveryAxisRobot, AHaltFromAnotherThreadStopsItOnItsWay) {
   ASSERT_TRUE(state) << state.error().detail;
   EXPECT_EQ(state->motion, Motion::kFault);
   EXPECT_EQ(state->fault_code, 2);
-  EXPECT_NEAR(state->q[2], stopped, 1e-3);
+  EXPECT_NEAR(state->q[2], stopped, GetParam().shown);
   // The next move goes to its own target, and does not end the halted one first.
   const auto next = port->move_to(Eigen::Vector3d(0, 0, stopped + 0.5), 60s, {});
   ASSERT_TRUE(next) << next.error().detail;
@@ -152,14 +195,11 @@ TEST_P(EveryAxisRobot, AHaltFromAnotherThreadStopsItOnItsWay) {
   EXPECT_NEAR(third(), stopped + 0.5, 1e-4);
 }
 
-TEST_P(EveryAxisRobot, AStoppedMoveAndOneThatDoesNotEndAreHalted) {
+TEST_P(AxisRobotThatHalts, AStoppedMoveAndOneThatDoesNotEndAreHalted) {
   start();
   const auto port = robot("?feed=600");
   std::stop_source stop;
-  std::jthread stopper([&] {
-    EXPECT_TRUE(test::eventually([&] { return third() > 1.0; }));
-    stop.request_stop();
-  });
+  std::jthread stopper = twin_->once_beyond(1.0, [&] { stop.request_stop(); });
   EXPECT_EQ(
       port->move_to(Eigen::Vector3d(0, 0, 170), 600s, stop.get_token()).error().kind,
       RobotFaultKind::kCancelled);
@@ -168,7 +208,7 @@ TEST_P(EveryAxisRobot, AStoppedMoveAndOneThatDoesNotEndAreHalted) {
   EXPECT_LT(third(), 120.0);
   const auto rests = port->state({});
   ASSERT_TRUE(rests) << rests.error().detail;
-  EXPECT_NEAR(rests->q[2], third(), 1e-3) << "no answer from before";
+  EXPECT_NEAR(rests->q[2], third(), GetParam().shown) << "no answer from before";
   EXPECT_EQ(
       port->move_to(Eigen::Vector3d(0, 0, -170), 500ms, {}).error().kind,
       RobotFaultKind::kNotThere);
@@ -195,11 +235,13 @@ TEST_P(EveryAxisRobot, WhatItDoesNotMoveItselfIsToldAndNotMixedWith) {
   ASSERT_TRUE(port->state({}));
   twin_->move_by_hand({0, 0, 170}, 10.0);
   std::this_thread::sleep_for(50ms);
-  EXPECT_EQ(port->state({})->motion, Motion::kMoving);
-  const auto refused = port->move_to(Eigen::Vector3d(0, 0, 5), 10s, {});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().kind, RobotFaultKind::kController);
-  EXPECT_THAT(refused.error().detail, HasSubstr("end"));
+  if (!GetParam().is_line) {
+    EXPECT_EQ(port->state({})->motion, Motion::kMoving);
+    const auto refused = port->move_to(Eigen::Vector3d(0, 0, 5), 10s, {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, RobotFaultKind::kController);
+    EXPECT_THAT(refused.error().detail, HasSubstr("end"));
+  }
   const auto halted = robot()->halt({});  // as `sixdial robot stop` does
   EXPECT_EQ(halted.has_value(), !GetParam().stops_only_its_own);
   if (GetParam().stops_only_its_own) {
@@ -210,7 +252,7 @@ TEST_P(EveryAxisRobot, WhatItDoesNotMoveItselfIsToldAndNotMixedWith) {
   }
 }
 
-TEST_P(EveryAxisRobot, AHaltWhereNothingMovesIsDone) {
+TEST_P(AxisRobotThatHalts, AHaltWhereNothingMovesIsDone) {
   start();
   const auto port = robot();
   const auto halted = port->halt({});
@@ -233,24 +275,19 @@ TEST_P(EveryAxisRobot, AConnectionThatWasClosedIsTakenUpAgain) {
 TEST_P(EveryAxisRobot, AConnectionThatIsClosedOnTheWayIsALinkFault) {
   start();
   const auto port = robot("?feed=600");
-  std::jthread other([&] {
-    EXPECT_TRUE(test::eventually([&] { return third() > 1.0; }));
-    twin_->socket().hang_up();
-  });
+  std::jthread other = twin_->once_beyond(1.0, [&] { twin_->socket().hang_up(); });
   const auto lost = port->move_to(Eigen::Vector3d(0, 0, 170), 600s, {});
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, RobotFaultKind::kLink) << lost.error().detail;
+  if (GetParam().is_line) return;
   EXPECT_TRUE(test::eventually([&] { return twin_->stands(); }));
   EXPECT_LT(third(), 120.0) << "nobody watches it, so it does not go on to its target";
 }
 
-TEST_P(EveryAxisRobot, SilenceOnTheWayIsTold) {
+TEST_P(AxisRobotThatAnswers, SilenceOnTheWayIsTold) {
   start();
   const auto port = robot("?feed=60");
-  std::jthread other([&] {
-    EXPECT_TRUE(test::eventually([&] { return third() > 0.2; }));
-    twin_->socket().fall_silent(true);
-  });
+  std::jthread other = twin_->once_beyond(0.2, [&] { twin_->socket().fall_silent(true); });
   const auto began = std::chrono::steady_clock::now();
   const auto lost = port->move_to(Eigen::Vector3d(0, 0, 100), 600s, {});
   EXPECT_LT(std::chrono::steady_clock::now() - began, test::kInTime);
@@ -279,21 +316,24 @@ TEST_P(EveryAxisRobot, HalfAMessageIsNoneAndTheNextIsWhole) {
 
 TEST_P(EveryAxisRobot, WhereNobodyListensThePlaceIsNamed) {
   start();
-  const std::string text = twin_->connection();
-  const auto connection = parse_robot_connection(text, kJoints);
-  ASSERT_TRUE(connection);
+  const std::string text = twin_->connection("");
+  const std::string to = text.substr(0, text.find('?'));
+  const auto port = robot("");
   twin_.reset();
-  const auto port = connection->open({.clock = clock_});
   const auto state = port->state({});
   ASSERT_FALSE(state);
   EXPECT_EQ(state.error().kind, RobotFaultKind::kLink);
-  EXPECT_THAT(state.error().detail, HasSubstr(text.substr(text.find(':') + 1)));
+  EXPECT_THAT(state.error().detail, HasSubstr(to.substr(to.find(':') + 1)));
   EXPECT_FALSE(port->halt({}));
 }
 
-INSTANTIATE_TEST_SUITE_P(, EveryAxisRobot, testing::ValuesIn(kRows), [](const auto& each) {
-  return std::string(each.param.name);
-});
+INSTANTIATE_TEST_SUITE_P(, EveryAxisRobot, testing::ValuesIn(kRows), name_of);
+INSTANTIATE_TEST_SUITE_P(
+    , AxisRobotThatHalts, rows_that([](const Row& each) { return !each.stop_is_final; }),
+    name_of);
+INSTANTIATE_TEST_SUITE_P(
+    , AxisRobotThatAnswers, rows_that([](const Row& each) { return each.answers_on_the_way; }),
+    name_of);
 
 }  // namespace
 }  // namespace sixdial::acquisition

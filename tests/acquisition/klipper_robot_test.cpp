@@ -15,11 +15,10 @@ namespace sixdial::acquisition {
 namespace {
 
 using namespace std::chrono_literals;
+using test::refusal;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using Json = nlohmann::json;
-
-const std::vector<RobotJoint> kJoints{{"q1", true}, {"q2", true}, {"q3", false}};
 
 TEST(KlipperMessages, RequestsAreThoseOfItsPage) {
   const auto request = [](std::string text) {
@@ -102,9 +101,7 @@ class KlipperTest : public testing::Test {
     twin_ = std::make_unique<test::KlipperTwin>(std::move(machine), folder_.path("klippy_uds"));
   }
   std::unique_ptr<RobotPort> robot(const std::string& options = "?feed=60000") {
-    const auto connection = parse_robot_connection(twin_->connection() + options, kJoints);
-    EXPECT_TRUE(connection) << connection.error();
-    return connection->open({.clock = clock_});
+    return test::opened(twin_->connection(options), clock_);
   }
   test::TemporaryFolder folder_;
   SystemClock clock_;
@@ -138,8 +135,7 @@ TEST_F(KlipperTest, AMachineThatIsNotReadyIsToldInItsWords) {
 TEST_F(KlipperTest, AShutdownOnTheWayEndsTheMoveAtOnce) {
   start();
   const auto port = robot("?feed=60");
-  std::jthread person([&] {
-    EXPECT_TRUE(test::eventually([&] { return twin_->position()[2] > 0.2; }));
+  std::jthread person = twin_->once_beyond(0.2, [&] {
     twin_->socket().with([&](double time_s) {
       twin_->api.shut_down("Lost communication with MCU 'mcu'", time_s);
     });
@@ -178,7 +174,7 @@ TEST_F(KlipperTest, ASocketThatSaysSomethingElseIsNoKlipper) {
   // The same bytes on a Unix socket as a G-code machine prints.
   class Chatter final : public mock_devices::SocketMachine {
    public:
-    void connected(int) override {}
+    void connected(int, double) override {}
     void receive(int, std::string_view, double) override { says_ = true; }
     std::string due(int, double) override {
       return std::exchange(says_, false) ? "ok\x03" : std::string();
@@ -189,18 +185,13 @@ TEST_F(KlipperTest, ASocketThatSaysSomethingElseIsNoKlipper) {
     bool says_ = false;
   } chatter;
   const mock_devices::MachineSocket socket(chatter, {.unix_socket = folder_.path("chatter")});
-  const auto connection = parse_robot_connection("klipper:" + folder_.path("chatter"), kJoints);
-  const auto state = connection.value().open({.clock = clock_})->state({});
+  const auto state = test::opened("klipper:" + folder_.path("chatter"), clock_)->state({});
   ASSERT_FALSE(state);
   EXPECT_EQ(state.error().kind, RobotFaultKind::kLink);
   EXPECT_THAT(state.error().detail, HasSubstr("no message of Klipper"));
 }
 
 TEST(KlipperConnection, ARefusalSaysWhatWouldBeRight) {
-  const auto refusal = [](std::string_view text) {
-    const auto parsed = parse_robot_connection(text, kJoints);
-    return parsed ? "" : parsed.error();
-  };
   EXPECT_EQ(refusal("klipper:/run/klippy.sock"), "");
   EXPECT_EQ(refusal("klipper:/run/klippy.sock?axes=X,Y,Z&feed=1200&arrived=0.1"), "");
   EXPECT_THAT(refusal("klipper:klippy.sock"), HasSubstr("klipper:/run/klipper/klippy.sock"));

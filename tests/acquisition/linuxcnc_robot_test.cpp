@@ -15,10 +15,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using mock_devices::LinuxCncMachine;
+using test::refusal;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-const std::vector<RobotJoint> kJoints{{"q1", true}, {"q2", true}, {"q3", false}};
 
 CncLine read(std::string_view text) {
   const auto line = parse_linuxcnc(text);
@@ -75,9 +74,7 @@ class LinuxCncTest : public testing::Test {
     twin_ = std::make_unique<test::LinuxCncTwin>(std::move(machine));
   }
   std::unique_ptr<RobotPort> robot(const std::string& options = "?feed=60000") {
-    const auto connection = parse_robot_connection(twin_->connection() + options, kJoints);
-    EXPECT_TRUE(connection) << connection.error();
-    return connection->open({.clock = clock_});
+    return test::opened(twin_->connection(options), clock_);
   }
   std::string trouble(LinuxCncMachine machine, const std::string& options = "") {
     start(std::move(machine));
@@ -141,8 +138,7 @@ TEST_F(LinuxCncTest, WhyItCannotMoveIsTold) {
 TEST_F(LinuxCncTest, TheEmergencyStopOnTheWayEndsTheMoveAtOnce) {
   start();
   const auto port = robot("?feed=60");
-  std::jthread person([&] {
-    EXPECT_TRUE(test::eventually([&] { return twin_->position()[2] > 0.2; }));
+  std::jthread person = twin_->once_beyond(0.2, [&] {
     twin_->socket().with([&](double time_s) { twin_->remote.press_estop(time_s); });
   });
   const auto began = std::chrono::steady_clock::now();
@@ -156,10 +152,8 @@ TEST_F(LinuxCncTest, TheEmergencyStopOnTheWayEndsTheMoveAtOnce) {
 TEST_F(LinuxCncTest, AMoveThatIsPausedAtTheMachineIsHaltedAndNeverResumed) {
   start();
   const auto port = robot("?feed=600");
-  std::jthread person([&] {
-    EXPECT_TRUE(test::eventually([&] { return twin_->position()[2] > 1.0; }));
-    twin_->socket().with([&](double time_s) { twin_->remote.pause(time_s); });
-  });
+  std::jthread person = twin_->once_beyond(
+      1.0, [&] { twin_->socket().with([&](double time_s) { twin_->remote.pause(time_s); }); });
   const auto paused = port->move_to(Eigen::Vector3d(0, 0, 170), 600s, {});
   ASSERT_FALSE(paused);
   EXPECT_EQ(paused.error().kind, RobotFaultKind::kHalted) << paused.error().detail;
@@ -184,10 +178,6 @@ TEST_F(LinuxCncTest, ControlThatAnotherClientTookIsToldAndTakenBackByTheNextMove
 }
 
 TEST(LinuxCncConnection, ARefusalSaysWhatWouldBeRight) {
-  const auto refusal = [](std::string_view text) {
-    const auto parsed = parse_robot_connection(text, kJoints);
-    return parsed ? "" : parsed.error();
-  };
   EXPECT_EQ(refusal("linuxcnc:10.0.0.7:5007"), "");
   EXPECT_EQ(refusal("linuxcnc:cnc.local?axes=ABC&enable=EMCTOO"), "");
   EXPECT_EQ(refusal("linuxcnc://[::1]:5007"), "");

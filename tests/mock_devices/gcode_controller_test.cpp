@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "mock_devices/gcode_cable.h"
+
 namespace sixdial::mock_devices {
 namespace {
 
@@ -50,6 +52,19 @@ TEST(GcodeController, MarlinPrintsItsPositionInTwoDigits) {
   EXPECT_THAT(machine.due(1.0), HasSubstr("X:0.00 Y:0.00 Z:0.00 E:0.00 Count"));
   machine.receive("M114\n", 1.0);
   EXPECT_THAT(machine.due(1.0), HasSubstr("X:1.23 Y:0.00 Z:0.00 E:0.00 Count X:99 Y:0 Z:0"));
+}
+
+TEST(GcodeCable, WhatTheMachineSaysGoesToEachClientAndIsLostWithoutOne) {
+  GcodeCable cable({});
+  cable.machine().say("unheard", 0.0);
+  cable.connected(1, 1.0);
+  cable.connected(2, 1.0);
+  EXPECT_EQ(cable.due(1, 1.0), "");
+  cable.receive(2, "G1 X10 F600\n", 1.0);
+  EXPECT_EQ(cable.due(1, 1.0), "ok\r\n");
+  cable.gone(1);
+  cable.machine().say("heard", 2.0);
+  EXPECT_EQ(cable.due(2, 2.0), "ok\r\nheard\r\n");
 }
 
 }  // namespace

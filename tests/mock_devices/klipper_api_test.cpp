@@ -27,7 +27,7 @@ class KlipperApiTest : public testing::Test {
     return all;
   }
   KlipperApi api_{{}};
-  KlipperApiTest() { api_.connected(1); }
+  KlipperApiTest() { api_.connected(1, 0.0); }
 };
 
 TEST_F(KlipperApiTest, AnswersInfoAndQueriesOfTheFieldsThatWereAskedFor) {

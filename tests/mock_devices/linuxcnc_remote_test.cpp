@@ -12,7 +12,7 @@ using testing::HasSubstr;
 class Session {
  public:
   explicit Session(LinuxCncMachine machine = {}) : remote(std::move(machine)) {
-    remote.connected(1);
+    remote.connected(1, 0.0);
   }
   std::string answer(const std::string& line, double time_s = 0.0) {
     remote.receive(1, line + "\n", time_s);
