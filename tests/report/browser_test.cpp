@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "arm_session.h"
+#include "arm_report.h"
 #include "report/html_report.h"
 #include "report/tables.h"
 #include "report/text.h"

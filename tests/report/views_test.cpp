@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "arm_session.h"
+#include "arm_report.h"
 #include "page_parts.h"
 #include "report/figures.h"
 #include "report/html_report.h"

@@ -3,14 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "geometry/tool.h"
 #include "session/plan_in_space.h"
 #include "session/rig_file.h"
-#include "session/sample_layout.h"
 #include "studies/error.h"
 #include "studies/next_plan.h"
+#include "tests/support/arm_session.h"
 
 namespace sixdial::studies {
 namespace {
@@ -18,45 +16,8 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr const char* kArm =
-    "name = \"arm\"\n[robot]\nmodel = \"serial\"\ntool_x_mm = 20\ntool_z_mm = 100\n"
-    "[[joint]]\nd_mm = 300\nalpha_deg = 90\nlow_deg = -120\nhigh_deg = 120\n"
-    "[[joint]]\na_mm = 250\nlow_deg = 10\nhigh_deg = 80\n"
-    "[[joint]]\na_mm = 200\nalpha_deg = 90\nlow_deg = -90\nhigh_deg = -10\n"
-    "[[joint]]\nd_mm = 120\nalpha_deg = -90\nlow_deg = -90\nhigh_deg = 90\n"
-    "[[joint]]\nalpha_deg = 90\nlow_deg = -90\nhigh_deg = 90\n"
-    "[instrument]\nkind = \"position\"\nsd_mm = 0.01\n";
-
-/// `count` poses of an arm that is off by tenths, measured with 0.01 mm of noise.
-session::Session measured_arm(int count) {
-  session::Session session;
-  session.rig = session::parse_rig(kArm, "rig.toml");
-  const geometry::Tool tool(session.rig);
-  const geometry::Robot& robot = session.rig.robot;
-  std::mt19937_64 engine(5);
-  std::normal_distribution<double> normal;
-  Eigen::VectorXd truth = robot.nominal;
-  for (Eigen::Index i = 0; i < truth.size(); ++i) {
-    truth[i] +=
-        0.2 * robot.model->parameters[static_cast<std::size_t>(i)].change * normal(engine);
-  }
-  const session::Plan plan = session::plan_random(session.rig, count, {.seed = 3}).value();
-  for (const session::PlanPoint& point : plan.points) {
-    session::Sample sample;
-    sample.set = point.set;
-    sample.point = point.point;
-    sample.q = point.q;
-    sample.target_mm = point.target_mm;
-    geometry::Position p = tool.position(truth, point.q, robot.assembly).value();
-    for (double& each : p) each += 0.01 * normal(engine);
-    session::set_position(sample, 0, p);
-    session.samples.push_back(sample);
-  }
-  return session;
-}
-
 TEST(NextPlanInSpace, KnowsTheToolBetterWithEachPoseThatItAsksFor) {
-  const session::Session session = measured_arm(15);
+  const session::Session session = session::arm_session(15, 15);
   const NextPlan next = next_plan(session, {.points = 6});
   ASSERT_EQ(next.plan.points.size(), 6U);
   EXPECT_EQ(next.figures.samples, 15);
@@ -88,7 +49,7 @@ TEST(NextPlanInSpace, KnowsTheToolBetterWithEachPoseThatItAsksFor) {
 
 TEST(NextPlanInSpace, OfAnEmptySessionDrawsTheJointsRanges) {
   session::Session empty;
-  empty.rig = session::parse_rig(kArm, "rig.toml");
+  empty.rig = session::parse_rig(session::kSmallArm, "rig.toml");
   const NextPlan next = next_plan(empty, {.points = 8});
   EXPECT_EQ(next.plan.points.size(), 8U);
   EXPECT_EQ(next.figures.samples, 0);
