@@ -49,6 +49,13 @@ tl::expected<void, RobotFault> GcodeRobot::quiet_down(const std::stop_token& sto
   return {};
 }
 
+tl::expected<void, RobotFault> GcodeRobot::catch_up(const std::stop_token& stop) {
+  if (in_step_) return {};
+  const auto quiet = quiet_down(stop);
+  if (quiet) in_step_ = true;
+  return quiet;
+}
+
 // A controller that begins anew when its port is opened hears nothing for a while, or prints
 // its greeting in between: it is greeted until it answers.
 tl::expected<void, RobotFault> GcodeRobot::greet(const std::stop_token& stop) {

@@ -87,9 +87,8 @@ RobotState GcodeRobot::shown_by(const Look& seen) const {
 tl::expected<RobotState, RobotFault> GcodeRobot::state_now(const std::stop_token& stop) {
   // The rest of a halted move is dropped by the next one: until then as it stands.
   const bool stands_held = halted_ && is_open() && !dialect_.drop.empty();
-  if (!stands_held) {
-    if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
-  }
+  const auto good = stands_held ? catch_up(stop) : ready(stop);
+  if (!good) return tl::unexpected(good.error());
   const auto seen = look(stop);
   if (!seen) return tl::unexpected(seen.error());
   return shown_by(*seen);
@@ -138,7 +137,14 @@ tl::expected<RobotState, RobotFault> GcodeRobot::go_to(
   if (halted_) in_step_ = false;
   if (const auto good = ready(stop); !good) return tl::unexpected(good.error());
   halted_ = false;
-  if (const auto before = look(stop); !before) return tl::unexpected(before.error());
+  if (stop_asked_) halted_ = true;  // while it got ready
+  const auto before = look(stop);
+  const RobotFault stopped{RobotFaultKind::kHalted, "the robot was stopped"};
+  if (halted_) {
+    in_step_ = false;
+    return tl::unexpected(stopped);
+  }
+  if (!before) return tl::unexpected(before.error());
   const WallTime deadline = ends_by(timeout);
   ++moves_;
   sent_ = target;
@@ -160,7 +166,7 @@ tl::expected<RobotState, RobotFault> GcodeRobot::go_to(
   }
   if (halted_) {
     in_step_ = false;
-    return tl::unexpected(RobotFault{RobotFaultKind::kHalted, "the robot was stopped"});
+    return tl::unexpected(stopped);
   }
   const auto there = look(stop);
   if (!there) return tl::unexpected(there.error());

@@ -41,6 +41,8 @@ class GcodeRobot final : public AxisRobot {
   OrFault<void> ready(const std::stop_token& stop);
   /// Reads and drops what is still under way.
   OrFault<void> quiet_down(const std::stop_token& stop);
+  /// Its next answer is that to the next question, whatever else has become of it.
+  OrFault<void> catch_up(const std::stop_token& stop);
   OrFault<void> greet(const std::stop_token& stop);
   OrFault<void> drop_halted_move(const std::stop_token& stop);
   /// Empty: none came by then.

@@ -150,6 +150,23 @@ TEST_F(GcodeRobotTest, AFeedHoldAtTheMachineIsAHalt) {
   EXPECT_EQ(held.error().kind, RobotFaultKind::kHalted) << held.error().detail;
 }
 
+TEST_F(GcodeRobotTest, AHaltThatComesWhileItGetsReadyIsNotLost) {
+  for (const auto firmware : {GcodeFirmware::kGrbl, GcodeFirmware::kMarlin}) {
+    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.1});
+    const auto port = robot(twin, "?feed=600");
+    std::jthread other([&] {
+      EXPECT_TRUE(test::eventually([&] { return twin.socket().connections() == 1; }));
+      EXPECT_TRUE(port->halt({}));
+    });
+    const auto halted = port->move_to(Eigen::Vector3d(0, 0, 20), 30s, {});
+    ASSERT_FALSE(halted);
+    EXPECT_EQ(halted.error().kind, RobotFaultKind::kHalted) << halted.error().detail;
+    EXPECT_EQ(twin.position()[2], 0.0);
+    other.join();
+    EXPECT_TRUE(port->move_to(Eigen::Vector3d(0, 0, 1), 30s, {})) << "the next one is taken";
+  }
+}
+
 TEST(GcodeConnection, ARefusalSaysWhatWouldBeRight) {
   EXPECT_EQ(refusal("gcode-tcp:10.0.0.7:23?dialect=grbl"), "");
   EXPECT_EQ(refusal("gcode-tcp://[::1]:23?dialect=grbl&axes=ABC"), "");
