@@ -277,6 +277,7 @@ ComparisonResult compare_here(
     result.methods.push_back(row_of(method, *found, space, by_rig));
   }
   result.best = best_of(result.methods);
+  if (checked.rig) result.rig = seen_of(*checked.rig);
   judge_fitted(
       result.assessment.parameters, *believed.rig.robot.model, space, reference.x,
       request.fix.empty() && request.free.empty(), believable.warnings);

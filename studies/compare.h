@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "calibration/comparison.h"
+#include "diagnosis/rig_seen.h"
 #include "session/session.h"
 #include "studies/assessment.h"
 #include "studies/inputs.h"
@@ -100,6 +101,9 @@ struct ComparisonResult {
   /// where there is none such. Empty: no method reaches all poses of a set.
   std::optional<std::string> best{};
   double least_squares_rmse_mm = 0.0;
+  /// The rig as the readings see it, which every method was given; empty where the file states
+  /// nothing of it, or in results of early versions.
+  std::optional<std::vector<diagnosis::RigSeen>> rig{};
   Assessment assessment{};
   std::optional<Precision> precision{};  // empty: one of the two spaces leaves something open
   GrossErrors gross_errors{};

@@ -2,6 +2,7 @@
 
 #include "report/documents/assessment_json.h"
 #include "report/documents/inputs_json.h"
+#include "report/documents/rig_seen_json.h"
 #include "report/documents/swarm_size_json.h"
 #include "report/documents/warnings_json.h"
 #include "report/words/comparison_words.h"
@@ -107,6 +108,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ComparisonResult>& result) {
   at("methods", result.methods);
   at("best", result.best);
   at("least_squares_rmse_mm", result.least_squares_rmse_mm);
+  at.maybe("rig", result.rig);
   at("assessment", result.assessment);
   at("precision", result.precision);
   at("gross_errors", result.gross_errors);

@@ -1,4 +1,4 @@
-// "rig" of a calibration's and a diagnosis' document.
+// "rig" of the documents of a calibration, a comparison and a diagnosis.
 #pragma once
 
 #include "diagnosis/rig_seen.h"

@@ -2,6 +2,7 @@
 
 #include "report/sections/sections_of_studies.h"
 #include "report/words/comparison_words.h"
+#include "report/words/rig_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -53,6 +54,11 @@ std::vector<Section> comparison_sections(const studies::ComparisonResult& result
       result.choices.space == "dials" ? "raw readings of all dials in contact"
                                       : "measured positions"));
   section.blocks.emplace_back(table_6(result));
+  if (const std::string rig = result.rig ? rig_in_words(*result.rig) : ""; !rig.empty()) {
+    section.blocks.emplace_back(
+        "Every method was given the rig as the readings see it, fitted before any of them. " +
+        rig);
+  }
 
   Table learned{.id = "residual_models", .caption = "What the residual models used"};
   learned.columns = {

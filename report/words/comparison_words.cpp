@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "report/words/rig_words.h"
 #include "report/words/warning_words.h"
 
 namespace sixdial::report {
@@ -32,6 +33,9 @@ std::string comparison_text(const studies::ComparisonResult& result) {
         "{:<24}{}  {}{:10.4f}{}{}\n", method.id, three_figures(method.g1),
         three_figures(method.g2), method.seconds(),
         method.id == result.best ? "  best on G2" : "", left_of_readings(method));
+  }
+  if (const std::string rig = result.rig ? rig_in_words(*result.rig) : ""; !rig.empty()) {
+    text += rig + '\n';
   }
   return text;
 }

@@ -136,6 +136,22 @@ TEST(SeenRig, IntervalsHoldTheTruthOfAllThatIsStated) {
   EXPECT_GE(stated.inside, 0.88 * stated.of);  // 160 intervals of ten that hang together
 }
 
+void expect_same_table(
+    const std::optional<std::vector<diagnosis::RigSeen>>& table,
+    const std::optional<std::vector<diagnosis::RigSeen>>& other) {
+  ASSERT_TRUE(table && other);
+  ASSERT_EQ(table->size(), other->size());
+  ASSERT_FALSE(table->empty());
+  for (std::size_t k = 0; k < table->size(); ++k) {
+    const diagnosis::RigSeen& a = table->at(k);
+    const diagnosis::RigSeen& b = other->at(k);
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.off, b.off) << a.name;
+    EXPECT_EQ(a.sd, b.sd) << a.name;
+    EXPECT_EQ(a.known_sd, b.known_sd) << a.name;
+  }
+}
+
 /// The same figures of one rig, whichever command is asked.
 TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
   const mock_devices::Misplaced by;
@@ -158,6 +174,9 @@ TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
   EXPECT_GT(2 * rig_uncertainty(calibrated).mm, 0.02);
   EXPECT_EQ(calibrated.conformity.value().decision, Decision::kUndecided);
   const ComparisonResult compared = compare(session, {.methods = {"lm"}});
+  expect_same_table(compared.rig, calibrated.rig);
+  const ComparisonResult by_dials = compare(session, {.methods = {"lm"}, .space = "dials"});
+  expect_same_table(by_dials.rig, calibrated.rig);
   const auto& found = compared.methods.back().robot.value().parameters;
   ASSERT_EQ(found.size(), calibrated.parameters.size());
   for (std::size_t k = 0; k < found.size(); ++k) {

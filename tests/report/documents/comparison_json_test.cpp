@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/sections/sections_of_studies.h"
 #include "report/words/comparison_words.h"
 #include "studies/error.h"
 #include "tests/report/documents/stored_document.h"
@@ -12,6 +13,18 @@ namespace sixdial::report {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Its paragraphs, one after the other.
+std::string text_of(const std::vector<Section>& sections) {
+  std::string text;
+  for (const Section& section : sections) {
+    for (const auto& block : section.blocks) {
+      if (const auto* paragraph = std::get_if<std::string>(&block)) text += *paragraph + '\n';
+    }
+  }
+  return text;
+}
 
 TEST(ComparisonDocument, IsReadAndWrittenAsItWas) {
   const Json stored = stored_document("comparison.json");
@@ -42,6 +55,31 @@ TEST(ComparisonDocument, SaysWhichKeyIsWrong) {
   document = stored_document("comparison.json");
   document["schema_version"] = studies::kComparisonSchemaVersion + 1;
   EXPECT_THROW(static_cast<void>(comparison_from_json(document)), studies::StudyError);
+}
+
+TEST(ComparisonDocument, HasTheRigThatTheMethodsWereGiven) {
+  studies::ComparisonResult result = comparison_from_json(stored_document("comparison.json"));
+  EXPECT_FALSE(to_json(result).contains("rig"));  // the file states nothing
+  const std::string unsaid = comparison_text(result);
+  result.rig = {
+      {.name = "place of dial C across its axis",
+       .unit = "mm",
+       .off = 0.14,
+       .sd = 0.01,
+       .known_sd = 0.1,
+       .stated = true}};
+  const Json document = to_json(result);
+  EXPECT_EQ(document["rig"][0]["off"], 0.14);
+  const auto again = comparison_from_json(document);
+  ASSERT_TRUE(again.rig);
+  EXPECT_EQ(again.rig->front().name, result.rig->front().name);
+  EXPECT_EQ(to_json(again), document);
+  EXPECT_THAT(comparison_text(again), HasSubstr("place of dial C across its axis 0.14"));
+  EXPECT_THAT(unsaid, Not(HasSubstr("dial C")));
+  EXPECT_THAT(
+      text_of(comparison_sections(again)), HasSubstr("place of dial C across its axis"));
+  result.rig.reset();
+  EXPECT_THAT(text_of(comparison_sections(result)), Not(HasSubstr("dial C")));
 }
 
 TEST(ComparisonWords, HaveARowForEachMethodAndNameTheBest) {
