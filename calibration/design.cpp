@@ -71,7 +71,7 @@ void DesignKnowledge::add(const DesignRows& rows) {
 std::vector<DesignStep> greedy_design(
     const geometry::Tool& tool, const VectorXd& v, const MatrixXd& information,
     std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
-    int count, Criterion criterion, int most_each) {
+    int count, Criterion criterion, int most_each, const MatrixXd& besides) {
   std::vector<Known> known;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const WorkspacePose& pose = candidates[i].pose;
@@ -94,8 +94,9 @@ std::vector<DesignStep> greedy_design(
     if (best == nullptr) break;
     ++best->taken;
     so_far.add(best->rows);
-    steps.push_back(
-        {best->candidate, workspace_uncertainty(tool, v, so_far.covariance(), workspace)});
+    MatrixXd covariance = so_far.covariance();
+    if (besides.size() > 0) covariance += besides;
+    steps.push_back({best->candidate, workspace_uncertainty(tool, v, covariance, workspace)});
   }
   return steps;
 }

@@ -56,10 +56,11 @@ struct DesignStep {
 
 /// Up to `count` candidates, best first, each at most `most_each` times. `information`: inverse
 /// covariance of the parameters so far, positive definite (a prior at least). Candidates
-/// and poses that v cannot reach are passed over.
+/// and poses that v cannot reach are passed over. `besides`: covariance of the parameters that
+/// measuring takes nothing away from, in the uncertainties that are told; 0 x 0: none.
 [[nodiscard]] std::vector<DesignStep> greedy_design(
     const geometry::Tool& tool, const Eigen::VectorXd& v, const Eigen::MatrixXd& information,
     std::span<const DesignCandidate> candidates, std::span<const WorkspacePose> workspace,
-    int count, Criterion criterion, int most_each = 1);
+    int count, Criterion criterion, int most_each = 1, const Eigen::MatrixXd& besides = {});
 
 }  // namespace sixdial::calibration

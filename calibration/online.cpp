@@ -53,17 +53,21 @@ OnlineEstimator::OnlineEstimator(
       P_(prior_variance_.asDiagonal()),
       settings_(settings) {}
 
-std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial) {
+std::optional<OnlineSample> OnlineEstimator::add(
+    const simulation::Trial& trial, const MatrixXd& shared) {
   if (!trial.position_mm || !trial.position_mm->allFinite()) return std::nullopt;
   if (trial.position_mm->size() != tool_.axes()) return std::nullopt;
   auto here = tool_.derivative(v_, trial.q, trial.assembly);
   if (!here) {  // led astray so far that it cannot even be there
     v_ = nominal_;
     P_ = prior_variance_.asDiagonal();
+    shared_pull_.setZero();
     here = tool_.derivative(v_, trial.q, trial.assembly);
   }
   if (!here) return std::nullopt;
-  Taken taken{trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), false};
+  Taken taken{trial.q, *trial.position_mm, trial.assembly, trial.covariance_or_zero(), shared,
+              false};
+  if (shared_pull_.size() == 0) shared_pull_ = MatrixXd::Zero(parameters(), shared.cols());
   if (!(taken.R.trace() > 0.0)) {
     taken.R = settings_.noise_mm * settings_.noise_mm *
               MatrixXd::Identity(tool_.axes(), tool_.axes());
@@ -85,6 +89,9 @@ std::optional<OnlineSample> OnlineEstimator::add(const simulation::Trial& trial)
     filter.update(sample.innovation_mm, here->J_v, factor_ * taken.R);
     v_ = nominal_ + filter.x();
     P_ = filter.P();
+    if (shared.size() > 0) {
+      shared_pull_ += here->J_v.transpose() * (factor_ * taken.R).inverse() * shared;
+    }
   }
   const int n = samples();
   if (again || n <= kEverySample || n > kMore * linearised_at_) {
@@ -133,6 +140,23 @@ OnlineEstimator::Normal OnlineEstimator::normal_at(const VectorXd& v) const {
   return normal;
 }
 
+/// Where it now stands.
+MatrixXd OnlineEstimator::shared_pull() const {
+  MatrixXd pull = MatrixXd::Zero(parameters(), shared_pull_.cols());
+  for (const auto& [key, taken] : taken_) {
+    if (taken.set_aside || taken.shared.size() == 0) continue;
+    const auto here = tool_.derivative(v_, taken.q, taken.assembly);
+    if (here) pull += here->J_v.transpose() * (factor_ * taken.R).inverse() * taken.shared;
+  }
+  return pull;
+}
+
+MatrixXd OnlineEstimator::shared_covariance() const {
+  if (shared_pull_.size() == 0) return MatrixXd::Zero(parameters(), parameters());
+  const MatrixXd moved = P_ * shared_pull_;
+  return moved * moved.transpose();
+}
+
 // The filter over all samples taken so far, every one linearised where the estimate now stands,
 // until that stays: the maximum a posteriori of prior and samples.
 void OnlineEstimator::linearise_anew() {
@@ -168,6 +192,7 @@ void OnlineEstimator::linearise_anew() {
   }
   v_ = v;
   P_ = here.information.ldlt().solve(one);
+  if (shared_pull_.size() > 0) shared_pull_ = shared_pull();
 }
 
 // A gross error among the first samples pulls the whole estimate to itself, so its residual
@@ -189,6 +214,7 @@ void OnlineEstimator::set_aside_what_spoils() {
     if (suspects.size() > kTried) suspects.resize(kTried);
     const VectorXd v = v_;
     const MatrixXd P = P_;
+    const MatrixXd pull = shared_pull_;
     const double factor = factor_;
     Taken* spoiler = nullptr;
     double least = kFalls * factor;
@@ -204,6 +230,7 @@ void OnlineEstimator::set_aside_what_spoils() {
       taken->set_aside = false;
       v_ = v;
       P_ = P;
+      shared_pull_ = pull;
       factor_ = factor;
     }
     if (spoiler == nullptr) {

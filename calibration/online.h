@@ -48,18 +48,27 @@ class OnlineEstimator {
 
   /// Takes a sample in; one of the same set, point and repeat takes the place of the earlier.
   /// Empty: it has no position, or neither the estimate nor the nominal robot reaches its pose.
-  std::optional<OnlineSample> add(const simulation::Trial& trial);
+  /// `shared`: change of the position [mm] for one standard deviation of each thing that puts
+  /// all positions off by one law (rig_errors.h), axes x things, the same things each time.
+  std::optional<OnlineSample> add(
+      const simulation::Trial& trial, const Eigen::MatrixXd& shared = {});
 
   [[nodiscard]] const geometry::Tool& tool() const { return tool_; }
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }
-  /// Covariance of v, with the noise that the residuals show.
+  /// Covariance of v by noise alone, as the residuals show it.
   [[nodiscard]] const Eigen::MatrixXd& P() const { return P_; }
+  /// What the samples share gives v besides, which no number of them averages out; zero where
+  /// nothing was said of it.
+  [[nodiscard]] Eigen::MatrixXd shared_covariance() const;
+  [[nodiscard]] bool has_shared() const { return shared_pull_.size() > 0; }
+  /// Of v, both together.
+  [[nodiscard]] Eigen::MatrixXd covariance() const { return P_ + shared_covariance(); }
   [[nodiscard]] int samples() const { return used_; }  // taken in
   [[nodiscard]] int set_aside() const;                 // gross errors
   /// Residual variance over the dials' own, at least 1.
   [[nodiscard]] double variance_factor() const { return factor_; }
   [[nodiscard]] WorkspaceUncertainty predicted(std::span<const WorkspacePose> where) const {
-    return workspace_uncertainty(tool_, v_, P_, where);
+    return workspace_uncertainty(tool_, v_, covariance(), where);
   }
   /// Inverse of P: what plan next adds to.
   [[nodiscard]] Eigen::MatrixXd information() const;
@@ -78,12 +87,14 @@ class OnlineEstimator {
     geometry::Position p_WE;
     geometry::Assembly assembly;
     Eigen::MatrixXd R;
+    Eigen::MatrixXd shared;  // axes x things
     bool set_aside = false;
   };
   using Key = std::tuple<int, int>;  // point, repeat
 
   struct Normal;
   [[nodiscard]] Normal normal_at(const Eigen::VectorXd& v) const;
+  [[nodiscard]] Eigen::MatrixXd shared_pull() const;
   void linearise_anew();
   void set_aside_what_spoils();
 
@@ -92,6 +103,7 @@ class OnlineEstimator {
   geometry::Tool tool_;
   Eigen::VectorXd nominal_, v_, prior_variance_;
   Eigen::MatrixXd P_;
+  Eigen::MatrixXd shared_pull_;  // sum of J' R^-1 shared, parameters x things
   OnlineSettings settings_;
   std::map<Key, Taken> taken_;
   int used_ = 0;           // of these, not set aside

@@ -12,6 +12,7 @@
 #include "geometry/units.h"
 #include "report/documents/estimate_json.h"
 #include "report/words/estimate_words.h"
+#include "report/words/rig_words.h"
 #include "service/collection.h"
 #include "session/csv.h"
 #include "session/sha256.h"
@@ -116,6 +117,8 @@ service::ExitCode conclude(Cli& cli, const Json& status) {
       cli.console.out << for_terminal(line) << '\n';
     }
     cli.console.out << report::estimate_summary(estimate) << '\n';
+    const std::string rig = estimate.rig ? report::rig_in_words(*estimate.rig) : "";
+    if (!rig.empty()) cli.console.out << for_terminal(rig) << '\n';
   }
   if (status["ended_because"].is_string()) {
     cli.console.note("ended: " + status["ended_because"].get<std::string>());

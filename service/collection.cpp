@@ -216,12 +216,9 @@ void Collection::run(Run& run, const std::stop_token& stop) {
   Json error;
   std::string why;
   try {
+    run.stop = stop;
     if (gives_estimate(run.rig)) run.estimate.emplace(run.seen_rig, run.plan.points);
-    bool told = false;
-    for (const session::Sample& sample : store_.load_session(run.id).samples) {
-      told = take_in(run, sample) || told;
-    }
-    if (told) show_estimate(run);
+    take_in_stored(run);
     const ReducedSpeed speed(*run.robot, run.speed_percent);
     const acquisition::CollectorResult result = run.collector->run(stop);
     state = result.complete ? CollectState::kDone : CollectState::kStopped;

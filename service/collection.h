@@ -113,6 +113,7 @@ class Collection {
   void finish(CollectState state, Json error, std::string why);
   /// `sample` as its instrument shows it.
   bool take_in(Run& run, const session::Sample& sample);
+  void take_in_stored(Run& run);
   void show_estimate(const Run& run);
   [[nodiscard]] std::string why_ended(
       const Run& run, CollectState state, const acquisition::CollectorResult& result) const;

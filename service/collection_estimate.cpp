@@ -2,18 +2,39 @@
 // positions.
 #include <fmt/format.h>
 
+#include "geometry/long_work.h"
 #include "service/collection_run.h"
 #include "session/live_channels.h"
 
 namespace sixdial::service {
 
 bool Collection::take_in(Run& run, const session::Sample& sample) {
-  const bool told = run.estimate && run.estimate->add(sample);
+  bool told = false;
+  try {
+    const geometry::LongWork work(run.stop);
+    told = run.estimate && run.estimate->add(sample);
+  } catch (const geometry::WorkEnded&) {
+    return false;  // the next collection begins with an estimate of all samples
+  }
   const db::PointKey key{sample.set, sample.point, sample.repeat};
   const std::lock_guard lock(mutex_);
   unusual_.erase(key);
   if (told && run.estimate->last_unusual()) unusual_[key] = *run.estimate->last_times_usual();
   return told;
+}
+
+/// What earlier runs of the session have left in the store.
+void Collection::take_in_stored(Run& run) {
+  const std::vector<session::Sample> samples = store_.load_session(run.id).samples;
+  try {
+    const geometry::LongWork work(run.stop);
+    if (run.estimate) run.estimate->see_rig(samples);
+  } catch (const geometry::WorkEnded&) {
+    return;
+  }
+  bool told = false;
+  for (const session::Sample& sample : samples) told = take_in(run, sample) || told;
+  if (told) show_estimate(run);
 }
 
 std::string Collection::unusual(const std::string& session, const db::PointKey& point) const {
@@ -38,7 +59,9 @@ void Collection::samples_changed(const std::string& session) {
   studies::LiveEstimate estimate(run->seen_rig, run->plan.points);
   std::map<db::PointKey, double> unusual;
   bool told = false;
-  for (const session::Sample& sample : store_.load_session(run->id).samples) {
+  const std::vector<session::Sample> samples = store_.load_session(run->id).samples;
+  estimate.see_rig(samples);
+  for (const session::Sample& sample : samples) {
     if (!estimate.add(sample)) continue;
     told = true;
     if (!estimate.last_unusual()) continue;

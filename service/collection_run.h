@@ -30,6 +30,7 @@ struct Collection::Run {
   std::optional<std::size_t> doubted;  // the first pass halted here, for a person to look at
   Caller caller;
   std::optional<studies::LiveEstimate> estimate;  // in the collection's thread alone
+  std::stop_token stop;                           // of that thread
   acquisition::ClockWatch clock_watch;
   /// Shared: halt_robot() may still be telling it to stop while the collection ends.
   std::shared_ptr<acquisition::RobotPort> robot;

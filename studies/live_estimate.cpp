@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "session/trials.h"
+#include "studies/seen_rig.h"
 
 namespace sixdial::studies {
 namespace {
@@ -65,11 +67,11 @@ double unusual_from(int freedom) {
 LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points)
     : rig_(rig),
       area_(working_area(rig, points)),
-      filter_(geometry::Tool(rig), rig.robot.nominal),
+      taken_{calibration::OnlineEstimator(geometry::Tool(rig), rig.robot.nominal)},
       workspace_(calibration::workspace_grid(
-          filter_.tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid,
+          filter().tool(), rig.robot.nominal, area_.low_mm, area_.high_mm, kGrid, kGrid,
           area_.used)),
-      uncertainty_(filter_.predicted(workspace_)) {
+      uncertainty_(filter().predicted(workspace_)) {
   if (!workspace_.empty()) return;
   // The nominal robot reaches no place of a grid with its tool turned as it comes: the points
   // themselves then.
@@ -78,50 +80,88 @@ LiveEstimate::LiveEstimate(const geometry::Rig& rig, std::span<const session::Pl
     const session::Branch branch = session::branch_of(rig, points[i]);
     workspace_.push_back({points[i].target_mm, points[i].q, branch.assembly, branch.mode});
   }
-  uncertainty_ = filter_.predicted(workspace_);
+  uncertainty_ = filter().predicted(workspace_);
+}
+
+bool LiveEstimate::Taken::take_in(const RigSoFar::Measured& sample) {
+  const int measured = filter.tool().axes() * filter.samples();
+  const double from = studies::unusual_from(measured - filter.tool().robot().parameter_count());
+  const auto told = filter.add(sample.trial, sample.shared);
+  if (!told) return false;
+  unusual_from = from;
+  last_times_usual = told->times_usual;
+  return true;
+}
+
+void LiveEstimate::see_rig(std::span<const session::Sample> samples) {
+  RigSoFar rig = rig_;
+  rig.fit(samples);
+  measure_by(std::move(rig));
+}
+
+/// Everything anew; only complete it takes the place of what was.
+void LiveEstimate::measure_by(RigSoFar rig) {
+  Taken anew{calibration::OnlineEstimator(geometry::Tool(rig.rig()), rig.rig().robot.nominal)};
+  for (const RigSoFar::Measured& each : rig.measured(rig.samples())) anew.take_in(each);
+  rig_ = std::move(rig);
+  taken_ = std::move(anew);
+  uncertainty_ = filter().predicted(workspace_);
 }
 
 bool LiveEstimate::add(const session::Sample& sample) {
   if (sample.set != "G1") return false;
-  const int measured = filter_.tool().axes() * filter_.samples();
-  const double from = unusual_from(measured - filter_.tool().robot().parameter_count());
-  const auto told = filter_.add(session::trial_of(rig_, sample));
-  if (!told) return false;
-  unusual_from_ = from;
-  last_times_usual_ = told->times_usual;
-  uncertainty_ = filter_.predicted(workspace_);
-  return true;
+  rig_.add(sample);
+  const bool told = taken_.take_in(rig_.measured({&sample, 1}).front());
+  if (told) uncertainty_ = filter().predicted(workspace_);
+  if (!rig_.is_due()) return told;
+  RigSoFar rig = rig_;
+  if (rig.fit()) {
+    measure_by(std::move(rig));
+  } else {
+    rig_ = std::move(rig);  // which is due again later
+  }
+  return told;
 }
 
 bool LiveEstimate::below(double limit_mm) const {
-  return filter_.samples() >= kLeastSamples && uncertainty_.poses > 0 &&
+  return filter().samples() >= kLeastSamples && uncertainty_.poses > 0 &&
          uncertainty_.max_mm < limit_mm;
 }
 
 EstimateSummary LiveEstimate::summary() const {
   EstimateSummary summary{
-      .samples = filter_.samples(),
-      .set_aside = filter_.set_aside(),
-      .noise_times = std::sqrt(filter_.variance_factor()),
+      .samples = filter().samples(),
+      .set_aside = filter().set_aside(),
+      .noise_times = std::sqrt(filter().variance_factor()),
       .position_sd_mean_mm = uncertainty_.mean_mm,
       .position_sd_max_mm = uncertainty_.max_mm,
-      .last_times_usual = last_times_usual_,
+      .last_times_usual = last_times_usual(),
       .last_unusual = last_unusual()};
-  const auto& infos = filter_.tool().robot().parameters;
+  const Eigen::MatrixXd by_rig = filter().shared_covariance();
+  const Eigen::MatrixXd covariance = filter().P() + by_rig;
+  const auto& infos = filter().tool().robot().parameters;
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     EstimatedParameter& row = summary.parameters.emplace_back(EstimatedParameter{
         .name = infos[i].name,
         .unit = infos[i].unit,
-        .value = filter_.v()[k],
-        .sd = std::sqrt(filter_.P()(k, k))});
+        .value = filter().v()[k],
+        .sd = std::sqrt(covariance(k, k))});
     if (!infos[i].plainly.empty()) row.meaning = infos[i].plainly;
   }
-  if (uncertainty_.poses > 0) summary.worst_mm = workspace_[uncertainty_.worst].target_mm;
-  if (const double condition = filter_.condition(); std::isfinite(condition)) {
+  if (uncertainty_.poses > 0) {
+    const calibration::WorkspacePose& worst = workspace_[uncertainty_.worst];
+    summary.worst_mm = worst.target_mm;
+    if (filter().has_shared()) {
+      summary.position_sd_rig_mm =
+          calibration::position_sd_mm(filter().tool(), filter().v(), by_rig, worst);
+    }
+  }
+  if (rig_.seen()) summary.rig = seen_of(*rig_.seen());
+  if (const double condition = filter().condition(); std::isfinite(condition)) {
     summary.condition = condition;
   }
-  for (const int i : filter_.undetermined()) {
+  for (const int i : filter().undetermined()) {
     summary.undetermined.push_back(infos[static_cast<std::size_t>(i)].name);
   }
   return summary;

@@ -1,10 +1,12 @@
 // What is known of the robot while its session is being collected: the filter of
 // calibration/online.h over the samples of G1 as they come, and how well the tool's position
 // would be known over the workspace. The same for a session that is done: where plan next
-// begins.
+// begins. Positions are of the rig as the samples so far see it (rig_so_far.h), and what is not
+// known of the rig is in every standard deviation.
 //
 // Example:
 //   LiveEstimate estimate(rig, points_of(session));
+//   estimate.see_rig(session.samples);
 //   for (const session::Sample& sample : session.samples) estimate.add(sample);
 //   show(estimate.uncertainty().max_mm);
 //   estimate.below(1.0);  // -> true
@@ -16,8 +18,10 @@
 #include <vector>
 
 #include "calibration/online.h"
+#include "diagnosis/rig_seen.h"
 #include "session/plan.h"
 #include "session/session.h"
+#include "studies/rig_so_far.h"
 
 namespace sixdial::studies {
 
@@ -56,6 +60,11 @@ struct EstimateSummary {
   double noise_times = 0.0;  // the residuals' noise, in times of the dials' own
   std::vector<EstimatedParameter> parameters{};
   double position_sd_mean_mm = 0.0, position_sd_max_mm = 0.0;  // over the workspace
+  /// The part of position_sd_max_mm that what is not known of the rig makes, which no number of
+  /// samples averages out; empty: the rig file states nothing of it.
+  std::optional<double> position_sd_rig_mm{};
+  /// The rig as the samples so far see it; empty: as its file says.
+  std::optional<std::vector<diagnosis::RigSeen>> rig{};
   std::optional<geometry::Position>
       worst_mm{};                            // where it is largest; empty: no pose is reachable
   std::optional<double> condition{};         // empty: infinite
@@ -69,7 +78,10 @@ class LiveEstimate {
   /// `points`: what is, or was, to be measured.
   LiveEstimate(const geometry::Rig& rig, std::span<const session::PlanPoint> points);
 
-  /// Adds a sample; true if it told something (a sample of G1 with a position).
+  /// Fits the rig once to samples that are there already and are added after this.
+  void see_rig(std::span<const session::Sample> samples);
+  /// Adds a sample; true if it told something (a sample of G1 with a position). Where there are
+  /// enough new ones, the rig is fitted anew (tenths of a second) and all are measured by it.
   bool add(const session::Sample& sample);
 
   /// Standard deviation of the tool's position over the workspace [mm].
@@ -82,12 +94,15 @@ class LiveEstimate {
 
   /// How many times the usual residual that of the newest sample is; empty as long as nothing
   /// is usual yet.
-  [[nodiscard]] std::optional<double> last_times_usual() const { return last_times_usual_; }
+  [[nodiscard]] std::optional<double> last_times_usual() const {
+    return taken_.last_times_usual;
+  }
   /// True if that sample is worth another look.
   [[nodiscard]] bool last_unusual() const {
-    return last_times_usual_ && *last_times_usual_ > unusual_from_;
+    return taken_.last_times_usual && *taken_.last_times_usual > taken_.unusual_from;
   }
-  [[nodiscard]] const calibration::OnlineEstimator& filter() const { return filter_; }
+  [[nodiscard]] const calibration::OnlineEstimator& filter() const { return taken_.filter; }
+  [[nodiscard]] const RigSoFar& rig() const { return rig_; }
   [[nodiscard]] const WorkingArea& area() const { return area_; }
   [[nodiscard]] const std::vector<calibration::WorkspacePose>& workspace() const {
     return workspace_;
@@ -96,13 +111,20 @@ class LiveEstimate {
   [[nodiscard]] EstimateSummary summary() const;
 
  private:
-  geometry::Rig rig_;
+  /// A filter that has taken in samples, and what it said of the newest.
+  struct Taken {
+    calibration::OnlineEstimator filter;
+    std::optional<double> last_times_usual{};
+    double unusual_from = 0.0;  // by the samples before it
+    bool take_in(const RigSoFar::Measured& sample);
+  };
+  void measure_by(RigSoFar rig);
+
+  RigSoFar rig_;
   WorkingArea area_;
-  calibration::OnlineEstimator filter_;
+  Taken taken_;
   std::vector<calibration::WorkspacePose> workspace_;
   calibration::WorkspaceUncertainty uncertainty_;
-  std::optional<double> last_times_usual_;
-  double unusual_from_ = 0.0;  // by the samples before the last
 };
 
 }  // namespace sixdial::studies

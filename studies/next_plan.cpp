@@ -33,7 +33,8 @@ double robot_error_mm(
   if (filter.samples() < kEnough) return usual_mm;
   const auto there = filter.tool().position(filter.v(), pose.q, pose.assembly);
   if (!there) return usual_mm;
-  const double sd_mm = calibration::position_sd_mm(filter.tool(), filter.v(), filter.P(), pose);
+  const double sd_mm =
+      calibration::position_sd_mm(filter.tool(), filter.v(), filter.covariance(), pose);
   return std::max(usual_mm, (*there - pose.target_mm).norm() + kSigmas * sd_mm);
 }
 
@@ -148,6 +149,7 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
   std::vector<session::PlanPoint> places = points_of(used);
   if (places.empty()) places = usual_points(rig);
   LiveEstimate estimate(used.rig, places);
+  estimate.see_rig(used.samples);
   int first = 0;
   for (const session::Sample& sample : used.samples) {
     geometry::check_end();
@@ -177,7 +179,8 @@ NextPlan next_plan(const session::Session& session, const NextPlanRequest& reque
   }
   const auto steps = calibration::greedy_design(
       estimate.filter().tool(), estimate.filter().v(), estimate.filter().information(),
-      candidates, estimate.workspace(), request.points, request.criterion);
+      candidates, estimate.workspace(), request.points, request.criterion, 1,
+      estimate.filter().shared_covariance());
 
   NextPlan next;
   next.figures = {

@@ -93,18 +93,28 @@ geometry::Rig rig_as_seen(
   return rig_as_seen(file, file, seen);
 }
 
+MatrixXd root_of_open(const diagnosis::RigFit& fit) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(fit.open);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+calibration::ObservationSpace with_rig_as_seen(
+    calibration::ObservationSpace space, std::span<const simulation::Trial> trials,
+    const diagnosis::RigFit& fit, const MatrixXd& root) {
+  if (space.rig_mm.cols() != std::ssize(fit.quantities)) return space;
+  const MatrixXd curves = calibration::curve_columns(
+      space, trials, fit.rig, calibration::by_readings(space, trials, fit.rig), fit.ranges);
+  MatrixXd columns(space.rows(), space.rig_mm.cols() + curves.cols());
+  columns << space.rig_mm, curves;
+  space.rig_mm = columns * root;
+  return space;
+}
+
 calibration::ObservationSpace with_rig_as_seen(
     calibration::ObservationSpace space, std::span<const simulation::Trial> trials,
     const std::optional<diagnosis::RigFit>& fit) {
-  if (!fit || space.rig_mm.cols() != std::ssize(fit->quantities)) return space;
-  const MatrixXd curves = calibration::curve_columns(
-      space, trials, fit->rig, calibration::by_readings(space, trials, fit->rig), fit->ranges);
-  MatrixXd columns(space.rows(), space.rig_mm.cols() + curves.cols());
-  columns << space.rig_mm, curves;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(fit->open);
-  space.rig_mm = columns * eigen.eigenvectors() *
-                 eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  return space;
+  if (!fit) return space;
+  return with_rig_as_seen(std::move(space), trials, *fit, root_of_open(*fit));
 }
 
 }  // namespace sixdial::studies

@@ -33,5 +33,11 @@ namespace sixdial::studies {
 [[nodiscard]] calibration::ObservationSpace with_rig_as_seen(
     calibration::ObservationSpace space, std::span<const simulation::Trial> trials,
     const std::optional<diagnosis::RigFit>& fit);
+/// A root of what the fit leaves open, fit.open = root * root'. For who asks for the space of
+/// one sample after the other.
+[[nodiscard]] Eigen::MatrixXd root_of_open(const diagnosis::RigFit& fit);
+[[nodiscard]] calibration::ObservationSpace with_rig_as_seen(
+    calibration::ObservationSpace space, std::span<const simulation::Trial> trials,
+    const diagnosis::RigFit& fit, const Eigen::MatrixXd& root);
 
 }  // namespace sixdial::studies

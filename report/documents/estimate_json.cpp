@@ -1,6 +1,7 @@
 #include "report/documents/estimate_json.h"
 
 #include "report/documents/fields.h"
+#include "report/documents/rig_seen_json.h"
 
 namespace sixdial::report {
 
@@ -23,7 +24,9 @@ void describe_keys(Fields& at, Of<Fields, studies::EstimateSummary>& estimate) {
     sd("mean", estimate.position_sd_mean_mm);
     sd("max", estimate.position_sd_max_mm);
     sd("worst_mm", estimate.worst_mm);
+    sd.maybe("of_rig", estimate.position_sd_rig_mm);
   });
+  at.maybe("rig", estimate.rig);
   at("condition", estimate.condition);
   at("undetermined", estimate.undetermined);
   at("last_times_usual", estimate.last_times_usual);

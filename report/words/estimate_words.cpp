@@ -14,9 +14,12 @@ std::string estimate_summary(const studies::EstimateSummary& estimate) {
   std::string text = fmt::format(
       "estimate after {} samples: positions are known to {:.4f} mm on average and {:.4f} mm at "
       "worst "
-      "(k = {:.0f}); condition number {}",
+      "(k = {:.0f}){}; condition number {}",
       estimate.samples, kCoverage * estimate.position_sd_mean_mm,
       kCoverage * estimate.position_sd_max_mm, kCoverage,
+      estimate.position_sd_rig_mm
+          ? fmt::format(", the rig alone {:.4f} mm", kCoverage * *estimate.position_sd_rig_mm)
+          : std::string(),
       estimate.condition ? fmt::format("{:.0f}", *estimate.condition)
                          : std::string("infinite"));
   if (!estimate.undetermined.empty()) {

@@ -292,9 +292,10 @@ constexpr std::string_view kStatus =
     "ended_because, estimate (null before the "
     "first sample of G1; in events only of type estimate and of the end: samples, set_aside, "
     "noise_times, parameters [{name, unit, value, sd, meaning}], position_sd_mm {mean, max, "
-    "worst_mm} "
-    "over the workspace, condition, undetermined [names], last_times_usual, "
-    "last_unusual)";
+    "worst_mm, of_rig} over the workspace (of_rig: what is not known of the rig alone, at the "
+    "worst place; not there where the rig file states nothing of itself), rig [{name, unit, "
+    "off, sd, known_sd, stated}] as the samples so far see it, where they are enough, "
+    "condition, undetermined [names], last_times_usual, last_unusual)";
 
 constexpr std::array kMethods{
     RpcMethod{

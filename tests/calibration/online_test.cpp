@@ -130,6 +130,53 @@ TEST(Online, WhatKinematicsCannotExplainWidensTheUncertainty) {
   EXPECT_EQ(with.set_aside(), 0);
 }
 
+/// A frame that lies elsewhere and is turned, by a standard deviation of each.
+Eigen::MatrixXd frame_at(const Eigen::VectorXd& p_mm) {
+  constexpr double kShift_mm = 0.01, kTurn_rad = 1e-4;
+  Eigen::MatrixXd shared(2, 2);
+  shared << kShift_mm, -kTurn_rad * p_mm.y(), 0.0, kTurn_rad * p_mm.x();
+  return shared;
+}
+
+TEST(Online, WhatAllSamplesShareIsCountedAsFarAsItMovesTheEstimate) {
+  const auto session = simulate({}, 9);
+  OnlineEstimator plain(kTool, session.nominal), told(kTool, session.nominal);
+  std::vector<OnlineEstimator> moved(2, plain);
+  for (int i = 0; i < session.g1.size(); ++i) {
+    const simulation::Trial trial = trial_of(session.g1, i);
+    const Eigen::MatrixXd shared = frame_at(*trial.position_mm);
+    plain.add(trial);
+    told.add(trial, shared);
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      simulation::Trial off = trial;
+      *off.position_mm += shared.col(static_cast<Eigen::Index>(k));
+      moved[k].add(off);
+    }
+  }
+  EXPECT_EQ(told.v(), plain.v());
+  EXPECT_EQ(told.P(), plain.P());
+  EXPECT_EQ(plain.covariance(), plain.P());
+  EXPECT_FALSE(plain.has_shared());
+  ASSERT_TRUE(told.has_shared());
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(10, 10);
+  for (const OnlineEstimator& each : moved) {
+    const Eigen::VectorXd by = each.v() - plain.v();
+    expected += by * by.transpose();
+  }
+  EXPECT_LT((told.shared_covariance() - expected).norm(), 0.01 * expected.norm());
+  EXPECT_GT(
+      told.shared_covariance()(geometry::kX0, geometry::kX0),
+      4 * told.P()(geometry::kX0, geometry::kX0));
+  // The tool's place is as uncertain as the frame, and by noise besides.
+  const std::array<geometry::WorkingMode, 1> modes{geometry::WorkingMode{}};
+  const auto where = workspace_grid(kTool, session.nominal, kLow, kHigh, 3, 3, modes);
+  for (const WorkspacePose& pose : where) {
+    const double sd_mm = position_sd_mm(kTool, told.v(), told.shared_covariance(), pose);
+    EXPECT_NEAR(sd_mm / frame_at(pose.target_mm).norm(), 1.0, 0.02);
+  }
+  EXPECT_GT(told.predicted(where).max_mm, plain.predicted(where).max_mm);
+}
+
 TEST(Online, AGrossErrorIsSetAsideAndItsSizeTold) {
   const auto session = simulate({}, 8);
   OnlineEstimator clean(kTool, session.nominal);

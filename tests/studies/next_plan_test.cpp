@@ -79,6 +79,28 @@ TEST(NextPlan, IsReadyToBeCollectedAndKeepsItsPromise) {
   }
 }
 
+/// What the rig leaves open no further point of the robot takes away.
+TEST(NextPlan, PromisesNoMoreThanARigAllowsThatIsKnownToATenth) {
+  mock_devices::World world = simple_world(7);
+  for (geometry::Dial& dial : world.rig.dials) {
+    dial.deviations.position_mm = Eigen::Vector2d(0.03, 0.1);
+  }
+  const session::Session session =
+      measured(world, session::plan_random(kRig, 16, {.seed = 7}).value());
+  const NextPlan next = next_plan(session, {.points = 8});
+  LiveEstimate estimate(session.rig, points_of(session));
+  estimate.see_rig(session.samples);
+  for (const session::Sample& sample : session.samples) estimate.add(sample);
+  EXPECT_NEAR(next.figures.now.mean_mm, estimate.uncertainty().mean_mm, 1e-9);
+  const auto& filter = estimate.filter();
+  const auto of_rig = calibration::workspace_uncertainty(
+      filter.tool(), filter.v(), filter.shared_covariance(), estimate.workspace());
+  EXPECT_GT(of_rig.mean_mm, 0.01);
+  ASSERT_TRUE(next.figures.after);
+  EXPECT_LT(next.figures.after->mean_mm, next.figures.now.mean_mm);
+  EXPECT_GT(next.figures.after->mean_mm, of_rig.mean_mm);
+}
+
 TEST(NextPlan, OfAnEmptySessionBeginsWithTheRigsOwnWorkspace) {
   session::Session empty;
   empty.rig = kRig;

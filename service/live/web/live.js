@@ -299,7 +299,7 @@
     $('estimate').hidden = !estimate;
     if (!estimate) { $('estimate-words').textContent = 'Comes with the first sample of set G1.'; return; }
     const sd = estimate.position_sd_mm, open = estimate.undetermined;
-    $('estimate-words').textContent = `After ${estimate.samples} samples the position of the tool is known to ${fixed(kCoverage * sd.mean, 3)} mm on average and ${fixed(kCoverage * sd.max, 3)} mm at the worst place (expanded uncertainty, k = ${kCoverage}).` + (estimate.last_times_usual === null ? '' : ` The last sample is ${fixed(estimate.last_times_usual, 1)} times as far off as usual.`) + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
+    $('estimate-words').textContent = `After ${estimate.samples} samples the position of the tool is known to ${fixed(kCoverage * sd.mean, 3)} mm on average and ${fixed(kCoverage * sd.max, 3)} mm at the worst place (expanded uncertainty, k = ${kCoverage}).` + (sd.of_rig === undefined ? '' : ` What is not known of the rig makes ${fixed(kCoverage * sd.of_rig, 3)} mm there by itself.`) + (estimate.last_times_usual === null ? '' : ` The last sample is ${fixed(estimate.last_times_usual, 1)} times as far off as usual.`) + (open.length ? ` ${open.length} parameters need more points.` : ' Every parameter is determined.');
     drawing.parameters($('estimate').tBodies[0], estimate, { element, fixed, coverage: kCoverage });
   }
 

@@ -57,6 +57,25 @@ TEST(EstimateDocument, IsReadAndWrittenAsItWas) {
   EXPECT_THAT(estimate_parameters(estimate).back(), HasSubstr("dtheta2 -1.3249 +- 0.1482 deg"));
 }
 
+TEST(EstimateDocument, HasTheRigWhereItsFileSaysHowWellItIsKnown) {
+  studies::EstimateSummary estimate = estimate_from_json(stored_document("estimate.json"));
+  EXPECT_FALSE(estimate.position_sd_rig_mm);
+  estimate.position_sd_rig_mm = 0.004;
+  estimate.rig = {
+      {.name = "place of dial C along its axis",
+       .unit = "mm",
+       .off = 0.02,
+       .sd = 0.01,
+       .known_sd = 0.03,
+       .stated = true}};
+  const Json document = to_json(estimate);
+  EXPECT_EQ(document["position_sd_mm"]["of_rig"], 0.004);
+  const studies::EstimateSummary again = estimate_from_json(document);
+  EXPECT_EQ(to_json(again), document);
+  EXPECT_EQ(again.rig.value().front().name, estimate.rig->front().name);
+  EXPECT_THAT(estimate_summary(again), HasSubstr("the rig alone 0.0080 mm"));
+}
+
 TEST(EstimateDocument, WithoutAConditionOrAWorstPlaceKeepsThatEmpty) {
   studies::EstimateSummary estimate = estimate_from_json(stored_document("estimate.json"));
   estimate.condition.reset();
