@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 
 #include "calibration/reading_errors.h"
+#include "diagnosis/curves_in_model.h"
 #include "diagnosis/eliminated.h"
-#include "diagnosis/joint_curve.h"
 #include "diagnosis/normal_inverse.h"
 #include "diagnosis/unnamed.h"
 
@@ -53,11 +53,11 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
                                        : fit_jointly(
                                              readings, extended.model, extended.effects,
                                              nullptr, named.dial_columns(readings.count()));
-  // The curves become a part of the model; beside them only what the dials do stays random.
-  if (!named.joint_curves.empty()) {
-    fit = with_joint_curves(
-        readings, fit, named.joint_curves, named.dial_columns(readings.count()));
-  }
+  // The curves become a part of the model; beside them only what the dials do stays random:
+  // curves of dials too, as far as the readings leave them open.
+  fit = with_curves(
+      readings, fit, named.curves(), random_columns(readings.count(), named.background),
+      named.dial_columns(readings.count()));
   const bool same = named.unknown.empty() && named.joint_curves.empty();
   const JointFit& structured = same ? fit : extended;
   const Eigen::MatrixXd curves = error_curves(readings);

@@ -217,7 +217,7 @@ class Diagnoser {
     // Whether G2 shows a cause too does not depend on the table that the user may leave out.
     if (enough_g1_ && (settings_.with_gain || !found().findings.empty())) {
       GainQuestion question{as_read(),        split(as_read()), std::nullopt,
-                            found().baseline, found().extended, found().joint_curves};
+                            found().baseline, found().extended, found().curves()};
       if (found().swap) question.as_measured = split(measured_);
       GainSettings how;
       how.draws = settings_.gain_draws;

@@ -39,7 +39,7 @@ GainStudy fits_on_g1(const GainQuestion& question) {
   const JointFit& extended = question.extended;
   GainStudy study;
   study.calibrated = fit_jointly(g1, question.baseline.model, {}, &question.baseline);
-  study.extended = extended_on(g1, extended, question.joint_curves, study.calibrated);
+  study.extended = extended_on(g1, extended, question.curves, study.calibrated);
   study.without.resize(extended.effects.size());
   calibration::in_parallel(static_cast<int>(study.without.size()), [&](int k) {
     const auto i = static_cast<std::size_t>(k);
@@ -141,7 +141,7 @@ std::vector<Judged> judged_models(
   add(GainModel::kNominal, as_measured, nominal);
   add(GainModel::kCalibrated, as_measured, calibrated);
   add_with_network(GainModel::kCalibrated, as_measured, calibrated);
-  const bool nothing = question.extended.effects.empty() && question.joint_curves.empty();
+  const bool nothing = question.extended.effects.empty() && question.curves.empty();
   if (nothing && !exchanged) return result;
   add(GainModel::kExtended, set_right, study.extended);
   add_with_network(GainModel::kExtended, set_right, study.extended);

@@ -69,9 +69,8 @@ struct GainQuestion {
   /// without causes are judged.
   std::optional<FittedAndJudged> as_measured;
   const JointFit& baseline;
-  const JointFit& extended;  // names the causes, and says where to start
-  static inline const std::vector<JointCurve> kNoCurves{};
-  const std::vector<JointCurve>& joint_curves = kNoCurves;  // that go with it
+  const JointFit& extended;        // names the causes, and says where to start
+  std::vector<OwnCurve> curves{};  // that go with it
 };
 [[nodiscard]] GainStudy study_gain(
     const GainQuestion& question, const GainSettings& settings,

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnosis/joint_curve.h"
+#include "diagnosis/curves_in_model.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -79,9 +79,9 @@ JointFit named_effects_on(const Readings& fitted, const JointFit& extended) {
 }  // namespace
 
 JointFit extended_on(
-    const Readings& fitted, const JointFit& extended, const std::vector<JointCurve>& curves,
+    const Readings& fitted, const JointFit& extended, const std::vector<OwnCurve>& curves,
     const JointFit& plain) {
-  return with_joint_curves(
+  return with_curves(
       fitted, extended.effects.empty() ? plain : named_effects_on(fitted, extended), curves);
 }
 

@@ -24,9 +24,10 @@ inline constexpr std::string_view kModelOnTop = "anfis";
 /// Robot and causes of `extended` fitted to a part of the readings. A cause that this part
 /// cannot determine gets the size 0: the size from all readings would have been learned from
 /// those that are judged.
-/// Joints' curves are fitted anew and come last. `plain`: what it is without causes.
+/// Curves of dials and joints are fitted anew and come last. `plain`: what it is without
+/// causes.
 [[nodiscard]] JointFit extended_on(
-    const Readings& fitted, const JointFit& extended, const std::vector<JointCurve>& curves,
+    const Readings& fitted, const JointFit& extended, const std::vector<OwnCurve>& curves,
     const JointFit& plain);
 
 /// 0 for each judged reading that `extended`, the fit to all of the session, calls gross and

@@ -85,11 +85,11 @@ class Folds {
         {}, measured ? nullptr : &question_.baseline);
     std::vector<CandidateErrors> result;
     add(result, GainModel::kCalibrated, {as_measured, measured ? ones : weight}, poses, plain);
-    if (!extended.effects.empty() || measured || !question_.joint_curves.empty()) {
+    if (!extended.effects.empty() || measured || !question_.curves.empty()) {
       const JointFit set_right =
           measured ? fit_jointly(here.fitted, question_.baseline.model, {}) : plain;
       add(result, GainModel::kExtended, {here, weight}, poses,
-          extended_on(here.fitted, extended, question_.joint_curves, set_right));
+          extended_on(here.fitted, extended, question_.curves, set_right));
     }
     return result;
   }

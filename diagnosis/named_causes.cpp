@@ -9,6 +9,12 @@ namespace sixdial::diagnosis {
 bool Finding::of_a_part() const { return left_out > kMostLeftOut; }
 bool OwnCurve::of_a_part() const { return left_out > kMostLeftOut; }
 
+std::vector<OwnCurve> NamedCauses::curves() const {
+  std::vector<OwnCurve> result(dial_curves.begin(), dial_curves.end());
+  result.insert(result.end(), joint_curves.begin(), joint_curves.end());
+  return result;
+}
+
 Eigen::MatrixXd NamedCauses::dial_columns(Eigen::Index readings) const {
   std::vector<UnknownCandidate> of_dials = background;
   for (const DialCurve& each : dial_curves) of_dials.push_back(each.smooth);

@@ -8,6 +8,7 @@
 #include "calibration/crew.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/covariate.h"
+#include "diagnosis/curves_in_model.h"
 #include "diagnosis/dials_alone.h"
 #include "diagnosis/exchanged_dials.h"
 #include "diagnosis/explanation.h"
@@ -430,7 +431,7 @@ NamedCauses name_causes(Readings& readings, const NamingSettings& settings) {
   std::vector<JointCurve> curves = find_joint_curves(readings, settings);
   if (curves.empty()) return name_causes_of_joints_as_read(readings, settings);
   const JointFit plain = fit_baseline(readings);
-  const JointFit bent = with_joint_curves(readings, plain, curves);
+  const JointFit bent = with_curves(readings, plain, {curves.begin(), curves.end()});
   readings = readings.with_joints_bent(bent.effects);
   NamedCauses result = name_causes_of_joints_as_read(readings, settings);
   result.baseline = plain;

@@ -59,7 +59,10 @@ struct Finding {
 
 /// A smooth error that goes by the own value of what errs (own_curve.h).
 struct OwnCurve {
-  UnknownCandidate smooth;                     // with its columns
+  const simulation::Effect* effect = nullptr;  // a row of curves
+  simulation::Place place{};
+  std::vector<UnknownCandidate> parts{};       // with their kernels, one after the other
+  UnknownCandidate smooth;                     // the first, with the columns of all
   double evidence = 0.0;                       // log evidence lost without it
   double half_span = 0.0, half_span_sd = 0.0;  // over the readings that were taken
   double rms = 0.0;                            // about its mean
@@ -87,8 +90,6 @@ struct DialCurve : OwnCurve {
 };
 /// Of one joint over its own value [rad, or mm of a prismatic one].
 struct JointCurve : OwnCurve {
-  simulation::Place place{};
-  std::vector<UnknownCandidate> parts{};  // with their kernels; `smooth` has all columns
   /// The best that the same joint's error does as a function of another joint's value: what
   /// flexibility alone gains. Log evidence, as that of the first part in `own_evidence`.
   double sham_evidence = 0.0;
@@ -121,6 +122,8 @@ struct NamedCauses {
   /// The readings came back with the joint values set right by these curves: `extended` is a
   /// fit to them.
   bool joints_set_right = false;
+  /// Both, those of the dials first: what becomes a part of the model (curves_in_model.h).
+  [[nodiscard]] std::vector<OwnCurve> curves() const;
   /// Columns of what the dials do of their own: `background` and `dial_curves`.
   [[nodiscard]] Eigen::MatrixXd dial_columns(Eigen::Index readings) const;
   /// These, and those of the joints' curves.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "diagnosis/covariate.h"
+#include "diagnosis/curves_in_model.h"
 #include "diagnosis/kernel_basis.h"
 #include "diagnosis/thresholds.h"
 
@@ -87,14 +88,15 @@ DialCurve curve_of_dial(
     const std::vector<std::size_t>& group) {
   const auto& rows = readings.rows_of_dial(dial);
   DialCurve curve;
+  curve.effect = curve_of_dials();
+  curve.place = simulation::at_each_dial(readings.model().rig()).at(dial);
   curve.dial = dial;
   curve.smooth = found.unknown[group.front()];
   curve.limit_mm = readings.model().rig().dials[dial].accuracy_mm;
   curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(readings.count());
-  std::vector<UnknownCandidate> parts;
   for (const std::size_t i : group) {
-    parts.push_back(found.unknown[i]);
+    curve.parts.push_back(found.unknown[i]);
     const auto [first, own] = place_of_columns(readings, found, i);
     const auto u = found.fit.u.segment(first, own);
     const auto u_sd = found.fit.u_sd_mm.segment(first, own);
@@ -104,7 +106,7 @@ DialCurve curve_of_dial(
       variance[row] += c.cwiseProduct(u_sd).squaredNorm();
     }
   }
-  curve.smooth.columns = random_columns(readings.count(), parts);
+  curve.smooth.columns = random_columns(readings.count(), curve.parts);
   // The dial's zero is nobody's: half of the span is what no zero could take away. Both ends
   // may be off in opposite directions.
   measure_span(found, rows, curve.in_readings_mm, variance, curve);
@@ -194,6 +196,7 @@ JointCurve curve_of_joint(
     const Readings& readings, const Explanation& found, const simulation::Place& place,
     const std::vector<std::size_t>& group) {
   JointCurve curve;
+  curve.effect = simulation::curve_of_joints();
   curve.place = place;
   curve.smooth = found.unknown[group.front()];
   curve.in_readings_mm = Eigen::VectorXd::Zero(readings.count());

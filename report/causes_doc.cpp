@@ -313,7 +313,6 @@ std::string effects_without_picture(const geometry::Rig& rig) {
 std::string findings_without_effect() {
   constexpr std::array kKinds{
       std::pair{studies::CauseKind::kRigGeometry, "rig_geometry"},
-      std::pair{studies::CauseKind::kDialCurve, "dial_curve"},
       std::pair{studies::CauseKind::kOutliers, "outliers"},
       std::pair{studies::CauseKind::kStaleReadings, "stale_reading"}};
   std::string page =

@@ -216,7 +216,7 @@ void add_diagnosis(report::ReportData& data, const studies::DiagnosisResult* dia
   }
   const bool tied =
       std::ranges::any_of(diagnosis->causes, [](const studies::FoundCause& cause) {
-        return cause.kind == studies::CauseKind::kEffect &&
+        return cause.kind == studies::CauseKind::kEffect && !is_curve(cause.id) &&
                cause.certainty() == studies::Certainty::kTied;
       });
   if (tied) {

@@ -171,19 +171,13 @@ void add_curves(
       }
     }
   }
-  for (const diagnosis::DialCurve& each : found.named.dial_curves) {
-    for (FoundCause& cause : result.causes) {
-      const bool own = cause.kind == CauseKind::kDialCurve &&
-                       cause.id.where == dial_name(data.readings, static_cast<int>(each.dial));
-      if (own) cause.signature = curves.signature_of_curve(each);
-    }
-  }
-  for (const diagnosis::JointCurve& each : found.named.joint_curves) {
-    for (FoundCause& cause : result.causes) {
-      const bool own = cause.id == id_of({simulation::curve_of_joints(), each.place});
-      if (own) cause.signature = curves.signature_of_curve(each);
-    }
-  }
+  const auto draw = [&](const auto& each) {
+    const auto cause =
+        std::ranges::find(result.causes, id_of({each.effect, each.place}), &FoundCause::id);
+    if (cause != result.causes.end()) cause->signature = curves.signature_of_curve(each);
+  };
+  std::ranges::for_each(found.named.dial_curves, draw);
+  std::ranges::for_each(found.named.joint_curves, draw);
   result.left_along = curves.left_along();
   result.tool_shifts = curves.tool_shifts();
 }
@@ -250,8 +244,7 @@ DiagnosisResult result_of(
       .extended_fit = extended_fit_of(readings, found),
       .residuals = residuals_of(data)};
   add_rig_geometry(result.causes, found);
-  add_dial_curves(result.causes, found, readings);
-  add_joint_curves(result.causes, found);
+  add_curve_causes(result.causes, found);
   add_data_faults(result.causes, result.gross_readings, result.residuals.sample.size());
   for (const diagnosis::NotTestable& each : found.not_testable) {
     result.not_testable.push_back({id_of(each.hypothesis), each.why});

@@ -14,7 +14,7 @@ using diagnosis::Readings;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Of a finding or of a dial's curve.
+/// Of a finding or of a curve.
 template <class Found>
 std::vector<Rival> rivals_of(const Found& found) {
   std::vector<Rival> rivals;
@@ -171,6 +171,7 @@ namespace {
 /// What causes of any curve have in common.
 FoundCause cause_of(const diagnosis::OwnCurve& curve, const diagnosis::Diagnosis& found) {
   return {
+      .id = id_of({curve.effect, curve.place}),
       .tied_with = rivals_of(curve),
       .delta_bic = 2 * curve.evidence,
       .gain_mm = kNan,
@@ -182,29 +183,19 @@ FoundCause cause_of(const diagnosis::OwnCurve& curve, const diagnosis::Diagnosis
 
 }  // namespace
 
-void add_dial_curves(
-    std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
-    const Readings& readings) {
+void add_curve_causes(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found) {
   for (const diagnosis::DialCurve& each : found.named.dial_curves) {
-    FoundCause cause = cause_of(each, found);
-    cause.kind = CauseKind::kDialCurve;
-    cause.id = {"dial_curve", dial_name(readings, static_cast<int>(each.dial))};
+    FoundCause& cause = causes.emplace_back(cause_of(each, found));
     cause.estimate = {
         {"half_span", "mm", each.half_span, each.half_span_sd},
         {"rms", "mm", each.rms, kNan},
         {"limit", "mm", each.limit_mm, kNan}};
-    causes.push_back(std::move(cause));
   }
-}
-
-void add_joint_curves(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found) {
   for (const diagnosis::JointCurve& each : found.named.joint_curves) {
     const char* unit = each.place.slides ? "mm" : "rad";
-    FoundCause cause = cause_of(each, found);
-    cause.id = id_of({simulation::curve_of_joints(), each.place});
+    FoundCause& cause = causes.emplace_back(cause_of(each, found));
     cause.estimate = {
         {"half_span", unit, each.half_span, each.half_span_sd}, {"rms", unit, each.rms, kNan}};
-    causes.push_back(std::move(cause));
   }
 }
 

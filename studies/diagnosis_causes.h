@@ -26,12 +26,9 @@ namespace sixdial::studies {
 
 /// The rig's geometry as one cause, where the file claims what the readings contradict.
 void add_rig_geometry(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
-/// One for each joint that errs by its own value.
-void add_joint_curves(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
-/// One for each dial whose own curve goes beyond accuracy_mm.
-void add_dial_curves(
-    std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found,
-    const diagnosis::Readings& readings);
+/// One for each dial whose own curve goes beyond accuracy_mm, and for each joint that errs by
+/// its own value.
+void add_curve_causes(std::vector<FoundCause>& causes, const diagnosis::Diagnosis& found);
 
 /// Outliers and stale readings as causes of their own, where there are such. Of so many
 /// readings in all: more than a few gross ones are not certain to be just that.

@@ -416,7 +416,7 @@ std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
 
 std::optional<SignatureCurve> DiagnosisCurves::signature_of_curve(
     const diagnosis::JointCurve& curve) const {
-  const ActiveEffect there{simulation::curve_of_joints(), curve.place, {}};
+  const ActiveEffect there{curve.effect, curve.place, {}};
   const Part part{curve.in_readings_mm, data_.after.residual_mm + curve.in_readings_mm};
   return unless_empty(joint_curve(there, shape_of(there), part));
 }

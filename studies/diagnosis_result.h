@@ -33,7 +33,6 @@ enum class CauseKind {
   kOutliers,       // single readings far from everything else
   kStaleReadings,  // a reading handed over a second time, after the tool had moved
   kRigGeometry,    // dials and cuboid are not where and as the rig file claims
-  kDialCurve,      // a dial's scale is uneven beyond its maker's limit
 };
 enum class Certainty { kCertain, kTied };
 enum class Standing {
@@ -133,9 +132,7 @@ struct FoundCause {
   std::optional<SignatureCurve> signature{};
 
   /// Part of the fit with the causes.
-  [[nodiscard]] bool is_in_fit() const {
-    return kind == CauseKind::kEffect || kind == CauseKind::kDialCurve;
-  }
+  [[nodiscard]] bool is_in_fit() const { return kind == CauseKind::kEffect; }
   [[nodiscard]] Certainty certainty() const {
     return tied_with.empty() ? Certainty::kCertain : Certainty::kTied;
   }

@@ -28,7 +28,6 @@ inline constexpr std::string_view kLeftOut = "left_out_readings";
 inline constexpr std::string_view kOutliers = "outliers";
 inline constexpr std::string_view kStale = "stale_reading";
 inline constexpr std::string_view kRigGeometry = "rig_geometry";
-inline constexpr std::string_view kDialCurve = "dial_curve";
 
 /// "x, y" as a list.
 inline std::vector<std::string> split(std::string_view text) {
@@ -165,7 +164,6 @@ void describe_keys(Fields& at, Of<Fields, studies::FoundCause>& cause) {
         cause.id.cause == diagnosis_document::kOutliers ? studies::CauseKind::kOutliers
         : cause.id.cause == diagnosis_document::kStale  ? studies::CauseKind::kStaleReadings
         : cause.id.cause == diagnosis_document::kRigGeometry ? studies::CauseKind::kRigGeometry
-        : cause.id.cause == diagnosis_document::kDialCurve   ? studies::CauseKind::kDialCurve
                                                              : studies::CauseKind::kEffect;
   } else {
     const CauseTexts texts = texts_of(cause);

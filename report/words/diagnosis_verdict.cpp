@@ -9,7 +9,6 @@
 #include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
 #include "report/words/rig_words.h"
-#include "simulation/effect.h"
 
 namespace sixdial::report {
 namespace {
@@ -319,11 +318,9 @@ std::vector<std::string> trust(const DiagnosisResult& result) {
   std::vector<std::string> lines;
   // The chance is of the effects' search: readings that are set right are left to it, and
   // curves are not in it.
-  const bool physical =
-      std::ranges::any_of(result.extended_fit.effects, [](const studies::FittedEffect& each) {
-        const simulation::Effect* effect = simulation::find_effect(each.id.cause);
-        return effect == nullptr || !effect->is_curve;
-      });
+  const bool physical = std::ranges::any_of(
+      result.extended_fit.effects,
+      [](const studies::FittedEffect& each) { return !is_curve(each.id); });
   if (physical || result.unexplained.significant) lines.push_back(chance_sentence(result));
   const auto of_standing = [&](Standing standing) {
     std::vector<std::string> names;

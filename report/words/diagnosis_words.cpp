@@ -45,20 +45,6 @@ const WordsOfKind* words_of_kind(CauseKind kind) {
                "each is known (position_sd_mm, axis_sd_deg): what is known to a tenth of a "
                "millimetre is not known exactly."}},
       WordsOfKind{
-          CauseKind::kDialCurve,
-          "uneven scale of a dial",
-          {.signature =
-               "One dial's residual follows a smooth curve over its own reading, wider than "
-               "accuracy_mm of the rig file allows. No wave that repeats within the readings, "
-               "no scale and no lean describes it as well.",
-           .consequence =
-               "None on parts. Positions that use this dial are off by as much as its curve, "
-               "also those that a model is judged by and learns from.",
-           .advice =
-               "Check the dial against gauge blocks over its whole travel and compare with its "
-               "certificate; clean it, have it repaired, or replace it; then measure again. If "
-               "its maker allows more, enter that as accuracy_mm."}},
-      WordsOfKind{
           CauseKind::kOutliers,
           "gross reading errors",
           {.signature =
@@ -93,15 +79,6 @@ std::string rig_size(const FoundCause& cause) {
   return list_of(moved) + " from what the file says";
 }
 
-std::string curve_size(const FoundCause& cause) {
-  const Estimate& span = cause.estimate.at(0);
-  return fmt::format(
-      "up to {} either way over the readings that were taken, {:.4f} mm rms; accuracy_mm "
-      "allows {:.4f} mm",
-      quantity_in_words(span.value, span.sd, span.unit), cause.estimate.at(1).value,
-      cause.estimate.at(2).value);
-}
-
 std::string data_fault_size(const FoundCause& cause) {
   const auto count = static_cast<int>(cause.estimate.at(0).value);
   return fmt::format(
@@ -116,6 +93,11 @@ std::string named(const HypothesisId& id) {
   return effect != nullptr ? simulation::in_words_at(*effect, id.where) : id.cause;
 }
 
+bool is_curve(const HypothesisId& id) {
+  const simulation::Effect* effect = simulation::find_effect(id.cause);
+  return effect != nullptr && effect->is_curve;
+}
+
 std::string kind_in_words(CauseKind kind) {
   const WordsOfKind* words = words_of_kind(kind);
   return words != nullptr ? std::string(words->in_words) : "";
@@ -123,7 +105,6 @@ std::string kind_in_words(CauseKind kind) {
 
 std::string named(const FoundCause& cause) {
   const WordsOfKind* fault = words_of_kind(cause.kind);
-  if (cause.kind == CauseKind::kDialCurve) return "uneven scale of dial " + cause.id.where;
   return fault != nullptr ? std::string(fault->in_words) : named(cause.id);
 }
 
@@ -158,7 +139,6 @@ std::string size_in_words(const FoundCause& cause) {
   if (cause.estimate.empty() && cause.kind == CauseKind::kEffect) return "";
   if (cause.is_data_fault()) return data_fault_size(cause);
   if (cause.kind == CauseKind::kRigGeometry) return rig_size(cause);
-  if (cause.kind == CauseKind::kDialCurve) return curve_size(cause);
   const simulation::Effect* effect = simulation::find_effect(cause.id.cause);
   static const simulation::Effect kUnknownToThisProgram{};
   std::vector<simulation::FoundParameter> found;

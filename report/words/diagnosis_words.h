@@ -14,6 +14,8 @@ namespace sixdial::report {
 [[nodiscard]] std::string named(const studies::HypothesisId& id);
 [[nodiscard]] std::string named(const studies::FoundCause& cause);
 [[nodiscard]] std::string named(const studies::Rival& rival);
+/// An effect that is a curve of any form.
+[[nodiscard]] bool is_curve(const studies::HypothesisId& id);
 /// "the rig's own geometry": what is no effect of the catalogue, at no place; else empty.
 [[nodiscard]] std::string kind_in_words(studies::CauseKind kind);
 

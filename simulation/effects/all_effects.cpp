@@ -6,10 +6,11 @@
 namespace sixdial::simulation {
 
 extern constinit const Effect base_drift, cuboid_offset, cuboid_size, cuboid_squareness,
-    dial_cyclic, dial_gain, dial_hysteresis, dial_lean, dial_mount, dial_swap, frame_skew,
-    instrument_drift, instrument_scale, instrument_step, joint_backlash, joint_compliance,
-    joint_coupling, joint_curve, joint_eccentricity, joint_gain, joint_gravity_compliance,
-    joint_second_harmonic, link_thermal_growth, passive_clearance, step, tip_radius;
+    dial_curve, dial_cyclic, dial_gain, dial_hysteresis, dial_lean, dial_mount, dial_swap,
+    frame_skew, instrument_drift, instrument_scale, instrument_step, joint_backlash,
+    joint_compliance, joint_coupling, joint_curve, joint_eccentricity, joint_gain,
+    joint_gravity_compliance, joint_second_harmonic, link_thermal_growth, passive_clearance,
+    step, tip_radius;
 
 namespace {
 constexpr std::array kAll{
@@ -17,6 +18,7 @@ constexpr std::array kAll{
     &cuboid_offset,
     &cuboid_size,
     &cuboid_squareness,
+    &dial_curve,
     &dial_cyclic,
     &dial_gain,
     &dial_hysteresis,

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 /// Words that are also names of effects, but mean something else there.
 const std::map<std::string, std::set<std::string>> kOtherMeanings{
+    {"report/words/budget_words.cpp", {"dial_curve"}},    // a source of uncertainty
     {"report/chart_json.cpp", {"step"}},                  // a line drawn in steps
     {"report/figures.cpp", {"step"}},                     // of an optimiser
     {"report/tables.cpp", {"step"}},                      // of an optimiser

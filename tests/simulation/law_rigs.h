@@ -81,6 +81,9 @@ inline std::vector<Trial> law_trials(const ForwardModel& model, int count, doubl
 
 /// Numbers that bend by three plausible sizes; of a curve two waves.
 inline std::vector<double> three_sizes(const Effect& effect) {
+  if (effect.is_curve && effect.plot.shows == Shows::kReading) {
+    return {0.0, 50.0, 1.3, 0.02, 0.0, -0.01};
+  }
   if (effect.is_curve) return {-3.0, 3.0, 1.3, 1e-3, 0.0, -5e-4};
   std::vector<double> x;
   for (const EffectParameter& each : effect.parameters) x.push_back(3 * each.sigma);

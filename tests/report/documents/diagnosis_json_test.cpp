@@ -60,15 +60,14 @@ TEST(DiagnosisDocument, IsReadAsStatesNotAsWords) {
 TEST(DiagnosisDocument, KeepsADialsCurveAndSaysHowWideItIs) {
   studies::DiagnosisResult result = diagnosis_from_json(document_of("09"));
   result.causes = {
-      {.kind = studies::CauseKind::kDialCurve,
-       .id = {"dial_curve", "C"},
+      {.id = {"dial_curve", "C"},
        .estimate = {
            {"half_span", "mm", 0.031, 0.001},
            {"rms", "mm", 0.017, 0.0},
            {"limit", "mm", 0.006, 0.0}}}};
   const studies::DiagnosisResult again = diagnosis_from_json(to_json(result));
   ASSERT_EQ(again.causes.size(), 1U);
-  EXPECT_EQ(again.causes[0].kind, studies::CauseKind::kDialCurve);
+  EXPECT_TRUE(again.causes[0].is_in_fit());
   EXPECT_THAT(verdict_in_words(again).title, HasSubstr("Uneven scale of dial C"));
   const std::string size = size_in_words(again.causes[0]);
   EXPECT_THAT(size, HasSubstr("up to 0.0310 mm ± 0.0020 mm either way"));  // k = 2
