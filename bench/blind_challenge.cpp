@@ -17,10 +17,12 @@
 #include <utility>
 #include <vector>
 
-#include "bench/arm_table.h"
 #include "bench/in_parallel.h"
+#include "bench/robot_table.h"
 #include "bench/workshop_table.h"
+#include "tests/blind/arm_challenge.h"
 #include "tests/blind/challenge.h"
+#include "tests/blind/delta_challenge.h"
 #include "tests/blind/limit_power.h"
 
 namespace {
@@ -295,9 +297,25 @@ void print_power(int sessions, std::uint64_t first_seed, int threads) {
 }
 
 void add_robot(CLI::App& app, std::string& robot) {
-  app.add_option("--robot", robot, "five_bar, or serial: drawn arms under a tracker")
-      ->check(CLI::IsMember({"five_bar", "serial"}))
+  app.add_option(
+         "--robot", robot,
+         "five_bar; serial: drawn arms under a tracker; delta: drawn deltas on towers or with "
+         "arms, "
+         "under a tracker or wires")
+      ->check(CLI::IsMember({"five_bar", "serial", "delta"}))
       ->capture_default_str();
+}
+
+/// The exit code.
+int robots(
+    const std::string& robot, int sessions, std::uint64_t first_seed, int threads,
+    bool verbose) {
+  using namespace sixdial::blind;
+  const bool arms = robot == "serial";
+  const int missed = print_robots(
+      arms ? "arms of 4 to 7 joints" : "deltas, linear and rotary",
+      arms ? challenge_arm : challenge_delta, sessions, first_seed, threads, verbose);
+  return missed > 0 ? 1 : 0;
 }
 
 }  // namespace
@@ -350,8 +368,7 @@ int main(int argc, char** argv) {
   if (!file.empty()) finished().open(file);
   const std::uint64_t first_seed = seed * 1'000'000 + static_cast<std::uint64_t>(first);
   fmt::print("seed {}, {} sessions of a kind\n\n", seed, sessions);
-  using sixdial::blind::print_arms;
-  if (robot == "serial") return print_arms(sessions, first_seed, threads, verbose) > 0 ? 1 : 0;
+  if (robot != "five_bar") return robots(robot, sessions, first_seed, threads, verbose);
   if (workshop) {
     rigs.misplaced = !exact;
     rigs.deviations = !silent;

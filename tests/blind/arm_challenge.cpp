@@ -1,12 +1,10 @@
 #include "tests/blind/arm_challenge.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "mock_devices/arm_world.h"
 #include "mock_devices/random.h"
@@ -20,22 +18,6 @@ namespace {
 using mock_devices::ArmEffect;
 using mock_devices::ArmRow;
 using mock_devices::ArmWorld;
-
-/// A folder of this process that goes when it is done with.
-class Folder {
- public:
-  explicit Folder(std::uint64_t seed)
-      : path_(
-            std::filesystem::temp_directory_path() /
-            fmt::format("sixdial_arm_{}_{}", ::getpid(), seed)) {}
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Orthonormal columns of all that parameters of the nominal arm, put where the true one
 /// stands, do to the positions of these rows.
@@ -87,49 +69,18 @@ double strength_of(
 
 std::string name_of(const ArmEffect& effect) { return effect.cause + "@" + effect.where; }
 
-void judge(const studies::DiagnosisResult& result, ArmOutcome& outcome) {
-  std::size_t exact = 0;
-  std::size_t tied = 0;
-  std::vector<std::string> found;
-  for (const studies::FoundCause& cause : result.causes) {
-    if (cause.is_data_fault()) continue;
-    const std::string name = cause.id.name();
-    found.push_back(name);
-    const auto is_true = [&](const std::string& each) {
-      return std::ranges::find(outcome.truth, each) != outcome.truth.end();
-    };
-    const bool certain = cause.tied_with.empty();
-    bool touches = is_true(name);
-    for (const studies::Rival& rival : cause.tied_with) {
-      touches =
-          touches || (rival.kind == studies::RivalKind::kEffect && is_true(rival.id.name()));
-    }
-    exact += certain && is_true(name);
-    tied += touches;
-    outcome.wrong = outcome.wrong || (certain && !is_true(name));
-    outcome.said += fmt::format("{}{} ", name, certain ? "" : "?");
-  }
-  for (const std::string& each : result.unexplained.depends_on)
-    outcome.said += "~" + each + " ";
-  if (result.unexplained.scatter) outcome.said += "scatter ";
-  outcome.detected = !found.empty() || !result.unexplained.depends_on.empty();
-  const std::size_t hidden = outcome.truth.size();
-  outcome.named = hidden > 0 && exact == hidden && found.size() == hidden;
-  outcome.in_tie = hidden > 0 && tied >= hidden;
-}
-
 }  // namespace
 
-ArmOutcome challenge_arm(const ArmChallenge& of, std::uint64_t seed) {
+RobotOutcome challenge_arm(const RobotChallenge& of, std::uint64_t seed) {
   const mock_devices::Random random(seed, mock_devices::Stream::kHide, 7);
   ArmWorld world = mock_devices::drawn_arm(seed);
   const int g1 = 2 * of.samples / 3;
   const int g2 = of.samples - g1;
-  const Folder folder(seed);
+  const ChallengeFolder folder("arm", seed);
   write_arm_bundle(folder.path(), measure_arm(world, g1, g2), world);
   const geometry::Rig rig = session::read_bundle(folder.path().string()).rig;
-  ArmOutcome outcome;
-  outcome.joints = static_cast<int>(world.nominal.size());
+  RobotOutcome outcome;
+  outcome.robot = fmt::format("{} joints", world.nominal.size());
   outcome.strength = of.causes > 0 ? HUGE_VAL : 0.0;
   const Eigen::MatrixXd Q = geometry_of(world, rig, measure_arm(world, g1, g2));
   for (std::uint64_t draw = 0; std::ssize(world.effects) < of.causes; ++draw) {

@@ -11,7 +11,7 @@ constexpr std::uint64_t kFirstSeed = 4100;
 TEST(BlindArm, ACleanArmHasNoCause) {
   constexpr std::uint64_t kSessions = 6;
   for (std::uint64_t i = 0; i < kSessions; ++i) {
-    const ArmOutcome outcome = challenge_arm({.causes = 0}, kFirstSeed + i);
+    const RobotOutcome outcome = challenge_arm({.causes = 0}, kFirstSeed + i);
     EXPECT_FALSE(outcome.wrong) << "seed " << kFirstSeed + i << ": " << outcome.said;
     EXPECT_FALSE(outcome.detected) << "seed " << kFirstSeed + i << ": " << outcome.said;
   }
@@ -24,10 +24,9 @@ TEST(BlindArm, OneHiddenCauseIsNamedOrTied) {
   int in_set = 0;
   for (std::uint64_t i = 0; i < kSessions; ++i) {
     const std::uint64_t seed = kFirstSeed + 100 + i;
-    const ArmOutcome outcome = challenge_arm({.causes = 1, .low = 0.5}, seed);
-    EXPECT_FALSE(outcome.wrong) << "seed " << seed << ", " << outcome.joints
-                                << " joints: " << outcome.truth.front() << " was called "
-                                << outcome.said;
+    const RobotOutcome outcome = challenge_arm({.causes = 1, .low = 0.5}, seed);
+    EXPECT_FALSE(outcome.wrong) << "seed " << seed << ", " << outcome.robot << ": "
+                                << outcome.truth.front() << " was called " << outcome.said;
     in_set += outcome.named || outcome.in_tie;
   }
   EXPECT_GE(in_set, kFewestInSet);

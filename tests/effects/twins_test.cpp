@@ -1,13 +1,16 @@
 // Each effect that diagnosis knows has a twin that can be hidden in the true rig, at the same
 // places. This test may look at both sides; mock_devices itself includes nothing of simulation.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "mock_devices/arm_world.h"
+#include "mock_devices/delta_world.h"
 #include "mock_devices/hidden_effect.h"
 #include "session/rig_file.h"
 #include "simulation/effect.h"
@@ -84,6 +87,44 @@ TEST(Twins, OfArmsAreAllLookedFor) {
   for (const ArmCause& cause : arm_causes()) {
     const std::string_view name = cause.id;
     EXPECT_NE(simulation::find_effect(name), nullptr) << name;
+  }
+}
+
+/// A delta of each kind under each instrument.
+std::vector<DeltaWorld> deltas() {
+  std::vector<DeltaWorld> found;
+  for (const bool arms : {false, true}) {
+    for (const bool wires : {false, true}) {
+      std::uint64_t seed = 1;
+      while (drawn_delta(seed).has_arms != arms ||
+             drawn_delta(seed).anchors_mm.empty() == wires) {
+        ++seed;
+      }
+      found.push_back(drawn_delta(seed));
+    }
+  }
+  return found;
+}
+
+TEST(Twins, OfDeltasAreHiddenWhereverTheEffectIsLookedFor) {
+  for (const DeltaWorld& world : deltas()) {
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / fmt::format("twin_delta_{}", world.seed);
+    write_delta_bundle(folder, {}, world);
+    const geometry::Rig rig = session::read_rig_file((folder / "rig.toml").string());
+    int compared = 0;
+    for (const DeltaCause& cause : delta_causes()) {
+      const Effect* effect = simulation::find_effect(cause.id);
+      ASSERT_NE(effect, nullptr) << cause.id;
+      const std::vector<std::string> hidden_at = places_at_delta(world, cause.id);
+      if (hidden_at.empty()) continue;  // an axis of wires, a turn of a carriage
+      EXPECT_EQ(
+          names_of(effect->places(rig)),
+          (std::set<std::string>(hidden_at.begin(), hidden_at.end())))
+          << cause.id;
+      ++compared;
+    }
+    EXPECT_GE(compared, 8);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "bench/arm_table.h"
+#include "bench/robot_table.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "bench/in_parallel.h"
-#include "tests/blind/arm_challenge.h"
 
 namespace sixdial::blind {
 namespace {
@@ -18,7 +17,7 @@ double percent(int k, int n) { return 100.0 * k / std::max(1, n); }
 
 struct Tally {
   int n = 0, detected = 0, named = 0, in_set = 0, wrong = 0;
-  void count(const ArmOutcome& each) {
+  void count(const RobotOutcome& each) {
     ++n;
     detected += each.detected;
     named += each.named;
@@ -35,10 +34,12 @@ void print_row(const std::string& what, const Tally& t) {
 
 }  // namespace
 
-int print_arms(int sessions, std::uint64_t first_seed, int threads, bool verbose) {
+int print_robots(
+    const char* title, Challenged challenged, int sessions, std::uint64_t first_seed,
+    int threads, bool verbose) {
   struct Line {
     const char* what;
-    ArmChallenge of;
+    RobotChallenge of;
     double named_at_least, wrong_at_most;  // per cent; of no cause: detected at most
   };
   // As asked of the five-bar.
@@ -49,16 +50,16 @@ int print_arms(int sessions, std::uint64_t first_seed, int threads, bool verbose
       {"two, each R >= 0.5", {.causes = 2, .low = 0.5, .high = 5}, 90, 1}};
   int missed = 0;
   fmt::print(
-      "  {:<44}{:>6}{:>11}{:>9}{:>9}{:>9}\n", "arms of 4 to 7 joints", "n", "detected%",
-      "named%", "in set%", "wrong%");
+      "  {:<44}{:>6}{:>11}{:>9}{:>9}{:>9}\n", title, "n", "detected%", "named%", "in set%",
+      "wrong%");
   for (const Line& line : lines) {
-    const auto outcomes = tried_in_parallel<ArmOutcome>(sessions, threads, [&](int i) {
-      return std::optional(challenge_arm(line.of, first_seed + static_cast<std::uint64_t>(i)));
+    const auto outcomes = tried_in_parallel<RobotOutcome>(sessions, threads, [&](int i) {
+      return std::optional(challenged(line.of, first_seed + static_cast<std::uint64_t>(i)));
     });
     Tally all;
     std::map<std::string, Tally> by_cause;
     std::vector<double> seconds;
-    for (const ArmOutcome& each : outcomes) {
+    for (const RobotOutcome& each : outcomes) {
       all.count(each);
       seconds.push_back(each.seconds);
       if (each.truth.size() == 1) {
@@ -77,12 +78,12 @@ int print_arms(int sessions, std::uint64_t first_seed, int threads, bool verbose
     missed += percent(none ? all.detected : all.wrong, all.n) > line.wrong_at_most;
     missed += percent(all.named, all.n) < line.named_at_least;
     for (std::size_t i = 0; verbose && i < outcomes.size(); ++i) {
-      const ArmOutcome& each = outcomes[i];
+      const RobotOutcome& each = outcomes[i];
       if (each.named || (none && !each.detected)) continue;
       std::string truth;
       for (const std::string& name : each.truth) truth += name + " ";
       fmt::print(
-          "      seed {} {} joints R {:.2f} truth {}said {}\n", first_seed + i, each.joints,
+          "      seed {} {} R {:.2f} truth {}said {}\n", first_seed + i, each.robot,
           each.strength, truth, each.said.empty() ? "nothing" : each.said);
     }
   }
