@@ -19,8 +19,27 @@ using session::Quality;
 
 constexpr int kHalvings = 3;  // of the way to a pre-position that cannot be reached
 
+// A read-back that differs by less from what was commanded is the command in the digits of the
+// controller: both say the same.
+constexpr double kSameCommand_rad = 2e-6;
+constexpr double kSameCommand_mm = 1e-4;
+
 bool is_fault(const Reading& reading) {
   return reading.quality == Quality::kBad && !reading.value_mm;
+}
+
+/// Whether any joint was read back elsewhere than it was told to go.
+bool differs(
+    const geometry::RobotModel& robot, const Eigen::VectorXd& read,
+    const Eigen::VectorXd& command) {
+  if (read.size() != command.size() || read.size() != robot.joint_count()) return false;
+  for (Eigen::Index i = 0; i < read.size(); ++i) {
+    const auto& joint = robot.joints[static_cast<std::size_t>(i)];
+    const bool turns = joint.kind == geometry::JointKind::kRevolute;
+    const double same = turns ? kSameCommand_rad : kSameCommand_mm;
+    if (std::abs(read[i] - command[i]) > same) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -326,6 +345,9 @@ Collector::Outcome Collector::store(
   sample.repeat = point.repeat;
   sample.time_utc = clock_.now_utc();
   sample.q = state.q;
+  if (!robot_.by_hand() && differs(*rig_.robot.model, state.q, point.q)) {
+    sample.q_command = point.q;
+  }
   sample.target_mm = point.target_mm;
   sample.approach.assign(last_move_.begin(), last_move_.end());
   sample.temperature_c = state.temperature_c;

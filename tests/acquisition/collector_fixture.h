@@ -33,6 +33,7 @@ class FakeRobot final : public RobotPort {
     }
     clock_.sleep_for(std::chrono::milliseconds(100), stop);
     now.q = q;
+    if (on_read) on_read(now.q);
     now.motion = Motion::kInPosition;
     now.temperature_c = 21.5;
     arrived_at = clock_.monotonic();
@@ -44,6 +45,7 @@ class FakeRobot final : public RobotPort {
   std::vector<Eigen::Vector2d> commands;
   std::function<std::optional<RobotFault>(std::size_t command)> on_move;
   std::optional<RobotFault> state_fault;
+  std::function<void(Eigen::VectorXd& q)> on_read;  // what its encoders make of a command
 
  private:
   Clock& clock_;

@@ -54,6 +54,24 @@ TEST_F(Collecting, EveryPointOfThePlanIsStoredOnceInOrder) {
   EXPECT_NEAR(*progress_.back().eta_s, 0.0, kExact);
 }
 
+TEST_F(Collecting, WhatWasCommandedIsKeptWhereTheReadBackIsElsewhere) {
+  // The controller stops short of points 2 and 4, and says so; of the others it gives the
+  // command in its own digits.
+  robot_.on_read = [this](Eigen::VectorXd& q) {
+    const std::size_t point = robot_.commands.size() - 1;
+    q[1] += point == 2 || point == 4 ? 5e-4 : 7e-7;
+  };
+  EXPECT_EQ(run().stored, 6u);
+  for (const auto& each : stored_) {
+    const auto& planned = plan_.points[each.plan_index];
+    const bool short_of_it = each.plan_index == 2 || each.plan_index == 4;
+    ASSERT_EQ(each.sample.q_command.size(), short_of_it ? 2 : 0) << each.plan_index;
+    if (!short_of_it) continue;
+    EXPECT_EQ(each.sample.q_command, planned.q);
+    EXPECT_NEAR(each.sample.q[1], planned.q[1] + 5e-4, kExact);
+  }
+}
+
 TEST_F(Collecting, APointIsStoredBeforeTheRobotGoesToTheNext) {
   on_store_ = [&](const CollectedSample& sample) {
     EXPECT_EQ(robot_.commands.size(), sample.plan_index + 1);
