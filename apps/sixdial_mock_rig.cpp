@@ -31,11 +31,14 @@ namespace {
 
 using namespace sixdial;
 
+constexpr const char* kRegisters = "modbus";
+
 struct Arguments {
   mock_devices::MockRigOptions rig;
   std::string rig_file;
   std::string write_rig;
   std::string robot = "table2";
+  std::string controller = kRegisters;
   std::optional<double> clamp_deg;
   std::vector<std::string> hide;
   std::optional<std::uint64_t> hide_seed;
@@ -103,6 +106,23 @@ void make_world(Arguments& arguments) {
   }
 }
 
+void add_controller(CLI::App& app, Arguments& arguments) {
+  std::vector<std::string> names{kRegisters};
+  for (const std::string_view each : mock_devices::served_controllers()) {
+    names.emplace_back(each);
+  }
+  app.add_option(
+         "--robot-controller", arguments.controller,
+         "What moves the robot: registers on Modbus TCP, a firmware that takes G-code on a TCP "
+         "port (grbl, marlin, klipper), Klipper's API socket, or LinuxCNC's remote")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  app.add_option(
+      "--robot-link", arguments.rig.robot_link,
+      "Of klipper-socket: its socket, else one in the temporary folder; of grbl, marlin and "
+      "klipper: link to a pseudo-terminal beside the port");
+}
+
 void add_options(CLI::App& app, Arguments& arguments) {
   mock_devices::MockRigOptions& rig = arguments.rig;
   mock_devices::World& world = rig.world;
@@ -111,7 +131,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--address", rig.address, "Loopback address to listen on")
       ->capture_default_str();
   app.add_option("--dial-port", rig.dial_port, "Modbus TCP port of the six dials, 0: any free");
-  app.add_option("--robot-port", rig.robot_port, "Modbus TCP port of the robot, 0: any free");
+  app.add_option("--robot-port", rig.robot_port, "TCP port of the robot, 0: any free");
+  add_controller(app, arguments);
   app.add_option("--pty-dir", rig.pty_directory, "Folder for links to the serial dials");
   app.add_option("--dialects", rig.dialects, "Serial dialects: mux10 sylvac mahr mw modbus_rtu")
       ->delimiter(',');
@@ -154,7 +175,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option(
       "--write-rig", arguments.write_rig,
-      "When ready, write a rig file here that leads to this rig's Modbus TCP ports");
+      "When ready, write a rig file here that leads to this rig's ports");
   app.add_flag(
       "--workshop", arguments.workshop,
       "A rig as rigs are, drawn from the seed: dials that stand a little elsewhere than the "
@@ -220,13 +241,27 @@ void write_session(const Arguments& arguments) {
       arguments.file, arguments.rig.start_time);
 }
 
+/// Where the robot's controller is: its port, 0 where it has a socket file, and what rig.toml
+/// says of it.
+template <typename Mock>
+void add_robot(const Mock& mock, nlohmann::ordered_json& line) {
+  if constexpr (requires { mock.ports(); }) {
+    line["robot_port"] = mock.ports().robot;
+  } else {
+    line["robot_port"] = mock.robot_port();
+  }
+  line["robot_connection"] = mock.robot_connection();
+  const std::string serial = mock.robot_serial_connection();
+  if (!serial.empty()) line["robot_serial_connection"] = serial;
+}
+
 std::string ready_line(const mock_devices::MockRig& rig, const Arguments& arguments) {
   const mock_devices::MockPorts ports = rig.ports();
   nlohmann::ordered_json line;
   line["ready"] = true;
   line["address"] = arguments.rig.address;
   line["dial_port"] = ports.dials;
-  line["robot_port"] = ports.robot;
+  add_robot(rig, line);
   line["serial"] = nlohmann::ordered_json::object();
   for (const auto& [name, path] : ports.serial) line["serial"][name] = path.string();
   line["speed"] = arguments.rig.clock_speed;
@@ -241,7 +276,7 @@ std::string ready_line(const mock_devices::MockArm& arm, const Arguments& argume
   line["ready"] = true;
   line["address"] = arguments.rig.address;
   line["dial_port"] = arm.dial_port();
-  line["robot_port"] = arm.robot_port();
+  add_robot(arm, line);
   line["speed"] = arguments.rig.clock_speed;
   line["start_time"] = arguments.rig.start_time;
   line["now"] = mock_devices::iso8601(arm.utc_ms());
@@ -289,7 +324,9 @@ int run_arm(const Arguments& arguments, const sigset_t& signals) {
        .start_time = arguments.rig.start_time,
        .address = arguments.rig.address,
        .dial_port = arguments.rig.dial_port,
-       .robot_port = arguments.rig.robot_port});
+       .robot_port = arguments.rig.robot_port,
+       .robot_controller = arguments.rig.robot_controller,
+       .robot_link = arguments.rig.robot_link});
   arm.start();
   if (!arguments.write_rig.empty())
     write_text(arguments.write_rig, arm.rig_text(), "--write-rig");
@@ -329,6 +366,9 @@ int main(int argc, char** argv) {
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    if (arguments.controller != kRegisters) {
+      arguments.rig.robot_controller = arguments.controller;
+    }
     if (arguments.robot == kArm) return run_arm(arguments, signals);
     if (!arguments.fill.empty()) {
       fill_sockets(arguments.fill, arguments.rig.world.seed);

@@ -100,7 +100,8 @@ RobotCalls ArmBench::robot_port() {
       .report = [this] { return robot(); },
       .start = [this](const VectorXd& q_rad, int percent) { start_move(q_rad, percent); },
       .stop = [this] { stop(); },
-      .joints = setting_.world.nominal.size()};
+      .joints = setting_.world.nominal.size(),
+      .follow = [this](const VectorXd& q_rad, double seconds) { follow(q_rad, seconds); }};
 }
 
 const ArmBench::Leg& ArmBench::leg_at(double time_s) const {
@@ -125,25 +126,39 @@ Vector3d ArmBench::tool(double time_s) const {
 
 bool ArmBench::start_move(const VectorXd& q_rad, int speed_percent) {
   const std::lock_guard lock(mutex_);
+  const VectorXd target =
+      (q_rad / kEncoderStep_rad).array().round().matrix() * kEncoderStep_rad;
+  const double share = std::clamp(speed_percent, 1, 100) / 100.0;
+  return set_off(target, setting_.motion, share, false, seconds_());
+}
+
+bool ArmBench::follow(const VectorXd& q_rad, double seconds) {
+  const std::lock_guard lock(mutex_);
   const double time_s = seconds_();
+  const VectorXd here = leg_at(time_s).move.at(time_s);
+  if (q_rad.size() != here.size()) return false;
+  const bool goes_on = time_s < legs_.back().move.end_s();
+  return set_off(q_rad, limits_of_move(here, q_rad, seconds), 1.0, goes_on, time_s);
+}
+
+bool ArmBench::set_off(
+    const VectorXd& target, const MotionLimits& limits, double share, bool goes_on,
+    double time_s) {
   const VectorXd here = leg_at(time_s).move.at(time_s);
   const double most = setting_.world.range_rad + kBeyond_rad;
   legs_.back().move.cut(time_s);
-  if (q_rad.size() != here.size() || !(q_rad.cwiseAbs().maxCoeff() <= most)) {
+  if (target.size() != here.size() || !(target.cwiseAbs().maxCoeff() <= most)) {
     fault_ = RobotFault::kOutOfReach;
     return false;
   }
-  const VectorXd target =
-      (q_rad / kEncoderStep_rad).array().round().matrix() * kEncoderStep_rad;
   VectorXd approach = legs_.back().approach;
   for (Index j = 0; j < target.size(); ++j) {
     const double way = target[j] - here[j];
     if (std::abs(way) > kEncoderStep_rad / 2) approach[j] = way > 0 ? 1.0 : -1.0;
   }
-  const double share = std::clamp(speed_percent, 1, 100) / 100.0;
-  legs_.push_back({Move(here, target, time_s, setting_.motion, share), std::move(approach)});
+  legs_.push_back({Move(here, target, time_s, limits, share), std::move(approach)});
   if (legs_.size() > kKeptMoves) legs_.pop_front();
-  ++moves_;
+  if (!goes_on) ++moves_;
   fault_ = RobotFault::kNone;
   return true;
 }

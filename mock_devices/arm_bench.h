@@ -42,6 +42,9 @@ class ArmBench final : public Bench {
   [[nodiscard]] RobotReport robot() const;
   /// False: out of its range, and it stays where it is.
   bool start_move(const Eigen::VectorXd& q_rad, int speed_percent);
+  /// As another controller moves it: there in so many seconds, at constant speed. A move that
+  /// is still going on goes on: it counts as one.
+  bool follow(const Eigen::VectorXd& q_rad, double seconds);
   void stop();
   /// What nobody may see through the cables: the wire's true length.
   [[nodiscard]] double true_length_mm(std::size_t wire) const;
@@ -55,6 +58,10 @@ class ArmBench final : public Bench {
     Move move;
     Eigen::VectorXd approach;  // of each joint, -1, 0, 1
   };
+  /// With the lock held.
+  bool set_off(
+      const Eigen::VectorXd& target, const MotionLimits& limits, double share, bool goes_on,
+      double time_s);
   [[nodiscard]] const Leg& leg_at(double time_s) const;
   [[nodiscard]] Eigen::Vector3d tool(double time_s) const;
   [[nodiscard]] double temperature_c(double time_s) const;

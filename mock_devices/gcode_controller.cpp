@@ -27,7 +27,9 @@ std::optional<double> word_value(const std::string& line, char letter) {
 }  // namespace
 
 GcodeController::GcodeController(GcodeMachine machine)
-    : machine_(std::move(machine)), at_(machine_.axes.size(), 0.0) {}
+    : machine_(std::move(machine)), at_(machine_.begins_at) {
+  at_.resize(machine_.axes.size(), 0.0);
+}
 
 double GcodeController::end_s() const {
   return segments_.empty() ? 0.0 : segments_.back().end_s;
@@ -72,7 +74,8 @@ void GcodeController::restart(double time_s) {
   segments_.clear();
   out_.clear();
   in_.clear();
-  std::fill(at_.begin(), at_.end(), 0.0);
+  at_ = machine_.begins_at;
+  at_.resize(machine_.axes.size(), 0.0);
   held_ = alarm_ = dead_ = relative_ = false;
   greet(time_s);
 }

@@ -21,7 +21,8 @@ struct GcodeMachine {
   double work_offset = 0.0;
   /// A motor's step: positions are multiples of it. 0: none.
   double step = 0.0;
-  double before_ok_s = 0.0;  // it thinks so long before it answers a line
+  double before_ok_s = 0.0;         // it thinks so long before it answers a line
+  std::vector<double> begins_at{};  // where each axis stands when it is switched on; empty: 0
 };
 
 class GcodeController {

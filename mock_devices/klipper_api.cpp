@@ -37,7 +37,11 @@ Json error_object(const std::string& words) {
 }  // namespace
 
 KlipperApi::KlipperApi(KlipperMachine machine)
-    : machine_(std::move(machine)), track_(machine_.offset) {}
+    : machine_(std::move(machine)), track_([this] {
+        std::vector<double> at = machine_.offset;
+        for (std::size_t i = 0; i < at.size(); ++i) at[i] += machine_.begins_at[i];
+        return at;
+      }()) {}
 
 void KlipperApi::connected(int client, double) {
   in_[client].clear();

@@ -24,6 +24,7 @@ struct KlipperMachine {
   std::string print_state = "standby";  // of the file that it prints
   std::string state = "ready";
   std::string state_message = "Printer is ready";
+  std::vector<double> begins_at{0.0, 0.0, 0.0};  // in the coordinates of commands
 };
 
 class KlipperApi final : public SocketMachine {

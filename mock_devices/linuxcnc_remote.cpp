@@ -45,7 +45,11 @@ bool is_taken_when_off(const std::string& name) {
 }  // namespace
 
 LinuxCncRemote::LinuxCncRemote(LinuxCncMachine machine)
-    : machine_(std::move(machine)), track_(std::vector<double>(kAxes.size(), 0.0)) {}
+    : machine_(std::move(machine)), track_([this] {
+        std::vector<double> at = machine_.begins_at;
+        at.resize(kAxes.size(), 0.0);
+        return at;
+      }()) {}
 
 void LinuxCncRemote::connected(int client, double) { clients_[client] = {}; }
 void LinuxCncRemote::gone(int client) {

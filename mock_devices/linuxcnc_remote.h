@@ -27,6 +27,7 @@ struct LinuxCncMachine {
   bool old = false;
   bool waits_done = false;  // another client has set it so
   std::string password = "EMC", enable = "EMCTOO";
+  std::vector<double> begins_at{};  // each axis, in the machine's coordinates; empty: 0
 };
 
 class LinuxCncRemote final : public SocketMachine {

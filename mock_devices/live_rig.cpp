@@ -85,11 +85,25 @@ Vector2d LiveRig::last_travel(const Moment& now) const {
 }
 
 bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s) {
-  advance(time_s);
-  const Vector2d here = leg_at(time_s).move.at(time_s);
   const double step = habits_.encoder_step_rad;
   const Vector2d target =
       step > 0.0 ? Vector2d((q_rad / step).array().round().matrix() * step) : q_rad;
+  const double share = std::clamp(speed_percent, 1, 100) / 100.0;
+  return set_off(target, habits_.motion, share, false, time_s);
+}
+
+bool LiveRig::follow(const Vector2d& q_rad, double seconds, double time_s) {
+  const bool goes_on = time_s < legs_.back().move.end_s();
+  const Vector2d here = leg_at(time_s).move.at(time_s);
+  return set_off(q_rad, limits_of_move(here, q_rad, seconds), 1.0, goes_on, time_s);
+}
+
+bool LiveRig::set_off(
+    const Vector2d& target, const MotionLimits& limits, double share, bool goes_on,
+    double time_s) {
+  advance(time_s);
+  const Vector2d here = leg_at(time_s).move.at(time_s);
+  const double step = habits_.encoder_step_rad;
   const geometry::Robot& robot = model_.world().rig.robot;
   const geometry::Assembly assembly = assembly_for(target);
   const auto mode_here =
@@ -107,16 +121,17 @@ bool LiveRig::start_move(const Vector2d& q_rad, int speed_percent, double time_s
       return false;
     }
   }
-  for (Dial& dial : dials_) dial.before_move_mm = dial.face.value_mm;
+  if (!goes_on) {
+    for (Dial& dial : dials_) dial.before_move_mm = dial.face.value_mm;
+  }
   for (std::size_t joint = 0; joint < 2; ++joint) {
     const double way = (target - here)[static_cast<Eigen::Index>(joint)];
     if (std::abs(way) > step / 2) approach_[joint] = way > 0 ? 1 : -1;
   }
   legs_.back().move.cut(time_s);
-  const double share = std::clamp(speed_percent, 1, 100) / 100.0;
-  legs_.push_back({Move(here, target, time_s, habits_.motion, share), assembly, changes_mode});
+  legs_.push_back({Move(here, target, time_s, limits, share), assembly, changes_mode});
   if (legs_.size() > kKeptMoves) legs_.pop_front();
-  ++moves_started_;
+  if (!goes_on) ++moves_started_;
   fault_ = RobotFault::kNone;
   resting_state_ = MotionState::kInPosition;
   return true;

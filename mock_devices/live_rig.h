@@ -51,6 +51,9 @@ class LiveRig {
   /// A move into another working mode passes singular poses: an operator helps the legs across,
   /// so only its end must be in reach, and the tool ends on the dials' side of the elbows.
   bool start_move(const Eigen::Vector2d& q_rad, int speed_percent, double time_s);
+  /// As another controller moves it: there in so many seconds, at constant speed. A move that
+  /// is still going on goes on: it counts as one. False as start_move.
+  bool follow(const Eigen::Vector2d& q_rad, double seconds, double time_s);
   void stop(double time_s);
   [[nodiscard]] RobotReport robot(double time_s) const;
   [[nodiscard]] DialFace dial(std::size_t name, double time_s);
@@ -74,6 +77,9 @@ class LiveRig {
     double before_move_mm = 0.0;
   };
 
+  bool set_off(
+      const Eigen::Vector2d& target, const MotionLimits& limits, double share, bool goes_on,
+      double time_s);
   [[nodiscard]] Moment moment(double time_s) const;
   /// Direction in W of the tool's last real move, zero before the first.
   [[nodiscard]] Eigen::Vector2d last_travel(const Moment& now) const;

@@ -84,11 +84,21 @@ MockArm::MockArm(MockArmOptions options)
 
 void MockArm::start() {
   if (wire_) return;
+  const bool registers = options_.robot_controller.empty();
+  if (!registers) {
+    served_ = std::make_unique<ServedController>(
+        bench_, ServedControllerOptions{
+                    .name = options_.robot_controller,
+                    .address = options_.address,
+                    .port = options_.robot_port,
+                    .link = options_.robot_link,
+                    .speed = options_.clock_speed});
+  }
   wire_ = std::make_unique<Wire>(
       bench_, WireOptions{
                   .address = options_.address,
                   .dial_port = options_.dial_port,
-                  .robot_port = options_.robot_port,
+                  .robot_port = registers ? options_.robot_port : std::uint16_t{0},
                   .pty_directory = {},
                   .dialects = {},
                   .speed = options_.clock_speed});
@@ -99,15 +109,23 @@ const Wire& MockArm::wire() const {
   return *wire_;
 }
 std::uint16_t MockArm::dial_port() const { return wire().dial_port(); }
-std::uint16_t MockArm::robot_port() const { return wire().robot_port(); }
+std::uint16_t MockArm::robot_port() const {
+  return served_ ? served_->port() : wire().robot_port();
+}
+std::string MockArm::robot_connection() const {
+  if (served_) return served_->connection();
+  return fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, robot_port());
+}
+std::string MockArm::robot_serial_connection() const {
+  return served_ ? served_->serial_connection() : "";
+}
 
 std::string MockArm::rig_text() const {
   // The counter of scans stands behind the status words.
   return bench_.rig_text(
-      fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, robot_port()),
-      fmt::format(
-          "modbus-tcp://{}:{}?unit=1&counter={}", options_.address, dial_port(),
-          100 + bench_.dial_ids().size()));
+      robot_connection(), fmt::format(
+                              "modbus-tcp://{}:{}?unit=1&counter={}", options_.address,
+                              dial_port(), 100 + bench_.dial_ids().size()));
 }
 
 }  // namespace sixdial::mock_devices

@@ -7,12 +7,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "mock_devices/arm_bench.h"
 #include "mock_devices/rig_bench.h"
+#include "mock_devices/served_controller.h"
 #include "mock_devices/wire.h"
 
 namespace sixdial::mock_devices {
@@ -32,17 +34,25 @@ struct MockArmOptions {
   std::string address = "127.0.0.1";
   std::uint16_t dial_port = 0;  // 0: any free one
   std::uint16_t robot_port = 0;
+  /// Of served_controller.h; empty: the controller with registers.
+  std::string robot_controller{};
+  std::filesystem::path robot_link{};  // of that controller
 };
 
 class MockArm {
  public:
   explicit MockArm(MockArmOptions options);
 
-  /// Opens the ports; mock time starts with construction. Throws std::system_error.
+  /// Opens the ports; mock time starts with construction. Throws std::system_error, and
+  /// std::invalid_argument for a controller that cannot move so many joints.
   void start();
   /// Throws std::logic_error unless started.
   [[nodiscard]] std::uint16_t dial_port() const;
-  [[nodiscard]] std::uint16_t robot_port() const;
+  [[nodiscard]] std::uint16_t robot_port() const;  // 0: it has a socket file
+  /// Of the robot's controller, in rig.toml's words.
+  [[nodiscard]] std::string robot_connection() const;
+  /// By its pseudo-terminal; empty: it has none.
+  [[nodiscard]] std::string robot_serial_connection() const;
   /// rig.toml that leads to its ports.
   [[nodiscard]] std::string rig_text() const;
   [[nodiscard]] std::int64_t utc_ms() const { return clock_.utc_ms(); }
@@ -55,6 +65,7 @@ class MockArm {
   MockClock clock_;
   ArmBench bench_;
   std::unique_ptr<Wire> wire_;
+  std::unique_ptr<ServedController> served_;
 };
 
 }  // namespace sixdial::mock_devices

@@ -28,28 +28,49 @@ MockRig::~MockRig() { stop(); }
 
 void MockRig::start() {
   if (wire_) return;
+  const bool registers = options_.robot_controller.empty();
+  if (!registers) {
+    served_ = std::make_unique<ServedController>(
+        bench_, ServedControllerOptions{
+                    .name = options_.robot_controller,
+                    .address = options_.address,
+                    .port = options_.robot_port,
+                    .link = options_.robot_link,
+                    .speed = options_.clock_speed});
+  }
   wire_ = std::make_unique<Wire>(
       bench_, WireOptions{
                   .address = options_.address,
                   .dial_port = options_.dial_port,
-                  .robot_port = options_.robot_port,
+                  .robot_port = registers ? options_.robot_port : std::uint16_t{0},
                   .pty_directory = options_.pty_directory,
                   .dialects = options_.dialects,
                   .rtu_baud = options_.rtu_baud,
                   .speed = options_.clock_speed});
 }
 
-void MockRig::stop() { wire_.reset(); }
+void MockRig::stop() {
+  served_.reset();
+  wire_.reset();
+}
 
 MockPorts MockRig::ports() const {
   if (!wire_) throw std::logic_error("the mock rig is not started, it has no ports");
-  return {wire_->dial_port(), wire_->robot_port(), wire_->serial()};
+  return {wire_->dial_port(), served_ ? served_->port() : wire_->robot_port(), wire_->serial()};
+}
+
+std::string MockRig::robot_connection() const {
+  if (served_) return served_->connection();
+  return fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, ports().robot);
+}
+std::string MockRig::robot_serial_connection() const {
+  return served_ ? served_->serial_connection() : "";
 }
 
 geometry::Rig MockRig::connected_rig(const std::string& kind) const {
   const MockPorts open = ports();
   geometry::Rig rig = options_.world.rig;
-  rig.robot.connection = fmt::format("modbus-tcp://{}:{}?unit=1", options_.address, open.robot);
+  rig.robot.connection = robot_connection();
   for (std::size_t i = 0; i < rig.dials.size(); ++i) {
     std::string& connection = rig.dials[i].connection;
     if (kind == kTcpConnection) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "mock_devices/rig_bench.h"
+#include "mock_devices/served_controller.h"
 #include "mock_devices/wire.h"
 #include "mock_devices/world.h"
 
@@ -30,11 +31,14 @@ struct MockRigOptions {
   std::filesystem::path pty_directory;  // empty: no serial lines
   std::vector<std::string> dialects{"mux10", "sylvac"};
   int rtu_baud = 19200;  // of the gauge box on modbus_rtu
+  /// Of served_controller.h; empty: the controller with registers.
+  std::string robot_controller{};
+  std::filesystem::path robot_link{};  // of that controller
 };
 
 struct MockPorts {
   std::uint16_t dials = 0;
-  std::uint16_t robot = 0;
+  std::uint16_t robot = 0;                              // 0: it has a socket file
   std::map<std::string, std::filesystem::path> serial;  // "mux10", "sylvac_A", ...
 };
 
@@ -56,6 +60,10 @@ class MockRig {
   /// The nominal rig with `connection` filled in: "modbus-tcp", or the name of a serial dialect
   /// that is served.
   [[nodiscard]] geometry::Rig connected_rig(const std::string& kind) const;
+  /// Of the robot's controller, in rig.toml's words.
+  [[nodiscard]] std::string robot_connection() const;
+  /// By its pseudo-terminal; empty: it has none.
+  [[nodiscard]] std::string robot_serial_connection() const;
 
   /// Mock seconds since construction, and mock UTC.
   [[nodiscard]] double seconds() const { return clock_.seconds(); }
@@ -76,6 +84,7 @@ class MockRig {
   MockClock clock_;
   RigBench bench_;
   std::unique_ptr<Wire> wire_;
+  std::unique_ptr<ServedController> served_;
 };
 
 }  // namespace sixdial::mock_devices

@@ -5,6 +5,15 @@
 
 namespace sixdial::mock_devices {
 
+MotionLimits limits_of_move(
+    const Eigen::VectorXd& from_rad, const Eigen::VectorXd& to_rad, double seconds) {
+  constexpr double kShortest_s = 1e-3;
+  const double way_rad = (to_rad - from_rad).cwiseAbs().maxCoeff();
+  return {
+      .speed_rad_s = way_rad / std::max(seconds, kShortest_s),
+      .acceleration_rad_s2 = std::numeric_limits<double>::infinity()};
+}
+
 Move::Move(
     const Eigen::VectorXd& from_rad, const Eigen::VectorXd& to_rad, double start_s,
     const MotionLimits& limits, double share)

@@ -12,6 +12,9 @@ struct MotionLimits {
   double speed_rad_s = 0.8;
   double acceleration_rad_s2 = 4.0;  // infinite gives constant speed
 };
+/// A move that takes so many seconds, at constant speed, as a machine makes that takes G-code.
+[[nodiscard]] MotionLimits limits_of_move(
+    const Eigen::VectorXd& from_rad, const Eigen::VectorXd& to_rad, double seconds);
 
 class Move {
  public:

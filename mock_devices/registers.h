@@ -44,6 +44,8 @@ struct RobotCalls {
   std::function<void(const Eigen::VectorXd& q_rad, int speed_percent)> start;
   std::function<void()> stop;
   std::size_t joints = 2;
+  /// As another controller moves it: to these joint values in so many seconds.
+  std::function<void(const Eigen::VectorXd& q_rad, double seconds)> follow{};
 };
 
 /// Of n joints: holding 0..2n-1 targets, then command and speed; input 0..2n-1 actual values,

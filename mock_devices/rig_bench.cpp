@@ -71,6 +71,11 @@ RobotCalls RigBench::robot_port() {
           [this] {
             const std::lock_guard lock(mutex_);
             live_.stop(seconds_());
+          },
+      .follow =
+          [this](const Eigen::VectorXd& q_rad, double seconds) {
+            const std::lock_guard lock(mutex_);
+            live_.follow(q_rad, seconds, seconds_());
           }};
 }
 

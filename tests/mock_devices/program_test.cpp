@@ -113,6 +113,36 @@ TEST_F(MockProgram, ServesAnArmUnderDrawWires) {
   EXPECT_EQ(program.wait(), 0);
 }
 
+TEST_F(MockProgram, ServesAnotherControllerAndSaysHowToConnect) {
+  const std::string rig = (folder_ / "rig.toml").string();
+  const std::string line = (folder_ / "grbl").string();
+  Program program({"--robot-controller", "grbl", "--robot-link", line, "--write-rig", rig});
+  const auto ready = nlohmann::json::parse(program.line());
+  const auto connection = ready["robot_connection"].get<std::string>();
+  EXPECT_EQ(
+      connection, "gcode-tcp:127.0.0.1:" + std::to_string(ready["robot_port"].get<int>()) +
+                      "?dialect=grbl");
+  EXPECT_EQ(ready["robot_serial_connection"], "gcode-serial:" + line + "?dialect=grbl");
+  std::stringstream text;
+  text << std::ifstream(rig).rdbuf();
+  EXPECT_NE(text.str().find(connection), std::string::npos);
+  Port grbl(Port::serial(line));
+  grbl.send("?");
+  const std::string status =
+      grbl.read_until([](const std::string& got) { return got.ends_with(">\r\n"); });
+  EXPECT_NE(status.find("<Idle|MPos:"), std::string::npos) << status;
+  ASSERT_EQ(::kill(program.pid, SIGTERM), 0);
+  EXPECT_EQ(program.wait(), 0);
+}
+
+TEST_F(MockProgram, AControllerThatCannotMoveAllJointsIsToldFromTheStart) {
+  Program program(
+      {"--robot", "serial", "--joints", "6", "--robot-controller", "klipper-socket"});
+  const std::string line = program.line();
+  EXPECT_NE(line.find("klipper-socket moves 3 axes at most"), std::string::npos) << line;
+  EXPECT_EQ(program.wait(), 1);
+}
+
 TEST_F(MockProgram, SaysWhatIsWrongWithAnEffectAndFails) {
   Program program({"--hide", "joint_backlash:joint3:0.001"});
   const std::string line = program.line();
