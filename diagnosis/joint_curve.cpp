@@ -99,7 +99,10 @@ std::vector<JointCurve> find_joint_curves(
   if (readings.axes() < 3) return {};
   CurvesFirst search(readings, settings);
   if (!search.run()) return {};
-  return search.curves();
+  std::vector<JointCurve> curves = search.curves();
+  // What may as well be nothing stays a smooth function without a name.
+  std::erase_if(curves, [](const JointCurve& each) { return !is_for_sure(each); });
+  return curves;
 }
 
 }  // namespace sixdial::diagnosis

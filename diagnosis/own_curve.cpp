@@ -172,6 +172,10 @@ bool may_be_part_of_curve(const simulation::Effect& effect) {
 
 }  // namespace
 
+bool is_for_sure(const JointCurve& curve) {
+  return curve.half_span > kForSure * curve.half_span_sd;
+}
+
 void hold_against_sham(
     const Readings& readings, const JointFit& without, const NamingSettings& settings,
     JointCurve& curve) {
@@ -249,7 +253,7 @@ void tell_smooth_apart(
   for (const auto& [joint, place_and_group] : of_joint) {
     const auto& [place, group] = place_and_group;
     JointCurve curve = curve_of_joint(readings, found, place, group);
-    if (!(curve.half_span > kForSure * curve.half_span_sd)) continue;
+    if (!is_for_sure(curve)) continue;
     weigh(readings, search, settings, found, group, curve);
     hold_against_sham(
         readings, search.without_unknown(found, group.front()).fit, settings, curve);

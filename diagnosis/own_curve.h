@@ -20,6 +20,9 @@ void tell_smooth_apart(
     const Readings& readings, const Explanation& found, const simulation::Place& place,
     const std::vector<std::size_t>& group);
 
+/// Half of its span is more than two of its standard deviations.
+[[nodiscard]] bool is_for_sure(const JointCurve& curve);
+
 /// A curve of the same size drawn against another joint's value is what flexibility alone
 /// gains: the name has to do clearly better, or is tied with that. `without`: a fit without the
 /// curve.
