@@ -135,11 +135,16 @@ class Diagnoser {
   void confirm_and_judge() {
     sides_ = split(readings_);
     enough_g1_ = sides_->fitted.count() >= fewest_;
-    constexpr int kBoth = 2;
-    calibration::in_parallel(kBoth, [&](int part) {
+    const bool anything = !found().findings.empty() || found().swap || found().rig_geometry ||
+                          !found().dial_curves.empty() || !found().joint_curves.empty();
+    const bool asks_g1 = enough_g1_ && anything;
+    // More threads than two are better shared by the parts of each.
+    const bool both = asks_g1 && calibration::crew_size() == 2;
+    calibration::in_parallel(both ? 2 : 1, [&](int part) {
       if (part == 0) {
-        name_on_g1();
-      } else {
+        if (asks_g1) name_on_g1();
+      }
+      if (part == 1 || !both) {
         describe_remainder();
         judge_on_g2();
       }
@@ -147,15 +152,11 @@ class Diagnoser {
   }
 
   void name_on_g1() {
-    const bool anything = !found().findings.empty() || found().swap || found().rig_geometry ||
-                          !found().dial_curves.empty() || !found().joint_curves.empty();
-    if (enough_g1_ && anything) {
-      // An exchange has to show itself there too.
-      const bool set_right = found().swap || found().joints_set_right;
-      Readings on_g1 =
-          (set_right ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
-      alone_ = diagnosis::name_causes(on_g1, settings_.search);
-    }
+    // An exchange has to show itself there too.
+    const bool set_right = found().swap || found().joints_set_right;
+    Readings on_g1 =
+        (set_right ? split(measured_).fitted : sides_->fitted).allowing_rig(std::nullopt);
+    alone_ = diagnosis::name_causes(on_g1, settings_.search);
   }
 
   /// A curve is confirmed where G1 alone names it and G2 alone shows that something smooth goes

@@ -102,7 +102,8 @@ Explanation best_of_growing(
     // Nearly every round asks for both: something smooth, and the next name.
     Explanation smooth;
     std::optional<Explanation> next;
-    const bool ahead = calibration::crew_size() > 1 && round < settings.most_causes;
+    // More threads than two are better shared by the parts of each.
+    const bool ahead = calibration::crew_size() == 2 && round < settings.most_causes;
     calibration::in_parallel(ahead ? 2 : 1, [&](int part) {
       if (part == 0) {
         smooth = search.with_unknown(names);

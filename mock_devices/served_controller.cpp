@@ -23,12 +23,9 @@
 namespace sixdial::mock_devices {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr std::string_view kAxes = "XYZABCUVW";
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kTravel_deg = 360.0;  // of each axis, to either side
-constexpr auto kLooks_every = 2ms;     // at the machine's axes
 
 enum class Cable { kGcode, kKlipperSocket, kLinuxCnc };
 
@@ -62,57 +59,60 @@ const Kind& kind_of(const std::string& name, std::size_t joints) {
   return *found;
 }
 
-/// Where a machine's axes are at its own time, and when that is now.
+/// Where a machine's axes are at its own time.
 using Axes = std::function<std::vector<double>(double time_s)>;
-using Look = std::function<void(const std::function<void(const Axes& axes, double now_s)>&)>;
 
-/// Whatever a machine does with its axes, the joints do after it: where its moves end, and how
-/// long that takes, is seen within two milliseconds.
-class Follower {
+/// A machine whose axes the joints follow: whatever its clients tell it, the joints know before
+/// it answers.
+class Followed final : public SocketMachine {
  public:
-  Follower(Look look, RobotCalls robot)
-      : look_(std::move(look)), robot_(std::move(robot)), thread_([this](auto stop) {
-          while (!stop.stop_requested()) {
-            follow();
-            std::this_thread::sleep_for(kLooks_every);
-          }
-        }) {}
+  Followed(SocketMachine& machine, Axes axes, RobotCalls robot)
+      : machine_(machine), axes_(std::move(axes)), robot_(std::move(robot)) {}
+
+  void connected(int client, double time_s) override { machine_.connected(client, time_s); }
+  void receive(int client, std::string_view bytes, double time_s) override {
+    machine_.receive(client, bytes, time_s);
+    follow(time_s);
+  }
+  std::string due(int client, double time_s) override {
+    std::string said = machine_.due(client, time_s);
+    follow(time_s);
+    return said;
+  }
+  [[nodiscard]] bool hangs_up(int client) const override { return machine_.hangs_up(client); }
+  void gone(int client) override { machine_.gone(client); }
 
  private:
-  void follow() {
-    std::vector<double> end;
-    double left_s = 0.0;
-    look_([&](const Axes& axes, double now_s) {
-      constexpr double kAtLast_s = 1e9;
-      end = axes(now_s + kAtLast_s);
-      end.resize(robot_.joints, 0.0);
-      if (end != end_) left_s = time_left(axes, now_s);
-    });
+  void follow(double now_s) {
+    constexpr double kAtLast_s = 1e9;
+    std::vector<double> end = axes_(now_s + kAtLast_s);
+    end.resize(robot_.joints, 0.0);
     if (end_.empty()) end_ = end;  // as it was switched on
     if (end == end_) return;
+    const double left_s = time_left(now_s);
     end_ = end;
     const Eigen::Map<const Eigen::VectorXd> axes_deg(end.data(), std::ssize(end));
     robot_.follow(axes_deg / kDegPerRad, left_s);
   }
 
   /// Until the axes stand where they will, to a millisecond.
-  [[nodiscard]] double time_left(const Axes& axes, double now_s) const {
+  [[nodiscard]] double time_left(double now_s) const {
     constexpr double kMost_s = 1e6;
-    const std::vector<double> last = axes(now_s + 1e9);
+    const std::vector<double> last = axes_(now_s + 1e9);
     double high = 1e-3;
-    while (high < kMost_s && axes(now_s + high) != last) high *= 2.0;
+    while (high < kMost_s && axes_(now_s + high) != last) high *= 2.0;
     double low = 0.0;
     while (high - low > 1e-3) {
       const double middle = (low + high) / 2.0;
-      (axes(now_s + middle) == last ? high : low) = middle;
+      (axes_(now_s + middle) == last ? high : low) = middle;
     }
     return high;
   }
 
-  Look look_;
+  SocketMachine& machine_;
+  const Axes axes_;
   RobotCalls robot_;
   std::vector<double> end_;  // where the axes stand at last, as it was last seen
-  std::jthread thread_;
 };
 
 std::filesystem::path own_socket() {
@@ -196,12 +196,8 @@ class ServedController::Served {
     cables.address = options_.address;
     cables.port = options_.port;
     cables.speed = options_.speed;
-    socket_.emplace(machine, cables);
-    follower_.emplace(
-        [this, axes = std::move(axes)](const auto& see) {
-          socket_->with([&](double now_s) { see(axes, now_s); });
-        },
-        robot_);
+    followed_.emplace(machine, std::move(axes), robot_);
+    socket_.emplace(*followed_, cables);
   }
 
   RobotCalls robot_;
@@ -212,8 +208,8 @@ class ServedController::Served {
   std::optional<GcodeCable> gcode_;
   std::optional<KlipperApi> klipper_;
   std::optional<LinuxCncRemote> linuxcnc_;
+  std::optional<Followed> followed_;
   std::optional<MachineSocket> socket_;
-  std::optional<Follower> follower_;
 };
 
 std::span<const std::string_view> served_controllers() { return kNames; }

@@ -215,7 +215,8 @@ struct Effect {
 ///   Effect row{.cause = "belt_slip", ...};
 ///   const AddedEffect added(row);  // `row` and the texts it views outlive `added`
 ///
-/// and longer than any study that has seen it. May be used beside running studies.
+/// and longer than any study that has seen it. May be used beside running studies. Several
+/// threads call its functions at once: they must not write what they share.
 class AddedEffect {
  public:
   /// Throws std::invalid_argument if the cause is taken or the row lacks a name, its places or

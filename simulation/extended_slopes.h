@@ -40,7 +40,7 @@ class ExtendedSlopes {
     /// d(reading)/d(...), channels x count. Of a trial with readings only the rows of these
     /// channels are filled: a ball lies in one socket of twenty.
     Eigen::MatrixXd reading;
-    Eigen::MatrixXd tool;     // d(p_WE)/d(...), 3 x count, p_WE after the effects
+    Eigen::MatrixXd tool;  // d(p_WE)/d(...), 3 x count, p_WE after the effects
   };
   /// Of one sample. The scene is left at the sample's own values.
   [[nodiscard]] tl::expected<void, geometry::KinematicTrouble> at(

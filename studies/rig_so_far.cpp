@@ -24,6 +24,10 @@ std::optional<diagnosis::RigFit> fitted(
   PlausibleSession judged = plausible(so_far);
   // Frame or columns are the session's own: what the file says of its dials is not about them.
   if (judged.frame || !judged.dial_of_column.empty()) return std::nullopt;
+  for (std::size_t i = 0; i < so_far.samples.size(); ++i) {
+    // The filter takes joint values as they were read.
+    if (judged.session.samples[i].q != so_far.samples[i].q) return std::nullopt;
+  }
   const auto g1 = session::trials_of(judged.session, "G1");
   add_too_few_poses(judged.warnings, g1, file, {}, {});
   if (why_no_reading_is_judged(judged.warnings)) return std::nullopt;

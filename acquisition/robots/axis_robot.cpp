@@ -17,7 +17,6 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kWrite{500};  // so long a message may take no bytes [wall]
-constexpr milliseconds kTurn{5};     // [wall]
 constexpr double kLargest = 1e6;     // deg, mm
 
 }  // namespace

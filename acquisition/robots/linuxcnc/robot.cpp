@@ -157,21 +157,24 @@ tl::expected<RobotState, RobotFault> LinuxCncRobot::go_to(
 
 tl::expected<void, RobotFault> LinuxCncRobot::halt(const std::stop_token& stop) {
   // Whoever moves it looks whether it stands, and says it again otherwise.
-  if (moving_) stop_asked_ = true;
-  if (!moving_) {
-    if (const auto turn = turn_of_halt()) {
-      if (const auto good = ready(stop); !good) return good;
-      const auto seen = look(stop);
-      if (!seen) return tl::unexpected(seen.error());
-      if (seen->locked) return {};  // nothing moves then
-      if (const auto told = set("abort", "", stop); !told) return told;
-      halted_ = halted_ || seen->program != Program::kIdle;
-      return {};
+  for (;;) {
+    if (moving_) stop_asked_ = true;
+    if (!moving_) {
+      if (const auto turn = turn_of_halt()) {
+        if (const auto good = ready(stop); !good) return good;
+        const auto seen = look(stop);
+        if (!seen) return tl::unexpected(seen.error());
+        if (seen->locked) return {};  // nothing moves then
+        if (const auto told = set("abort", "", stop); !told) return told;
+        halted_ = halted_ || seen->program != Program::kIdle;
+        return {};
+      }
     }
+    const auto told = tell_meanwhile(kAbort);
+    if (!told) return tl::unexpected(told.error());
+    if (*told) return {};
+    std::this_thread::sleep_for(kTurn);  // whoever moves it has just lost the line
   }
-  const auto told = tell_meanwhile(kAbort);
-  if (!told) return tl::unexpected(told.error());
-  return {};
 }
 
 }  // namespace sixdial::acquisition
