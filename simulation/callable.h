@@ -1,6 +1,7 @@
 // A function that a row of a registry names. A row written as a constant names an ordinary
 // function; a row made at run time names an object with data of its own (an interpreter's
-// function, say). Several threads may call it at once. Unlike std::function it can stand in a constinit row and never allocates.
+// function, say). Several threads may call it at once. Unlike std::function it can stand in a
+// constinit row and never allocates.
 //
 //   constinit const Effect effect{.after_kinematics = shift};  // an ordinary function
 //
