@@ -67,7 +67,9 @@ using Axes = std::function<std::vector<double>(double time_s)>;
 class Followed final : public SocketMachine {
  public:
   Followed(SocketMachine& machine, Axes axes, RobotCalls robot)
-      : machine_(machine), axes_(std::move(axes)), robot_(std::move(robot)) {}
+      : machine_(machine), axes_(std::move(axes)), robot_(std::move(robot)) {
+    end_ = ends_at(0.0);  // as it was switched on
+  }
 
   void connected(int client, double time_s) override { machine_.connected(client, time_s); }
   void receive(int client, std::string_view bytes, double time_s) override {
@@ -84,15 +86,18 @@ class Followed final : public SocketMachine {
 
  private:
   void follow(double now_s) {
+    std::vector<double> end = ends_at(now_s);
+    if (end == end_) return;
+    const double left_s = time_left(now_s);
+    end_ = std::move(end);
+    const Eigen::Map<const Eigen::VectorXd> axes_deg(end_.data(), std::ssize(end_));
+    robot_.follow(axes_deg / kDegPerRad, left_s);
+  }
+  [[nodiscard]] std::vector<double> ends_at(double now_s) const {
     constexpr double kAtLast_s = 1e9;
     std::vector<double> end = axes_(now_s + kAtLast_s);
     end.resize(robot_.joints, 0.0);
-    if (end_.empty()) end_ = end;  // as it was switched on
-    if (end == end_) return;
-    const double left_s = time_left(now_s);
-    end_ = end;
-    const Eigen::Map<const Eigen::VectorXd> axes_deg(end.data(), std::ssize(end));
-    robot_.follow(axes_deg / kDegPerRad, left_s);
+    return end;
   }
 
   /// Until the axes stand where they will, to a millisecond.
