@@ -152,7 +152,7 @@ TEST_F(GcodeRobotTest, AFeedHoldAtTheMachineIsAHalt) {
 
 TEST_F(GcodeRobotTest, AHaltThatComesWhileItGetsReadyIsNotLost) {
   for (const auto firmware : {GcodeFirmware::kGrbl, GcodeFirmware::kMarlin}) {
-    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.5});
+    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.12});
     const auto port = robot(twin, "?feed=600");
     std::jthread other([&] {
       EXPECT_TRUE(test::eventually([&] { return twin.socket().connections() == 1; }));
@@ -163,7 +163,8 @@ TEST_F(GcodeRobotTest, AHaltThatComesWhileItGetsReadyIsNotLost) {
     EXPECT_EQ(halted.error().kind, RobotFaultKind::kHalted) << halted.error().detail;
     EXPECT_EQ(twin.position()[2], 0.0);
     other.join();
-    EXPECT_TRUE(port->move_to(Eigen::Vector3d(0, 0, 1), 30s, {})) << "the next one is taken";
+    const auto next = port->move_to(Eigen::Vector3d(0, 0, 1), 30s, {});
+    EXPECT_TRUE(next) << "the next one is taken: " << next.error().detail;
   }
 }
 
