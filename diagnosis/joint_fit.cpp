@@ -113,17 +113,6 @@ EliminatedEquations equations_of(
       e[n + i] = A(n + i, i) * (plausible.at[i] - fit.model[i]);
     }
   }
-  if (const Eigen::Index k = plausible.held.rows(); k > 0) {
-    const Eigen::Index n = A.rows();
-    const Eigen::Index p = plausible.held.cols();
-    A.conservativeResize(n + k, Eigen::NoChange);
-    C.conservativeResize(n + k, Eigen::NoChange);
-    e.conservativeResize(n + k);
-    A.bottomRows(k).setZero();
-    C.bottomRows(k).setZero();
-    A.bottomLeftCorner(k, p) = fit.s_mm * plausible.held;
-    e.tail(k) = A.bottomLeftCorner(k, p) * (plausible.at - fit.model);
-  }
   return {A, C, e, root_of_u, fit.u};
 }
 

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 
 #include "diagnosis/readings.h"
 
@@ -16,22 +15,15 @@ namespace sixdial::diagnosis {
 struct PlausibleRobot {
   Eigen::VectorXd at;  // of the model's numbers [mm, rad]; empty: nothing is assumed
   /// 1 / (standard deviation) [1/mm, 1/rad]; 0: where the robot stands, and what is not its
-  /// own. Empty: of no number.
+  /// own.
   Eigen::VectorXd per_sd;
-  /// The same of sums of numbers, sums x numbers: Readings::held().
-  Eigen::MatrixXd held;
 
   /// Sum of ((x - at) / sd)^2.
   [[nodiscard]] double squares(const simulation::ModelVector& x) const;
 };
 
-/// Of robots in space; in the plane only what the readings are told to hold, as there the poses
-/// of most sessions determine all. `numbers`: of the model, the robot's first.
+/// Of robots in space; in the plane the poses of a session determine all. `numbers`: of the
+/// model, the robot's first.
 [[nodiscard]] PlausibleRobot plausible_robot(const Readings& readings, Eigen::Index numbers);
-
-/// Directions of the robot's numbers that these trials leave open, as `calibrate` would hold
-/// them (calibration/identifiability.h), for Readings::hold(); none: 0 x 0. `rig`: with dials.
-[[nodiscard]] Eigen::MatrixXd open_directions(
-    std::span<const simulation::Trial> trials, const simulation::ForwardModel& model);
 
 }  // namespace sixdial::diagnosis

@@ -109,11 +109,6 @@ class Readings {
   [[nodiscard]] const std::vector<std::shared_ptr<const ScatterColumns>>& shareable() const {
     return shareable_;
   }
-  /// Sums of the model's numbers that every fit holds where they are in nominal(), sums x
-  /// numbers, each row over the standard deviation that it is held to (plausible_robot.h); 0 x
-  /// 0: none.
-  void hold(Eigen::MatrixXd sums) { held_ = std::move(sums); }
-  [[nodiscard]] const Eigen::MatrixXd& held() const { return held_; }
   /// The one of the same kind as another session's; null if there is none.
   [[nodiscard]] std::shared_ptr<const ScatterColumns> shareable_like(
       const ScatterColumns* other) const;
@@ -192,7 +187,6 @@ class Readings {
   [[nodiscard]] Eigen::MatrixXd known_parts_of_instrument() const;
 
   simulation::ModelVector placed_at_;
-  Eigen::MatrixXd held_;
   Eigen::VectorXd measured_mm_;
   std::vector<double> noise_of_dial_;
   Eigen::VectorXd relative_noise_;

@@ -8,7 +8,6 @@
 #include "diagnosis/drawn_samples.h"
 #include "diagnosis/naming.h"
 #include "diagnosis/normal_inverse.h"
-#include "diagnosis/plausible_robot.h"
 #include "diagnosis/unknown.h"
 #include "diagnosis/unnamed.h"
 #include "simulation/moved_rig.h"
@@ -83,11 +82,6 @@ std::optional<RigFit> fit_rig(
     return std::nullopt;
   }
   readings.place_tool(model.nominal());
-  std::vector<simulation::Trial> used;
-  for (std::size_t t = 0; t < drawn.size(); ++t) {
-    if (drawn[t]) used.push_back(readings.trials()[t]);
-  }
-  readings.hold(open_directions(used, model));
   const auto [fit, curve_scale_mm] = fitted(readings);
   if (!fit.converged || fit.known < count) return std::nullopt;
   const Index shapes = calibration::kCurveShapes * static_cast<Index>(rig.dials.size());

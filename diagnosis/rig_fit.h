@@ -2,8 +2,7 @@
 // states with a standard deviation (places and axes of the dials, tips, cuboid), the dials'
 // error curves within their makers' limits, and whatever else is smooth, all fitted together to
 // the raw readings (joint_fit.h). What is smooth takes its share of the readings, or it would
-// be mistaken for a place. Gross readings have no say. Directions of the robot that these
-// readings leave open are held at nominal, the same ones that `calibrate` holds and names.
+// be mistaken for a place. Gross readings have no say.
 //
 //   if (const auto seen = fit_rig(trials, rig)) positions_by(seen->rig);
 #pragma once

@@ -188,39 +188,6 @@ TEST(SeenRig, ComparesWithTheRigThatCalibrateSees) {
   }
 }
 
-/// What no pose tells of the robot is held and named the same, whether the rig is fitted along
-/// or taken as it is.
-TEST(SeenRig, HoldsWhatTheFileAloneWouldHold) {
-  geometry::Rig file = geometry::default_rig();
-  file.robot.nominal[geometry::kD] = 0.0;  // both motors on one axis
-  file.robot.nominal[geometry::kX0] = 45.0;
-  file.robot.working_mode = {+1, -1};
-  const mock_devices::Misplaced by;
-  const auto workshop = mock_devices::drawn_workshop(file, 6, by);
-  const auto rows = mock_devices::generate_session(
-      workshop.world, mock_devices::random_plan(file, 6, 60, 20));
-  std::vector<std::string> held;
-  for (const bool states : {false, true}) {
-    geometry::Rig says = file;
-    for (geometry::Dial& dial : says.dials) {
-      if (states) dial.deviations.position_mm = Eigen::Vector2d(by.along_mm, by.across_mm);
-    }
-    const auto session = session::parse_session(
-        mock_devices::session_csv(rows, says, "2026-03-02T08:30:00.000Z"), "session.csv",
-        mock_devices::rig_toml(says), "rig.toml");
-    const CalibrationResult result = calibrate(session, {.method = "lm"});
-    EXPECT_EQ(result.rig.has_value(), states);
-    ASSERT_EQ(result.identification.held.size(), 1U);
-    held.push_back(result.identification.held.front().words);
-    const auto alpha = std::ranges::find(result.parameters, "alpha", &ParameterRow::name);
-    ASSERT_NE(alpha, result.parameters.end());
-    EXPECT_TRUE(alpha->partly_held);
-    EXPECT_NEAR(alpha->identified, alpha->nominal, alpha->sd);
-  }
-  EXPECT_EQ(held[0], held[1]);
-  EXPECT_TRUE(held[0].starts_with("alpha rises while dtheta1 and dtheta2 fall")) << held[0];
-}
-
 /// A validation measures the extended model in the frame that it was fitted in, the cuboid's
 /// centre included, or every place would be off by what the diagnosis found of the rig.
 TEST(SeenRig, PositionsAreMeasuredInTheFrameOfTheFit) {
