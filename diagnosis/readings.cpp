@@ -190,7 +190,6 @@ Readings Readings::with_swapped_dials(int dial, int other) const {
   // A dial's noise goes with its cable: its numbers come under the other's name.
   Readings result{*model_, std::move(trials), counts_};
   result.rig_allowance_ = rig_allowance_;
-  result.held_ = held_;
   if (!noise_of_dial_.empty()) {
     std::vector<double> noise = noise_of_dial_;
     std::swap(noise[static_cast<std::size_t>(dial)], noise[static_cast<std::size_t>(other)]);
@@ -211,7 +210,6 @@ Readings Readings::with_joints_bent(
     trials[t].q = scene.q;
   }
   Readings result(*model_, std::move(trials), counts_);
-  result.held_ = held_;
   result.place_tool(placed_at_);
   return result;
 }
@@ -219,11 +217,9 @@ Readings Readings::with_joints_bent(
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) trial.reading[dial].reset();
-  Readings result = Readings(*model_, std::move(trials), counts_)
-                        .with_noise(noise_of_dial_)
-                        .allowing_rig(rig_allowance_);
-  result.held_ = held_;
-  return result;
+  return Readings(*model_, std::move(trials), counts_)
+      .with_noise(noise_of_dial_)
+      .allowing_rig(rig_allowance_);
 }
 
 Readings Readings::counting(std::vector<bool> counts) const {
