@@ -150,17 +150,23 @@ TEST_F(GcodeRobotTest, AFeedHoldAtTheMachineIsAHalt) {
   EXPECT_EQ(held.error().kind, RobotFaultKind::kHalted) << held.error().detail;
 }
 
+// The machine says nothing before the halt has been asked for, so that the move cannot begin
+// before, and hears nothing of it: what keeps it from moving is this side alone.
 TEST_F(GcodeRobotTest, AHaltThatComesWhileItGetsReadyIsNotLost) {
   for (const auto firmware : {GcodeFirmware::kGrbl, GcodeFirmware::kMarlin}) {
-    GcodeTwin twin({.firmware = firmware, .before_ok_s = 0.12});
-    const auto port = robot(twin, "?feed=600");
+    GcodeTwin twin({.firmware = firmware});
+    twin.socket().fall_silent(true);
+    const auto port = robot(twin, "?feed=6000&timeout_ms=20000&boot_ms=20000");
     std::jthread other([&] {
       EXPECT_TRUE(test::eventually([&] { return twin.socket().connections() == 1; }));
       EXPECT_TRUE(port->halt({}));
+      twin.socket().fall_silent(false);
     });
     const auto halted = port->move_to(Eigen::Vector3d(0, 0, 20), 30s, {});
     ASSERT_FALSE(halted);
-    EXPECT_EQ(halted.error().kind, RobotFaultKind::kHalted) << halted.error().detail;
+    EXPECT_THAT(
+        halted.error().kind, testing::AnyOf(RobotFaultKind::kHalted, RobotFaultKind::kLink))
+        << halted.error().detail;
     EXPECT_EQ(twin.position()[2], 0.0);
     other.join();
     const auto next = port->move_to(Eigen::Vector3d(0, 0, 1), 30s, {});
