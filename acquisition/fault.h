@@ -22,7 +22,8 @@ enum class FaultKind {
 
 struct Fault {
   FaultKind kind = FaultKind::kTimeout;
-  std::string detail;  // the evidence, for people: "'+012.3' has no end of line"
+  std::string detail;   // the evidence, for people: "'+012.3' has no end of line"
+  int device_code = 0;  // kDevice: the number that the device gave, a Modbus exception; 0: none
 };
 
 /// As stored in session::ChannelValue::reason (session/reason.h): "timeout", "parse", ...

@@ -5,14 +5,13 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <string_view>
 
 namespace sixdial::acquisition {
 namespace {
 
 constexpr int kWriteFunction = 16;
 constexpr std::uint8_t kExceptionBit = 0x80;
-constexpr std::string_view kIllegalAddress = "exception 2, illegal data address";
+constexpr int kIllegalAddress = 2;
 
 std::uint8_t high_byte(int word) { return static_cast<std::uint8_t>((word >> 8) & 0xff); }
 std::uint8_t low_byte(int word) { return static_cast<std::uint8_t>(word & 0xff); }
@@ -24,8 +23,8 @@ std::string exception_text(int code) {
   switch (code) {
     case 1:
       return "exception 1, illegal function";
-    case 2:
-      return std::string(kIllegalAddress);
+    case kIllegalAddress:
+      return "exception 2, illegal data address";
     case 3:
       return "exception 3, illegal data value";
     case 4:
@@ -55,7 +54,7 @@ tl::expected<void, Fault> check_head(
         FaultKind::kWrongChannel, fmt::format("unit {} answers for unit {}", reply[0], unit)});
   }
   if (reply[1] == (function | kExceptionBit)) {
-    return tl::unexpected(Fault{FaultKind::kDevice, exception_text(reply[2])});
+    return tl::unexpected(Fault{FaultKind::kDevice, exception_text(reply[2]), reply[2]});
   }
   if (reply[1] != function) {
     return tl::unexpected(Fault{
@@ -115,7 +114,7 @@ tl::expected<void, Fault> parse_write_reply(
 }
 
 bool is_illegal_address(const Fault& fault) {
-  return fault.kind == FaultKind::kDevice && fault.detail == kIllegalAddress;
+  return fault.kind == FaultKind::kDevice && fault.device_code == kIllegalAddress;
 }
 
 std::int32_t int32_of(std::uint16_t high, std::uint16_t low) {

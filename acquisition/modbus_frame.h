@@ -27,8 +27,7 @@ using Bytes = std::vector<std::uint8_t>;
 [[nodiscard]] tl::expected<void, Fault> parse_write_reply(
     std::span<const std::uint8_t> reply, int unit, int address, int count);
 
-/// "exception 2, illegal data address": the reply of a device that does not have these
-/// registers.
+/// Exception 2: the reply of a device that does not have these registers.
 [[nodiscard]] bool is_illegal_address(const Fault& fault);
 
 [[nodiscard]] std::int32_t int32_of(std::uint16_t high, std::uint16_t low);
