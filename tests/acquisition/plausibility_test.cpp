@@ -14,7 +14,6 @@ namespace {
 using namespace std::chrono_literals;
 using session::Quality;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 TEST(Plausible, SwappedDialsAreNamed) {
   const geometry::Rig rig = geometry::default_rig();
