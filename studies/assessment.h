@@ -71,7 +71,7 @@ struct PositionMap {
 };
 
 struct Assessment {
-  std::string space{};  // "positions", "dials"
+  std::string space{};  // "positions", "poses" (with turns), "dials"
   int samples = 0;
   int readings = 0;  // coordinates of positions, or dial readings
   calibration::NoiseEstimate noise{};

@@ -209,6 +209,26 @@ constexpr Words kWords[] = {
      "nominal "
      "robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The fit starts "
      "from there."},
+    {"tool_turn_registered",
+     "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
+     "against "
+     "the rig file's; turns fit the nominal robot within {left:.2g} deg then. The fit starts "
+     "from "
+     "there."},
+    {"turns_fit_nowhere",
+     "The measured turns of the tool do not fit the nominal robot, however its frame sits on "
+     "the "
+     "last link: {left:.1f} deg are left. They are not used.[ Read as \"{better}\" they do: "
+     "write orientation = \"{better}\" under instrument in rig.toml.] orientation = "
+     "\"{orientation}\" is what the three angles are taken for now; they are those of the "
+     "tool's "
+     "frame in the instrument's, in the unit of the column's name."},
+    {"far_turn",
+     "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike all "
+     "others: not used."},
+    {"turns_not_explained",
+     "The turn of the tool was measured, but no parameter of this robot follows it: it is not "
+     "used. An arm needs tool = \"frame\" under robot in rig.toml."},
     {"sides_reversed",
      "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
      "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
