@@ -6,7 +6,11 @@
 #include <vector>
 
 #include "calibration/pipeline.h"
+#include "calibration/reading_space.h"
 #include "geometry/tool.h"
+#include "geometry/tool_turn.h"
+#include "geometry/units.h"
+#include "session/measured_turn.h"
 
 namespace sixdial::studies {
 namespace {
@@ -29,7 +33,108 @@ calibration::Correction correction_of(const CalibrationResult& result) {
       *result.residual_model, result.inputs.session, "Calibrate the session again.");
 }
 
+/// Names and units of joints, unless they are the ones that theta_rad is named for.
+std::optional<std::vector<std::string>> other_joints(const geometry::RobotModel& robot) {
+  std::vector<std::string> names;
+  bool usual = true;
+  for (const geometry::JointInfo& joint : robot.joints) {
+    names.push_back(fmt::format("{}_{}", joint.name, joint.unit()));
+    usual = usual && names.back() == fmt::format("theta{}_rad", names.size());
+  }
+  return usual ? std::nullopt : std::optional(std::move(names));
+}
+
+[[noreturn]] void refuse_turns(
+    const session::Session& session, std::string what, std::string hint) {
+  throw StudyError(
+      StudyErrorCode::kBadData, std::move(what), {{"session", session.name}}, std::move(hint));
+}
+
 }  // namespace
+
+calibration::ToolTarget GivenTarget::target() const {
+  if (!turn) return {p_mm};
+  return {p_mm, session::frame_of_angles(turn->orientation, turn->angles_rad)};
+}
+
+GivenTarget given_target(const session::Session& session, const std::vector<double>& figures) {
+  const geometry::Rig& rig = session.rig;
+  const auto axes = static_cast<std::size_t>(geometry::Tool(rig).axes());
+  const bool turned = axes == 3 && figures.size() == 6;
+  if (figures.size() == 6) check_commands_turns(session);
+  if (figures.size() != axes && !turned) {
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
+        fmt::format(
+            "the target has {} figures; this robot works in {}", figures.size(),
+            axes == 3 ? "space" : "the plane"),
+        {{"param", "target"}},
+        axes == 3
+            ? "Give x,y,z in mm, or with the turn of the tool x,y,z,rx,ry,rz in mm and deg."
+            : "Give x,y in mm.");
+  }
+  GivenTarget given{
+      .p_mm =
+          Eigen::Map<const Eigen::VectorXd>(figures.data(), static_cast<Eigen::Index>(axes))};
+  if (turned) {
+    given.turn = AskedTurn{
+        geometry::kRadPerDeg * Eigen::Vector3d(figures[3], figures[4], figures[5]),
+        rig.instrument.orientation};
+  }
+  return given;
+}
+
+void check_commands_turns(const session::Session& session) {
+  const geometry::Robot& robot = session.rig.robot;
+  if (!geometry::reaches_any_turn(*robot.model, robot.nominal)) {
+    refuse_turns(
+        session,
+        fmt::format(
+            "the target has a turn, and a {} with {} joints cannot turn its tool any way",
+            robot.model->kind->in_words, robot.model->joint_count()),
+        "Give the place alone: x,y,z in mm (in the plane x,y).");
+  }
+  if (!session::first_turn(session::layout_of(session.rig))) {
+    refuse_turns(
+        session,
+        fmt::format(
+            "the target has a turn, and the session measured none: [instrument] kind = \"{}\" "
+            "in rig.toml",
+            session.rig.instrument.kind),
+        "Give x,y,z in mm, or measure poses (kind = \"pose\": position and orientation).");
+  }
+  if (!calibration::fits_turns(session.rig)) {
+    refuse_turns(
+        session,
+        "the target has a turn, and no parameter of the robot says how the tool is turned on "
+        "its "
+        "last link",
+        "Write tool = \"frame\" into [robot] of rig.toml, and calibrate again.");
+  }
+  const PlausibleSession believed = plausible(session);
+  const session::SampleLayout layout = session::layout_of(session.rig);
+  for (const session::Sample& sample : believed.session.samples) {
+    if (!sample.left_out && session::turn_of(sample, layout)) return;
+  }
+  refuse_turns(
+      session, "the target has a turn, and no measured turn of the session is used",
+      "See the warnings of sixdial calibrate SESSION; the store of the service keeps no turns, "
+      "a "
+      "session's folder does.");
+}
+
+void check_commands_turns(const session::Session& session, const session::Plan& plan) {
+  for (const session::PlanPoint& point : plan.points) {
+    if (point.target_turn_rad) return check_commands_turns(session);
+  }
+}
+
+calibration::ToolTarget target_of(const session::PlanPoint& point, const geometry::Rig& rig) {
+  if (!point.target_turn_rad) return {point.target_mm};
+  return {
+      point.target_mm,
+      session::frame_of_angles(rig.instrument.orientation, *point.target_turn_rad)};
+}
 
 std::string_view to_string(CompensateBy by) {
   for (const auto& [value, name] : kNames) {
@@ -67,28 +172,43 @@ calibration::CompensationModel compensation_model(
 }
 
 CommandedTarget compensated_target(
+    const calibration::CompensationModel& model, CompensateBy by, const GivenTarget& given,
+    geometry::WorkingMode mode) {
+  return commanded_target(
+      calibration::compensate(model, given.target(), mode), by, given, mode,
+      model.tool.robot());
+}
+
+CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const geometry::Position& target_mm, geometry::WorkingMode mode) {
-  return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
+  return compensated_target(model, by, GivenTarget{target_mm}, mode);
 }
 
 CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const geometry::Position& target_mm, geometry::WorkingMode mode) {
+    CompensateBy by, const GivenTarget& given, geometry::WorkingMode mode,
+    const geometry::RobotModel& robot) {
   if (!found) {
     throw StudyError(
         StudyErrorCode::kBadData, found.error().message,
-        {{"target_mm", std::vector<double>(target_mm.begin(), target_mm.end())}},
-        "Choose a target inside the workspace, or another working mode.");
+        {{"target_mm", std::vector<double>(given.p_mm.begin(), given.p_mm.end())}},
+        robot.modes.size() > 1
+            ? "Choose a target inside the workspace, or another working mode."
+            : "Choose a target inside the workspace.");
   }
-  return {
-      .target_mm = target_mm,
+  CommandedTarget result{
+      .target_mm = given.p_mm,
       .mode = mode,
       .by = by,
       .theta_rad = {found->q.begin(), found->q.end()},
       .nominal_theta_rad = {found->nominal_q.begin(), found->nominal_q.end()},
       .closure_mm = found->closure_mm,
-      .iterations = found->iterations};
+      .iterations = found->iterations,
+      .turn = given.turn,
+      .joints = other_joints(robot)};
+  if (given.turn) result.closure_rad = found->closure_rad;
+  return result;
 }
 
 geometry::WorkingMode mode_of(
@@ -106,7 +226,7 @@ session::Plan compensated_plan(
   std::size_t troubles = 0;
   for (session::PlanPoint& point : plan.points) {
     const auto found = calibration::compensate(
-        model, point.target_mm, mode_of(rig, point.q, point.target_mm), point.q);
+        model, target_of(point, rig), mode_of(rig, point.q, point.target_mm), point.q);
     if (found) {
       point.q = found->q;
     } else if (++troubles <= kMostNamed) {

@@ -110,6 +110,7 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
   result.rig = found.commanding_rig;
+  if (readings.axes() == 3) result.covariance = found.commanding.covariance;
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),

@@ -231,6 +231,8 @@ struct ExtendedFit {
   std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
   std::optional<std::vector<MeasuredJoints>> measured_joints{};
   std::optional<geometry::Similarity> frame{};
+  /// Of `model` and of what the fit moved in `effects`, in this order; of robots in space.
+  std::optional<Eigen::MatrixXd> covariance{};
   /// Where this fit has the dials: the frame that it commands in. Empty in early versions.
   std::optional<std::vector<diagnosis::RigSeen>> rig{};
 };

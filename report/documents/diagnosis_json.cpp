@@ -181,6 +181,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at.maybe("nominal", fit.nominal);
   at.maybe("measured_joints", fit.measured_joints);
   at.maybe("frame", fit.frame);
+  at.maybe("covariance", fit.covariance);
   at.maybe("rig", fit.rig);
 }
 
