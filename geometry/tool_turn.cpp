@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "geometry/base_frame.h"
 #include "geometry/rotation.h"
 #include "geometry/units.h"
 
@@ -149,11 +151,9 @@ tl::expected<VectorXd, KinematicTrouble> joints_for_pose(
 }
 
 std::optional<VectorXd> with_tool_turned(
-    const RobotModel& robot, const VectorXd& v, const Matrix3d& R,
-    std::span<const JointPose> poses) {
-  const std::vector<JointPose> drawn =
-      poses.empty() ? drawn_poses(robot, v) : std::vector<JointPose>();
-  Turning turning(robot, poses.empty() ? std::span<const JointPose>(drawn) : poses, v);
+    const RobotModel& robot, const VectorXd& v, const Matrix3d& R) {
+  const std::vector<JointPose> poses = drawn_poses(robot, v);
+  Turning turning(robot, poses, v);
   if (!turning.any()) return std::nullopt;
   const Eigen::Vector3d w = rotation_vector(R);
   const int steps = std::max(1, static_cast<int>(std::ceil(w.norm() / kStep_rad)));

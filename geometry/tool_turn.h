@@ -12,10 +12,8 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <span>
 #include <tl/expected.hpp>
 
-#include "geometry/base_frame.h"
 #include "geometry/robot_kind.h"
 
 namespace sixdial::geometry {
@@ -31,11 +29,10 @@ namespace sixdial::geometry {
     WorkingMode mode, const std::optional<Eigen::VectorXd>& near = std::nullopt);
 
 /// The parameters of the same robot whose tool's frame is turned by R on the last link, its
-/// point where it was. `poses` stand for what the robot can do; empty: drawn from the joints'
-/// usual ranges. Empty result: its parameters cannot do that.
+/// point where it was: at joint values drawn from all of the joints' usual ranges, so that no
+/// other parameter passes for such a turn. Empty: its parameters cannot do that.
 [[nodiscard]] std::optional<Eigen::VectorXd> with_tool_turned(
-    const RobotModel& robot, const Eigen::VectorXd& v, const Eigen::Matrix3d& R,
-    std::span<const JointPose> poses = {});
+    const RobotModel& robot, const Eigen::VectorXd& v, const Eigen::Matrix3d& R);
 
 /// Whether they can: what an instrument says of the tool's turn tells parameters then.
 [[nodiscard]] bool turns_its_tool(const RobotModel& robot, const Eigen::VectorXd& v);

@@ -31,12 +31,10 @@ constexpr double kClearlyBetter = 5.0;
 /// A tool that is turned further than this is put there before the search.
 constexpr double kTurned_rad = 0.5 * geometry::kRadPerDeg;
 constexpr std::size_t kFewestTurns = 4;
-constexpr std::size_t kMostPoses = 40;
 
 /// Where the nominal robot has the tool, and how it was measured.
 struct TurnsSeen {
   std::vector<std::size_t> row;
-  std::vector<geometry::JointPose> pose;
   std::vector<Matrix3d> nominal;
   std::vector<Vector3d> measured;  // rotation vectors, as the file was read
 };
@@ -54,7 +52,6 @@ TurnsSeen turns_seen(
     const auto assembly = assembly_by_target(session.rig, sample).value_or(robot.assembly);
     if (!robot.model->forward(robot.nominal, sample.q, assembly, X)) continue;
     seen.row.push_back(row);
-    seen.pose.push_back({sample.q, assembly});
     seen.nominal.push_back(X[0].R);
     seen.measured.push_back(*turn);
   }
@@ -180,10 +177,9 @@ void look_at_tool_turn(Look& look) {
   leave_out_far_turns(look, layout, found);
   const double turn_rad = geometry::rotation_vector(found.R).norm();
   if (!(turn_rad > kTurned_rad)) return;
-  std::vector<geometry::JointPose> few;
-  const std::size_t every = std::max<std::size_t>(1, seen.pose.size() / kMostPoses);
-  for (std::size_t i = 0; i < seen.pose.size(); i += every) few.push_back(seen.pose[i]);
-  const auto turned = geometry::with_tool_turned(*robot.model, robot.nominal, found.R, few);
+  // Over all of the joints' ranges: where the measured poses leave a joint at rest, a turn of
+  // the link before it would pass for one of the tool.
+  const auto turned = geometry::with_tool_turned(*robot.model, robot.nominal, found.R);
   if (!turned) return;
   robot.nominal = *turned;
   look.tell(

@@ -28,6 +28,8 @@ struct PoseCase {
   Eigen::Vector3d probe_rad{0.35, -0.6, 1.9};
   /// Plausible changes that its parameters are off by; 0: as the file says.
   double off = 0.6;
+  /// Joint 6 at 0 in all rows: what turns the link before it then turns the tool as well.
+  bool last_joint_rests = false;
 };
 
 struct PoseSession {
@@ -78,6 +80,7 @@ inline PoseSession pose_session(const PoseCase& of = {}) {
     sample.point = i < of.g1 ? i : i - of.g1;
     sample.q.resize(6);
     for (double& each : sample.q) each = 1.6 * draw(random);
+    if (of.last_joint_rests) sample.q[5] = 0.0;
     geometry::Pose<double> X = made.at(sample.q);
     // A tool that is a point has no turn among its parameters: the probe's is put on it here.
     if (!of.tool_is_frame) X.R = X.R * probe;
