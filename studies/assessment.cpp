@@ -14,6 +14,7 @@
 #include "session/sample_layout.h"
 #include "session/trials.h"
 #include "studies/changed_midway.h"
+#include "studies/slipped_turns.h"
 
 namespace sixdial::studies {
 namespace {
@@ -282,6 +283,11 @@ CheckedSession check_gross_errors(
     }
   }
   if (set_aside && !in_g1.found.empty()) split();
+  if (!set_aside || !in_g1.not_possible.empty()) return checked;
+  if (auto slipped = leave_out_slipped_turns(checked.session, checked.g1, wide)) {
+    checked.warnings.push_back(std::move(*slipped));
+    split();
+  }
   return checked;
 }
 

@@ -152,8 +152,16 @@ void leave_out_far_turns(Look& look, const session::SampleLayout& layout, const 
 void look_at_tool_turn(Look& look) {
   const session::SampleLayout layout = session::layout_of(look.used.rig);
   if (!session::first_turn(layout)) return;
-  const TurnsSeen seen = turns_seen(look.used, layout);
-  if (seen.row.size() < kFewestTurns) return;
+  TurnsSeen seen = turns_seen(look.used, layout);
+  if (seen.row.size() < kFewestTurns) {
+    seen = turns_seen(look.used, layout, look.used.samples.size());
+  }
+  if (seen.row.empty()) return;
+  if (seen.row.size() < kFewestTurns) {
+    leave_out_turns(look, layout);
+    look.tell("few_turns", Severity::kNote, look.rows(seen.row, "rx, ry, rz"));
+    return;
+  }
   const WarningPlace columns{.file = "session.csv", .field = "rx, ry, rz"};
   const OnLink found = on_link(seen, frames_of(seen, session::kRotationVector));
   const double left_deg = found.median_rad * geometry::kDegPerRad;
