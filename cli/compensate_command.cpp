@@ -160,6 +160,7 @@ service::ExitCode extend_bundle(
   if (!options.plan_file.empty()) {
     const session::Plan asked = session::read_plan(options.plan_file, session.rig);
     studies::check_commands_turns(session, asked);
+    if (studies::asks_turns(asked)) studies::check_knows_turns(diagnosis.extended_fit);
     const session::Plan plan = studies::extended_plan(
         asked, command, session.rig, {.temperature_c = options.temperature_c});
     print_plan(
@@ -171,6 +172,7 @@ service::ExitCode extend_bundle(
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   const studies::GivenTarget given = studies::given_target(session, options.target);
+  if (given.turn) studies::check_knows_turns(diagnosis.extended_fit);
   const studies::CommandMoment moment{
       .approach = options.approach, .temperature_c = options.temperature_c};
   studies::CommandedTarget commanded = studies::commanded_target(
@@ -230,6 +232,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   if (!options.plan_file.empty()) {
     const session::Plan given = session::read_plan(options.plan_file, session.rig);
     studies::check_commands_turns(session, given);
+    if (studies::asks_turns(given)) studies::check_knows_turns(calibrated, by);
     const session::Plan plan = studies::compensated_plan(given, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
@@ -240,6 +243,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
   const studies::GivenTarget given = studies::given_target(session, options.target);
+  if (given.turn) studies::check_knows_turns(calibrated, by);
   studies::CommandedTarget commanded = studies::compensated_target(model, by, given, mode);
   commanded.uncertainty = studies::target_uncertainty(calibrated, session.rig, commanded);
   print_target(

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -124,9 +125,24 @@ void check_commands_turns(const session::Session& session) {
 }
 
 void check_commands_turns(const session::Session& session, const session::Plan& plan) {
-  for (const session::PlanPoint& point : plan.points) {
-    if (point.target_turn_rad) return check_commands_turns(session);
-  }
+  if (asks_turns(plan)) check_commands_turns(session);
+}
+
+bool asks_turns(const session::Plan& plan) {
+  return std::ranges::any_of(plan.points, [](const session::PlanPoint& point) {
+    return point.target_turn_rad.has_value();
+  });
+}
+
+void check_knows_turns(const CalibrationResult& result, CompensateBy by) {
+  if (by == CompensateBy::kBefore) return;
+  const auto& errors = result.turn_errors;  // of sets that have turns; only G1 is fitted
+  if (errors && std::ranges::find(*errors, "G1", &TurnErrors::set) != errors->end()) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the target has a turn, and the calibration was made without turns of the tool",
+      {{"session", result.inputs.session}},
+      "Calibrate a session whose G1 has turns of the tool: sixdial calibrate SESSION.");
 }
 
 calibration::ToolTarget target_of(const session::PlanPoint& point, const geometry::Rig& rig) {

@@ -73,6 +73,14 @@ void check_commands_turns(const session::Session& session);
 /// The same for a plan with turns.
 void check_commands_turns(const session::Session& session, const session::Plan& plan);
 
+/// Whether a point of the plan asks for a turn of the tool.
+[[nodiscard]] bool asks_turns(const session::Plan& plan);
+
+/// What commands has to know of turns, whatever session it was made of. Throws StudyError
+/// bad_data where it was made without any: its tool then sits on the last link as the rig file
+/// says. The nominal robot's does anyway.
+void check_knows_turns(const CalibrationResult& result, CompensateBy by);
+
 /// Throws StudyError bad_data for a trouble.
 [[nodiscard]] CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,

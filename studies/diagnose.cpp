@@ -107,10 +107,21 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
       .converged = fit.converged};
 }
 
+/// Whether turns of the tool are among the readings.
+bool has_turns(const Readings& readings) {
+  const auto& channels = readings.model().instrument().channels;
+  return std::ranges::any_of(readings.rows(), [&](const diagnosis::Row& row) {
+    return channels.at(static_cast<std::size_t>(row.dial)).unit == "rad";
+  });
+}
+
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
   result.rig = found.commanding_rig;
-  if (readings.axes() == 3) result.covariance = found.commanding.covariance;
+  if (readings.axes() == 3) {
+    result.covariance = found.commanding.covariance;
+    result.turns = has_turns(readings);
+  }
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),

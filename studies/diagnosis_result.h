@@ -235,6 +235,9 @@ struct ExtendedFit {
   std::optional<Eigen::MatrixXd> covariance{};
   /// Where this fit has the dials: the frame that it commands in. Empty in early versions.
   std::optional<std::vector<diagnosis::RigSeen>> rig{};
+  /// Whether it was fitted to turns of the tool, too; of robots in space. Empty in early
+  /// versions.
+  std::optional<bool> turns{};
 };
 
 /// One entry a reading.

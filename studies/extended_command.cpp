@@ -64,6 +64,14 @@ ExtendedFit commands_of(const diagnosis::Readings& readings, const diagnosis::Jo
   return result;
 }
 
+void check_knows_turns(const ExtendedFit& fit) {
+  if (fit.turns.value_or(false)) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the target has a turn, and the diagnosis was made without turns of the tool", {},
+      "Diagnose a session that has turns of the tool: sixdial diagnose SESSION.");
+}
+
 ExtendedCommand::ExtendedCommand(
     const ExtendedFit& fit, const geometry::Rig& rig, CompensateBy by)
     : base_(rig),

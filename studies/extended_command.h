@@ -33,6 +33,10 @@ struct CommandMoment {
 [[nodiscard]] ExtendedFit commands_of(
     const diagnosis::Readings& readings, const diagnosis::JointFit& fit);
 
+/// Throws StudyError bad_data where the diagnosis was made without turns of the tool, so that
+/// its fit cannot command any (compensate.h has the same of a calibration).
+void check_knows_turns(const ExtendedFit& fit);
+
 class ExtendedCommand {
  public:
   /// `fit`: of the diagnosis of a session on this rig; `by`: kExtended or kExtendedFull. Throws

@@ -183,6 +183,7 @@ void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at.maybe("frame", fit.frame);
   at.maybe("covariance", fit.covariance);
   at.maybe("rig", fit.rig);
+  at.maybe("turns", fit.turns);
 }
 
 template <class Fields>

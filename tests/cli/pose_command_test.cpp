@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "session/bundle.h"
+#include "session/csv.h"
 #include "tests/support/command_line.h"
 #include "tests/support/paths.h"
 #include "tests/support/pose_session.h"
@@ -37,9 +38,18 @@ class PoseCommand : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return sixdial(words);
   }
+  /// Two points, the first with a turn.
+  [[nodiscard]] std::string plan_with_turns() const {
+    const std::string plan = (directory_.path() / "plan.csv").string();
+    std::ofstream(plan) << "set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,"
+                           "target_ry_deg,target_rz_deg\n"
+                           "G1,0,-600,-300,400,90,20,10\nG1,1,-620,-280,410,,,\n";
+    return plan;
+  }
 
   TempDirectory directory_;
   testing::PoseSession made_ = testing::pose_session();
+  const std::string pose_ = "-600,-300,400,90,20,10";  // within reach, however turned
 };
 
 TEST_F(PoseCommand, SixFiguresArePlaceAndTurn) {
@@ -64,15 +74,65 @@ TEST_F(PoseCommand, SixFiguresArePlaceAndTurn) {
 }
 
 TEST_F(PoseCommand, APlanWithTurnsComesBackWithThem) {
-  const std::string plan = (directory_.path() / "plan.csv").string();
-  std::ofstream(plan) << "set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,"
-                         "target_ry_deg,target_rz_deg\n"
-                         "G1,0,-600,-300,400,90,20,10\nG1,1,-620,-280,410,,,\n";
-  const Outcome shown = compensate({"--plan", plan});
+  const Outcome shown = compensate({"--plan", plan_with_turns()});
   ASSERT_EQ(shown.code, 0) << shown.err;
   EXPECT_THAT(shown.out, HasSubstr("target_rz_deg,q1_rad"));
   EXPECT_THAT(shown.out, HasSubstr("400,90,20,10,"));
   EXPECT_THAT(shown.out, HasSubstr("410,,,,"));
+}
+
+TEST_F(PoseCommand, ACalibrationWithoutTurnsCommandsPlacesOnly) {
+  Json stored = Json::parse(session::read_file(result()));
+  EXPECT_EQ(stored.erase("turn_errors"), 1U);  // as of a version that fitted positions only
+  const std::string early = (directory_.path() / "early.json").string();
+  session::write_file(early, stored.dump());
+  const auto by = [&](const std::string& model, std::vector<std::string> more) {
+    more.insert(
+        more.begin(), {"compensate", folder(), "-q", "--calibration", early, "--model", model});
+    return sixdial(more);
+  };
+  for (const Outcome& refused :
+       {by("kinematics", {"--target", pose_}), by("full", {"--target", pose_}),
+        by("kinematics", {"--plan", plan_with_turns()})}) {
+    EXPECT_EQ(refused.code, 5);
+    EXPECT_THAT(refused.err, HasSubstr("the calibration was made without turns of the tool"));
+    EXPECT_THAT(refused.err, HasSubstr("sixdial calibrate SESSION"));
+  }
+  EXPECT_EQ(by("kinematics", {"--target", "-600,-300,400"}).code, 0);
+  // The nominal robot's tool sits as the file says, whatever was fitted.
+  const Outcome nominal = by("before", {"--target", pose_});
+  EXPECT_EQ(nominal.code, 0) << nominal.err;
+}
+
+TEST_F(PoseCommand, ADiagnosisWithoutTurnsCommandsPlacesOnly) {
+  const std::string file = (directory_.path() / "d.json").string();
+  const Outcome diagnosed =
+      sixdial({"diagnose", folder(), "-q", "--bootstrap", "0", "--no-gain", "-o", file});
+  ASSERT_EQ(diagnosed.code, 0) << diagnosed.err;
+  const auto extended = [&](const std::string& of, std::vector<std::string> more) {
+    more.insert(
+        more.begin(),
+        {"compensate", folder(), "-q", "--diagnosis-file", of, "--model", "extended"});
+    return sixdial(more);
+  };
+  const Outcome shown = extended(file, {"--target", pose_});
+  ASSERT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("deg, rotation vector"));
+  Json stored = Json::parse(session::read_file(file));
+  EXPECT_EQ(stored["extended_model"]["turns"], true);
+  const std::string early = (directory_.path() / "early.json").string();
+  for (const bool said : {false, true}) {
+    stored["extended_model"].erase("turns");
+    if (said) stored["extended_model"]["turns"] = false;
+    session::write_file(early, stored.dump());
+    for (const Outcome& refused :
+         {extended(early, {"--target", pose_}),
+          extended(early, {"--plan", plan_with_turns()})}) {
+      EXPECT_EQ(refused.code, 5);
+      EXPECT_THAT(refused.err, HasSubstr("the diagnosis was made without turns of the tool"));
+    }
+  }
+  EXPECT_EQ(extended(early, {"--target", "-600,-300,400"}).code, 0);
 }
 
 TEST_F(PoseCommand, WhatCannotBeIsSaid) {
