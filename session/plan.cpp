@@ -216,7 +216,7 @@ std::string read_socket(const PlanRow& row, const SampleLayout& layout) {
 }
 
 /// The three angles of a target's turn, all of them or none.
-std::optional<Eigen::Vector3d> read_turn(const PlanRow& row) {
+std::optional<Eigen::Vector3d> read_turn(const PlanRow& row, const geometry::Robot& robot) {
   Eigen::Vector3d turn_rad;
   std::size_t given = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -226,9 +226,15 @@ std::optional<Eigen::Vector3d> read_turn(const PlanRow& row) {
         geometry::kRadPerDeg * row.number(PlanColumn::kTurn, i);
   }
   if (given == 0) return std::nullopt;
-  if (given == 3) return turn_rad;
-  throw row.mistake(
-      PlanColumn::kTurn, "a turn has three angles", "give all three of a row or none");
+  if (given < 3) {
+    throw row.mistake(
+        PlanColumn::kTurn, "a turn has three angles", "give all three of a row or none");
+  }
+  if (!geometry::reaches_any_turn(*robot.model, robot.nominal)) {
+    throw row.mistake(
+        PlanColumn::kTurn, "this robot cannot turn its tool any way", "leave the turn out");
+  }
+  return turn_rad;
 }
 
 /// Joint values for a target, by nominal inverse kinematics.
@@ -277,7 +283,7 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
     point.target_mm[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kTarget, i);
   }
-  if (first_turn(layout)) point.target_turn_rad = read_turn(row);
+  if (first_turn(layout)) point.target_turn_rad = read_turn(row, rig.robot);
   const geometry::Robot& robot = rig.robot;
   const auto mode = read_mode(row, rig);
   if (!any_joint) {

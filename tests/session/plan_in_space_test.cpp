@@ -1,6 +1,7 @@
 // Plans of robots that work in space: every kind, by the ranges of its joints or in a box.
 #include "session/plan_in_space.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -254,6 +255,24 @@ TEST(PlansWithTurns, AreRefusedWhereNothingMeasuresThem) {
   EXPECT_THAT(
       message("G1,0,-600,-300,400,90,,10\n", posed_rig()),
       HasSubstr("a turn has three angles"));
+  // Poses are measured, but five joints, or three of a delta, cannot take any.
+  geometry::Rig five = posed_rig();
+  geometry::SerialRobot arm = geometry::serial_robot(*five.robot.model, five.robot.nominal);
+  arm.rows.pop_back();
+  five.robot.model = geometry::serial_model(arm);
+  five.robot.nominal = five.robot.model->nominal;
+  geometry::Rig delta = rig_of(*geometry::find_robot_kind("linear_delta"));
+  delta.instrument.kind = "pose";
+  delta.instrument.orientation = "intrinsic xyz";
+  for (const geometry::Rig* rig : {&five, &delta}) {
+    EXPECT_THAT(
+        message("G1,0,-600,-300,400,90,20,10\n", *rig),
+        HasSubstr("this robot cannot turn its tool any way"));
+    const Eigen::Vector3d place = box_of(*rig).min_mm;
+    EXPECT_EQ(
+        message(fmt::format("G1,0,{},{},{},,,\n", place[0], place[1], place[2]).c_str(), *rig),
+        "");
+  }
 }
 
 }  // namespace
