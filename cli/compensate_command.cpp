@@ -158,7 +158,8 @@ service::ExitCode extend_bundle(
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+    const session::Plan asked = session::read_plan(
+        options.plan_file, studies::rig_of_turns(session.rig, command.without_causes()));
     studies::check_commands_turns(session, asked);
     if (studies::asks_turns(asked)) studies::check_knows_turns(diagnosis.extended_fit);
     const session::Plan plan = studies::extended_plan(
@@ -230,7 +231,8 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!options.plan_file.empty()) {
-    const session::Plan given = session::read_plan(options.plan_file, session.rig);
+    const session::Plan given =
+        session::read_plan(options.plan_file, studies::rig_of_turns(session.rig, model));
     studies::check_commands_turns(session, given);
     if (studies::asks_turns(given)) studies::check_knows_turns(calibrated, by);
     const session::Plan plan = studies::compensated_plan(given, model, session.rig);
@@ -313,7 +315,7 @@ CLI::Option* add_target(CLI::App& command, const std::shared_ptr<CompensateOptio
           },
           "x,y in mm, table frame; of a robot in space x,y,z, and where the session measured "
           "turns of the tool x,y,z,rx,ry,rz in mm and deg, as rig.toml's orientation reads "
-          "them")
+          "them, of the frame that the instrument measured")
       ->type_name("X,Y[,Z[,RX,RY,RZ]]");
 }
 

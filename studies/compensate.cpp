@@ -236,13 +236,49 @@ geometry::WorkingMode mode_of(
   return mode ? *mode : rig.robot.working_mode;
 }
 
+geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationModel& model) {
+  if (!calibration::fits_turns(filed)) return filed;
+  const geometry::RobotModel& robot = *filed.robot.model;
+  // Where the measured poses are: a base that was registered without a frame of the instrument
+  // is in this, and best known there.
+  const auto measured = model.measured_at.find(filed.robot.working_mode.number);
+  const Eigen::VectorXd q = measured == model.measured_at.end()
+                                ? Eigen::VectorXd::Zero(robot.joint_count())
+                                : measured->second;
+  std::vector<geometry::Pose<double>> X_filed(robot.frames.size()), X(robot.frames.size());
+  if (!robot.forward(filed.robot.nominal, q, filed.robot.assembly, X_filed) ||
+      !robot.forward(model.nominal, q, filed.robot.assembly, X)) {
+    return filed;
+  }
+  const Eigen::Matrix3d R =
+      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * X[0].R) : X[0].R;
+  const auto turned =
+      geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
+  if (turned) filed.robot.nominal = *turned;
+  return filed;
+}
+
+std::optional<Eigen::VectorXd> near_of(
+    const session::PlanPoint& point, const calibration::CompensationModel& model,
+    const geometry::Rig& rig) {
+  constexpr double kSamePose_rad = 0.2;  // as far as a command may be from the nominal one
+  const calibration::ToolTarget target = model.in_frame(target_of(point, rig));
+  if (!target.R) return point.q;
+  const geometry::RobotModel& robot = *rig.robot.model;
+  std::vector<geometry::Pose<double>> X(robot.frames.size());
+  if (!robot.forward(model.nominal, point.q, rig.robot.assembly, X)) return std::nullopt;
+  if (geometry::turn_between(X[0].R, *target.R) > kSamePose_rad) return std::nullopt;
+  return point.q;
+}
+
 session::Plan compensated_plan(
     session::Plan plan, const calibration::CompensationModel& model, const geometry::Rig& rig) {
   std::string named;
   std::size_t troubles = 0;
   for (session::PlanPoint& point : plan.points) {
     const auto found = calibration::compensate(
-        model, target_of(point, rig), mode_of(rig, point.q, point.target_mm), point.q);
+        model, target_of(point, rig), mode_of(rig, point.q, point.target_mm),
+        near_of(point, model, rig));
     if (found) {
       point.q = found->q;
     } else if (++troubles <= kMostNamed) {

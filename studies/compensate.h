@@ -99,6 +99,19 @@ void check_knows_turns(const CalibrationResult& result, CompensateBy by);
 [[nodiscard]] calibration::ToolTarget target_of(
     const session::PlanPoint& point, const geometry::Rig& rig);
 
+/// The rig of a session by which a plan with turns is read: where `model` commands by the
+/// tool's frame that the instrument measured (studies/plausibility/tool_turn.cpp), the nominal
+/// robot of the rig file has its tool turned on the last link so, too. Its base and all else
+/// stay.
+[[nodiscard]] geometry::Rig rig_of_turns(
+    geometry::Rig filed, const calibration::CompensationModel& model);
+
+/// A planned point's joint values, near which its command is looked for. Empty: they turn the
+/// tool by the nominal robot otherwise than the point asks, and stand in another pose than its.
+[[nodiscard]] std::optional<Eigen::VectorXd> near_of(
+    const session::PlanPoint& point, const calibration::CompensationModel& model,
+    const geometry::Rig& rig);
+
 /// So many points without a solution are named in an error.
 inline constexpr std::size_t kMostNamed = 10;
 

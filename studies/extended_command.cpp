@@ -224,17 +224,20 @@ std::optional<TargetUncertainty> ExtendedCommand::uncertainty(
       *slopes * *covariance_ * slopes->transpose(), commanded.turn.has_value());
 }
 
+calibration::CompensationModel ExtendedCommand::without_causes() const {
+  return {
+      .tool = geometry::Tool(base_.rig().robot.model, axes_),
+      .nominal = nominal_,
+      .v = model_.head(base_.robot_parameter_count()),
+      .measured_at = measured_at_,
+      .frame = frame_};
+}
+
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve(
     const calibration::ToolTarget& target, geometry::WorkingMode mode,
     const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
-  const Eigen::Index robot = base_.robot_parameter_count();
-  calibration::CompensationModel model{
-      .tool = geometry::Tool(base_.rig().robot.model, axes_),
-      .nominal = nominal_,
-      .v = model_.head(robot),
-      .measured_at = measured_at_,
-      .frame = frame_};
+  calibration::CompensationModel model = without_causes();
   const calibration::ToolTarget there = model.in_frame(target);
   const auto start =
       calibration::joints_for(model.tool, model.v, there, mode, model.turn_in(mode, near));
@@ -272,7 +275,8 @@ ExtendedCommand::solve(
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve_after(
     const Eigen::VectorXd& previous_q, const calibration::ToolTarget& target,
-    geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const {
+    geometry::WorkingMode mode, CommandMoment moment,
+    const std::optional<Eigen::VectorXd>& near) const {
   const auto joints = static_cast<std::size_t>(base_.robot().joint_count());
   const auto moves = [&](const Eigen::VectorXd& q) {
     std::vector<int> signs;
@@ -289,7 +293,7 @@ ExtendedCommand::solve_after(
   };
   // A joint that comes from below stops at the upper of two angles, one that comes from above
   // at the lower: one of all combinations always agrees with its own moves.
-  auto found = with(moves(near));
+  auto found = with(near ? moves(*near) : std::vector<int>(joints, 1));
   const auto agrees = [&] {
     const std::vector<int> now = moves(found->q);
     for (std::size_t joint = 0; joint < joints; ++joint) {
@@ -349,6 +353,7 @@ session::Plan extended_plan(
     const PlanMoment& when) {
   std::string named;
   std::size_t troubles = 0;
+  const calibration::CompensationModel alone = command.without_causes();
   const session::PlanPoint* before = nullptr;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     session::PlanPoint& point = plan.points[i];
@@ -360,10 +365,11 @@ session::Plan extended_plan(
       moment.time_h = *when.first_time_h + static_cast<double>(i) * when.hours_a_point;
     }
     const auto mode = mode_of(rig, point.q, point.target_mm);
+    const auto near = near_of(point, alone, rig);
     const auto found =
         before == nullptr
-            ? command.solve(target_of(point, rig), mode, moment, point.q)
-            : command.solve_after(before->q, target_of(point, rig), mode, moment, point.q);
+            ? command.solve(target_of(point, rig), mode, moment, near)
+            : command.solve_after(before->q, target_of(point, rig), mode, moment, near);
     if (found) {
       point.q = found->q;
     } else if (++troubles <= kMostNamed) {

@@ -61,7 +61,10 @@ class ExtendedCommand {
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
       const Eigen::VectorXd& previous_q, const calibration::ToolTarget& target,
-      geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const;
+      geometry::WorkingMode mode, CommandMoment moment,
+      const std::optional<Eigen::VectorXd>& near) const;
+  /// Its robot alone.
+  [[nodiscard]] calibration::CompensationModel without_causes() const;
 
   /// How well robot and causes know where they put the tool at these joint values; empty where
   /// the diagnosis says nothing of it. What a residual model learned is not in it.

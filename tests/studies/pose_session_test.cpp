@@ -382,20 +382,10 @@ TEST(TurnsOfASession, ASlipOfOneTurnIsLeftOut) {
 
 TEST(TurnsOfASession, ATrackerThatStandsElsewhereHasItsTurnsInItsOwnFrame) {
   PoseSession made = testing::pose_session();
-  const session::SampleLayout layout = session::layout_of(made.session.rig);
   // The instrument's frame is turned by 100 degrees and stands a metre and a half away.
-  const Matrix3d R = geometry::turned_by<double>(Vector3d(0.3, 0.4, 1.7));
-  const Vector3d t(1500, -200, 300);
-  for (session::Sample& sample : made.session.samples) {
-    const Vector3d p(
-        *sample.channels[0].value, *sample.channels[1].value, *sample.channels[2].value);
-    const Vector3d moved = R * p + t;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sample.channels[k].value = moved[static_cast<Eigen::Index>(k)];
-    }
-    const Matrix3d turned = R * geometry::turned_by<double>(*session::turn_of(sample, layout));
-    session::set_turn(sample, layout, geometry::rotation_vector(turned));
-  }
+  testing::seen_from(
+      made.session, geometry::turned_by<double>(Vector3d(0.3, 0.4, 1.7)),
+      Vector3d(1500, -200, 300));
   const CalibrationResult result = calibrate(made.session, {.method = "lm"});
   ASSERT_TRUE(result.frame);
   EXPECT_LT(result.turn_errors->at(1).mean_rad, 1e-4);

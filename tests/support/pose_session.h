@@ -97,4 +97,21 @@ inline PoseSession pose_session(const PoseCase& of = {}) {
   return made;
 }
 
+/// The same session from an instrument whose frame stands elsewhere: p -> R p + t.
+inline void seen_from(
+    session::Session& session, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  const session::SampleLayout layout = session::layout_of(session.rig);
+  for (session::Sample& sample : session.samples) {
+    const Eigen::Vector3d p(
+        *sample.channels[0].value, *sample.channels[1].value, *sample.channels[2].value);
+    const Eigen::Vector3d moved = R * p + t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sample.channels[k].value = moved[static_cast<Eigen::Index>(k)];
+    }
+    const Eigen::Matrix3d turned =
+        R * geometry::turned_by<double>(*session::turn_of(sample, layout));
+    session::set_turn(sample, layout, geometry::rotation_vector(turned));
+  }
+}
+
 }  // namespace sixdial::testing
