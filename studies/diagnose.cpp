@@ -115,11 +115,21 @@ bool has_turns(const Readings& readings) {
   });
 }
 
+/// Something smooth that nobody named is fitted beside the causes, and missing from the fit
+/// that commands: that one leaves so much more.
+double left_sd_mm(const Diagnosis& found) {
+  if (found.named.unknown.empty()) return 0.0;
+  const double all_mm = found.commanding.s_mm;
+  const double rest_mm = found.named.extended.s_mm;
+  return std::sqrt(std::max(0.0, all_mm * all_mm - rest_mm * rest_mm));
+}
+
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
   result.rig = found.commanding_rig;
   if (readings.axes() == 3) {
     result.covariance = found.commanding.covariance;
+    result.left_sd_mm = left_sd_mm(found);
     result.turns = has_turns(readings);
   }
   if (found.on_top) {

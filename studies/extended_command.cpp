@@ -82,7 +82,8 @@ ExtendedCommand::ExtendedCommand(
       nominal_(nominal_from(fit, base_)),
       measured_at_(middles_of(fit.measured_joints)),
       frame_(fit.frame),
-      covariance_(fit.covariance) {
+      covariance_(fit.covariance),
+      left_sd_mm_(fit.left_sd_mm.value_or(0.0)) {
   axes_ = geometry::Tool(rig).axes();
   for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
   if (by != CompensateBy::kExtendedFull) return;
@@ -220,8 +221,9 @@ std::optional<TargetUncertainty> ExtendedCommand::uncertainty(
   const bool known = slopes && covariance_->rows() == slopes->cols() &&
                      covariance_->cols() == slopes->cols() && covariance_->allFinite();
   if (!known) return std::nullopt;
-  return uncertainty_of(
-      *slopes * *covariance_ * slopes->transpose(), commanded.turn.has_value());
+  Eigen::MatrixXd twist = *slopes * *covariance_ * slopes->transpose();
+  add_smooth_errors(left_sd_mm_, base_.instrument(), twist);
+  return uncertainty_of(twist, commanded.turn.has_value());
 }
 
 calibration::CompensationModel ExtendedCommand::without_causes() const {

@@ -110,7 +110,8 @@ class ExtendedCommand {
   std::map<int, Eigen::VectorXd> measured_at_;
   std::optional<geometry::Similarity> frame_;
   std::optional<Eigen::MatrixXd> covariance_;
-  int axes_ = 2;  // in which the tool moves
+  double left_sd_mm_ = 0.0;  // of smooth errors without a name
+  int axes_ = 2;             // in which the tool moves
 };
 
 /// When the points of a plan are commanded. Empty: as at the end of the diagnosed session.

@@ -14,6 +14,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+void add_smooth_errors(
+    double sd_mm, const geometry::InstrumentModel& instrument, MatrixXd& twist) {
+  twist.diagonal().head<3>().array() += sd_mm * sd_mm;
+  twist.diagonal().tail<3>().array() += std::pow(sd_mm / geometry::lever_mm(instrument), 2);
+}
+
 TargetUncertainty uncertainty_of(const MatrixXd& twist, bool with_turn) {
   const auto root = [](double variance) { return std::sqrt(std::max(0.0, variance)); };
   TargetUncertainty result{.position_sd_mm = root(twist.topLeftCorner<3, 3>().trace())};
@@ -45,10 +51,7 @@ std::optional<TargetUncertainty> target_uncertainty(
   MatrixXd twist = at.by_v[0] * covariance * at.by_v[0].transpose();
   if (result.assessment) {
     // Smooth errors that the parameters lack move the tool itself as much.
-    const double smooth_mm = result.assessment->structure.sd_mm;
-    const double lever_mm = geometry::lever_mm(*geometry::instrument_of(rig));
-    twist.diagonal().head<3>().array() += smooth_mm * smooth_mm;
-    twist.diagonal().tail<3>().array() += std::pow(smooth_mm / lever_mm, 2);
+    add_smooth_errors(result.assessment->structure.sd_mm, *geometry::instrument_of(rig), twist);
   }
   return uncertainty_of(twist, commanded.turn.has_value());
 }

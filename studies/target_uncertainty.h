@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
 
 namespace sixdial::studies {
@@ -22,6 +23,11 @@ struct TargetUncertainty {
   double position_sd_mm = 0.0;
   std::optional<double> turn_sd_rad{};  // empty: no turn was asked for
 };
+
+/// Adds smooth errors that a model lacks, `sd_mm` at each coordinate, to a covariance of
+/// (position [mm], turn [rad]), 6 x 6: turns err as what they move at the instrument's lever.
+void add_smooth_errors(
+    double sd_mm, const geometry::InstrumentModel& instrument, Eigen::MatrixXd& twist);
 
 /// Of a covariance of (position [mm], turn in W [rad]), 6 x 6.
 [[nodiscard]] TargetUncertainty uncertainty_of(const Eigen::MatrixXd& twist, bool with_turn);
