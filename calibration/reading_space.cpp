@@ -333,10 +333,21 @@ bool fits_turns(const geometry::Rig& rig) {
          geometry::turns_its_tool(*rig.robot.model, rig.robot.nominal);
 }
 
+bool fits_turns(std::span<const Trial> trials, const geometry::Rig& rig) {
+  if (!fits_turns(rig)) return false;
+  const auto instrument = geometry::instrument_of(rig);
+  return std::ranges::any_of(trials, [&](const Trial& trial) {
+    for (std::size_t k = 0; k < trial.reading.size() && k < instrument->channels.size(); ++k) {
+      if (trial.reading[k] && instrument->channels[k].unit == "rad") return true;
+    }
+    return false;
+  });
+}
+
 ObservationSpace fitted_space(
     std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
-  return fits_turns(rig) ? reading_space(trials, rig, noise_mm)
-                         : measured_space(trials, rig, noise_mm);
+  return fits_turns(trials, rig) ? reading_space(trials, rig, noise_mm)
+                                 : measured_space(trials, rig, noise_mm);
 }
 
 bool shows_position(const ObservationSpace& space) {

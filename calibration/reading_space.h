@@ -37,9 +37,12 @@ namespace sixdial::calibration {
 /// Whether a rig's instrument measures how its tool is turned, and parameters of its robot
 /// follow that.
 [[nodiscard]] bool fits_turns(const geometry::Rig& rig);
+/// The same, and at least one of these has a turn.
+[[nodiscard]] bool fits_turns(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 
-/// What a robot's parameters are found from: measured_space, and with the turns where the rig
-/// fits_turns.
+/// What a robot's parameters are found from: measured_space, and with the turns where the
+/// trials and the rig fits_turns.
 [[nodiscard]] ObservationSpace fitted_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig,
     double noise_mm = 0.003);

@@ -74,7 +74,7 @@ std::optional<Warning> leave_out_slipped_turns(
     session::Session& session, std::span<const simulation::Trial> g1,
     const calibration::IdentifySettings& settings) {
   const geometry::Rig& rig = session.rig;
-  if (!calibration::fits_turns(rig)) return std::nullopt;
+  if (!calibration::fits_turns(g1, rig)) return std::nullopt;
   const calibration::ObservationSpace space =
       calibration::fitted_space(g1, rig, settings.noise_mm);
   const int freedom = space.rows() - space.parameters();

@@ -12,6 +12,7 @@
 #include "report/words/warning_words.h"
 #include "session/sample_layout.h"
 #include "studies/calibrate.h"
+#include "studies/compensate.h"
 #include "studies/plausibility.h"
 #include "tests/support/pose_session.h"
 
@@ -133,6 +134,25 @@ TEST(FewTurns, AreNotUsed) {
   for (const session::Sample& sample : judged.session.samples) {
     EXPECT_FALSE(session::turn_of(sample, layout));
   }
+}
+
+TEST(TurnsOfOneSet, ThatIsNotFittedMakeNoFitOfTurns) {
+  PoseSession made = testing::pose_session();
+  const session::SampleLayout layout = session::layout_of(made.session.rig);
+  for (session::Sample& sample : made.session.samples) {
+    if (sample.set == "G1") session::set_turn(sample, layout, std::nullopt);
+  }
+  const CalibrationResult result = calibrate(made.session, {.method = "lm"});
+  EXPECT_EQ(result.assessment->space, "positions");
+  EXPECT_EQ(result.turn_errors->at(0).set, "G2");
+  EXPECT_LT(result.method("lm")->g2->mean_mm, 0.06);
+  try {
+    check_knows_turns(result, CompensateBy::kKinematics);
+    FAIL() << "commanded";
+  } catch (const StudyError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("made without turns"));
+  }
+  check_knows_turns(result, CompensateBy::kBefore);
 }
 
 }  // namespace

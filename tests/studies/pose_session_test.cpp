@@ -365,6 +365,8 @@ TEST(TurnsOfASession, AnglesOfAnotherMeaningAreToldAndNotFitted) {
   EXPECT_THAT(report::warning_line(*warning), HasSubstr("orientation = \"intrinsic zyx\""));
   EXPECT_FALSE(is_clean(*result.warnings));
   EXPECT_FALSE(result.turn_errors);
+  EXPECT_EQ(result.assessment->space, "positions");
+  EXPECT_EQ(result.assessment->readings, 3 * result.assessment->samples);
   EXPECT_LT(result.method("lm")->g2->mean_mm, 0.06);  // the positions are as good as ever
 }
 
