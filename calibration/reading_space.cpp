@@ -333,15 +333,18 @@ bool fits_turns(const geometry::Rig& rig) {
          geometry::turns_its_tool(*rig.robot.model, rig.robot.nominal);
 }
 
+bool has_turn(const Trial& trial, const geometry::InstrumentModel& instrument) {
+  for (std::size_t k = 0; k < trial.reading.size() && k < instrument.channels.size(); ++k) {
+    if (trial.reading[k] && instrument.channels[k].unit == "rad") return true;
+  }
+  return false;
+}
+
 bool fits_turns(std::span<const Trial> trials, const geometry::Rig& rig) {
   if (!fits_turns(rig)) return false;
   const auto instrument = geometry::instrument_of(rig);
-  return std::ranges::any_of(trials, [&](const Trial& trial) {
-    for (std::size_t k = 0; k < trial.reading.size() && k < instrument->channels.size(); ++k) {
-      if (trial.reading[k] && instrument->channels[k].unit == "rad") return true;
-    }
-    return false;
-  });
+  return std::ranges::any_of(
+      trials, [&](const Trial& trial) { return has_turn(trial, *instrument); });
 }
 
 ObservationSpace fitted_space(

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "calibration/observation_space.h"
+#include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
 #include "simulation/trial.h"
 
@@ -37,7 +38,10 @@ namespace sixdial::calibration {
 /// Whether a rig's instrument measures how its tool is turned, and parameters of its robot
 /// follow that.
 [[nodiscard]] bool fits_turns(const geometry::Rig& rig);
-/// The same, and at least one of these has a turn.
+/// Whether a turn of the tool was measured in this trial.
+[[nodiscard]] bool has_turn(
+    const simulation::Trial& trial, const geometry::InstrumentModel& instrument);
+/// fits_turns(rig), and at least one of these trials has_turn.
 [[nodiscard]] bool fits_turns(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 

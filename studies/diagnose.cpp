@@ -329,8 +329,7 @@ void refuse_too_few_poses(
     if (held_out.empty() || !held_out[i]) fitted.push_back(trials[i]);
   }
   const geometry::Rig& rig = session.rig;
-  const auto few =
-      too_few_poses(fitted, rig.instrument.dimensions, rig.robot.model->parameter_count());
+  const auto few = too_few_poses(fitted, rig, rig.robot.model->parameter_count());
   if (!few || fitted.empty()) return;
   throw StudyError(
       StudyErrorCode::kBadData,

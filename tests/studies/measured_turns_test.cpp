@@ -11,9 +11,11 @@
 #include "geometry/units.h"
 #include "report/words/warning_words.h"
 #include "session/sample_layout.h"
+#include "session/trials.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
 #include "studies/plausibility.h"
+#include "studies/plausibility_of_fit.h"
 #include "tests/support/pose_session.h"
 
 namespace sixdial::studies {
@@ -153,6 +155,32 @@ TEST(TurnsOfOneSet, ThatIsNotFittedMakeNoFitOfTurns) {
     EXPECT_THAT(error.what(), HasSubstr("made without turns"));
   }
   check_knows_turns(result, CompensateBy::kBefore);
+}
+
+TEST(TooFewPoses, CountTheTurnsThatAreFitted) {
+  PoseSession made = testing::pose_session();
+  const geometry::Rig& rig = made.session.rig;
+  const session::SampleLayout layout = session::layout_of(rig);
+  const int parameters = rig.robot.model->parameter_count();
+  const int with_turns = (parameters + 5 + 5) / 6;
+  const int without = (parameters + 5 + 2) / 3;
+  ASSERT_LT(with_turns + 2, without);
+  const auto needed = [&](int poses) -> int {
+    std::vector<simulation::Trial> trials = session::trials_of(made.session, "G1");
+    trials.resize(static_cast<std::size_t>(poses));
+    const auto few = too_few_poses(trials, rig, parameters);
+    return few ? static_cast<int>(std::get<double>(few->parts.at("needed"))) : 0;
+  };
+  EXPECT_EQ(needed(with_turns), 0);
+  EXPECT_EQ(needed(with_turns - 1), with_turns);
+  // A fit of positions needs nearly twice as many, and one turn more helps by one pose at most.
+  for (std::size_t i = 1; i < made.session.samples.size(); ++i) {
+    session::set_turn(made.session.samples[i], layout, std::nullopt);
+  }
+  EXPECT_GT(needed(with_turns + 1), with_turns + 1);
+  session::set_turn(made.session.samples[0], layout, std::nullopt);
+  EXPECT_EQ(needed(without), 0);
+  EXPECT_EQ(needed(without - 1), without);
 }
 
 }  // namespace
