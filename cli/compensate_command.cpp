@@ -132,10 +132,18 @@ geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::R
   return studies::working_mode_in_use(warnings, rig);
 }
 
-/// With the extended model of a diagnosis that is made now or read.
+/// What is asked of a session, refused before minutes go into a fit. Empty: a plan is.
+std::optional<studies::GivenTarget> asked_target(
+    const CompensateOptions& options, const session::Session& session) {
+  studies::check_sides(*session.rig.robot.model, options.approach.size());
+  if (!options.plan_file.empty()) return std::nullopt;
+  return studies::given_target(session, options.target);
+}
+
+/// With the extended model of a diagnosis that is made now or read. `given`: unless a plan is.
 service::ExitCode extend_bundle(
     Cli& cli, const CompensateOptions& options, session::Session session,
-    studies::CompensateBy by) {
+    studies::CompensateBy by, const std::optional<studies::GivenTarget>& given) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
@@ -157,7 +165,7 @@ service::ExitCode extend_bundle(
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
-  if (!options.plan_file.empty()) {
+  if (!given) {
     const session::Plan asked = session::read_plan(
         options.plan_file, studies::rig_of_turns(session.rig, command.without_causes()));
     studies::check_commands_turns(session, asked);
@@ -172,16 +180,16 @@ service::ExitCode extend_bundle(
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const studies::GivenTarget given = studies::given_target(session, options.target);
-  if (given.turn) studies::check_knows_turns(diagnosis.extended_fit);
+  if (given->turn) studies::check_knows_turns(diagnosis.extended_fit);
   const studies::CommandMoment moment{
       .approach = options.approach, .temperature_c = options.temperature_c};
   studies::CommandedTarget commanded = studies::commanded_target(
-      command.solve(given.target(), mode, moment), by, given, mode, *session.rig.robot.model);
+      command.solve(given->target(), mode, moment), by, *given, mode, *session.rig.robot.model);
   commanded.uncertainty = command.uncertainty(commanded, moment);
   print_target(
-      cli, with_outside(
-               with_warnings(report::to_json(commanded), warnings), session, given.p_mm, mode));
+      cli,
+      with_outside(
+          with_warnings(report::to_json(commanded), warnings), session, given->p_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -219,38 +227,39 @@ studies::CompensateBy recommended_of(
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  const std::optional<studies::GivenTarget> given = asked_target(options, session);
   const std::optional<studies::CompensateBy> asked = studies::compensate_by_from(options.by);
   if (asked && is_extended(*asked)) {
-    return extend_bundle(cli, options, std::move(session), *asked);
+    return extend_bundle(cli, options, std::move(session), *asked, given);
   }
   const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
   const studies::CompensateBy by = asked ? *asked : recommended_of(calibrated, options);
-  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by);
+  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by, given);
   const Warnings warnings = calibrated.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
-  if (!options.plan_file.empty()) {
-    const session::Plan given =
+  if (!given) {
+    const session::Plan planned =
         session::read_plan(options.plan_file, studies::rig_of_turns(session.rig, model));
-    studies::check_commands_turns(session, given);
-    if (studies::asks_turns(given)) studies::check_knows_turns(calibrated, by);
-    const session::Plan plan = studies::compensated_plan(given, model, session.rig);
+    studies::check_commands_turns(session, planned);
+    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by);
+    const session::Plan plan = studies::compensated_plan(planned, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings), outside_of_plan(session, given));
+        report::warnings_json(warnings), outside_of_plan(session, planned));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const studies::GivenTarget given = studies::given_target(session, options.target);
-  if (given.turn) studies::check_knows_turns(calibrated, by);
-  studies::CommandedTarget commanded = studies::compensated_target(model, by, given, mode);
+  if (given->turn) studies::check_knows_turns(calibrated, by);
+  studies::CommandedTarget commanded = studies::compensated_target(model, by, *given, mode);
   commanded.uncertainty = studies::target_uncertainty(calibrated, session.rig, commanded);
   print_target(
-      cli, with_outside(
-               with_warnings(report::to_json(commanded), warnings), session, given.p_mm, mode));
+      cli,
+      with_outside(
+          with_warnings(report::to_json(commanded), warnings), session, given->p_mm, mode));
   return service::ExitCode::kOk;
 }
 

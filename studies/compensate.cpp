@@ -85,6 +85,17 @@ GivenTarget given_target(const session::Session& session, const std::vector<doub
   return given;
 }
 
+void check_sides(const geometry::RobotModel& robot, std::size_t sides, std::string_view param) {
+  if (sides <= robot.joints.size()) return;
+  throw StudyError(
+      StudyErrorCode::kInvalidParams,
+      fmt::format(
+          "a side of arrival is given for joint {}; this robot has {} joints", sides,
+          robot.joints.size()),
+      {{"param", std::string(param)}},
+      "Give a side of each joint, the first joint's first; 0, or left out: unknown.");
+}
+
 void check_commands_turns(const session::Session& session) {
   const geometry::Robot& robot = session.rig.robot;
   if (!geometry::reaches_any_turn(*robot.model, robot.nominal)) {

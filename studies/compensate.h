@@ -11,6 +11,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/compensation.h"
@@ -66,6 +67,11 @@ struct GivenTarget {
 /// has none.
 [[nodiscard]] GivenTarget given_target(
     const session::Session& session, const std::vector<double>& figures);
+
+/// Throws StudyError invalid_params where sides of arrival are given for more joints than the
+/// robot has; `param` is who gives them.
+void check_sides(
+    const geometry::RobotModel& robot, std::size_t sides, std::string_view param = "approach");
 
 /// Throws StudyError bad_data where the tool of this session's robot cannot be commanded to
 /// turns: the robot cannot take them, nothing measured them, or they are not used.

@@ -42,6 +42,17 @@ std::vector<double> place_in(const Json& params) {
   return place;
 }
 
+/// Refuses a side of a joint that the robot does not have.
+std::vector<int> sides_in(const Json& params, const geometry::RobotModel& robot) {
+  std::vector<int> sides;
+  for (std::size_t joint = 0; joint < kSides.size(); ++joint) {
+    const std::string key(kSides.at(joint));
+    if (params.contains(key)) studies::check_sides(robot, joint + 1, key);
+    sides.push_back(param_or(params, key, 0));
+  }
+  return sides;
+}
+
 Json target(const Call& call) {
   const studies::CompensateBy by = by_of(call);
   const bool extended = is_extended(by);
@@ -55,12 +66,10 @@ Json target(const Call& call) {
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
   const session::Session session = call.service.reader().load_session(record.session);
   const studies::GivenTarget given = studies::given_target(session, place_in(call.params));
+  const std::vector<int> sides = sides_in(call.params, *rig.robot.model);
   Json answer;
   if (extended) {
-    studies::CommandMoment moment;
-    for (const std::string_view side : kSides) {
-      moment.approach.push_back(param_or(call.params, side, 0));
-    }
+    studies::CommandMoment moment{.approach = sides};
     if (call.params.contains("temperature_c")) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }

@@ -17,6 +17,7 @@ namespace sixdial::cli {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::Outcome;
 using testing::sixdial;
 using testing::TempDirectory;
@@ -149,6 +150,25 @@ TEST_F(PoseCommand, WhatCannotBeIsSaid) {
       {"compensate", bundle, "-q", "--calibration-method", "lm", "--target", "28,48,0,0,0,0"});
   EXPECT_NE(plane.code, 0);
   EXPECT_THAT(plane.err, HasSubstr("cannot turn its tool any way"));
+}
+
+TEST_F(PoseCommand, WhatCannotBeIsSaidBeforeAnythingIsFitted) {
+  const std::string bundle = test_paths::test_data() + std::string("/sessions/00");
+  for (const char* const model : {"recommended", "extended", "kinematics"}) {
+    const Outcome sides = sixdial(
+        {"compensate", bundle, "--model", model, "--target", "28,48", "--approach",
+         "1,-1,1,1"});
+    EXPECT_EQ(sides.code, 2);
+    EXPECT_THAT(sides.err, HasSubstr("given for joint 4; this robot has 2 joints"));
+    EXPECT_THAT(sides.err, Not(HasSubstr("making the ")));
+    const Outcome plane =
+        sixdial({"compensate", bundle, "--model", model, "--target", "1,2,3"});
+    EXPECT_EQ(plane.code, 2);
+    EXPECT_THAT(plane.err, HasSubstr("works in the plane"));
+    EXPECT_THAT(plane.err, Not(HasSubstr("making the ")));
+  }
+  const Outcome fewer = compensate({"--target", "-600,-300,400", "--approach", "1,0"});
+  EXPECT_EQ(fewer.code, 0) << fewer.err;
 }
 
 }  // namespace

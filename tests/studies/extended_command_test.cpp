@@ -260,6 +260,11 @@ TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
                             {"approach2", 1}})["result"];
   EXPECT_LT(target["closure_mm"], kClosure_mm);
   EXPECT_EQ(target["result"], diagnosed["result"]);
+  EXPECT_EQ(
+      error_code_of(client.call(
+          "compensate.target",
+          {{"session", "demo"}, {"x_mm", 28.0}, {"y_mm", 48.0}, {"approach5", 1}})),
+      "invalid_params");
 
   const Json validated = finished(client, client.call("validate.start", ways)["result"]);
   ASSERT_EQ(validated["state"], "done") << validated;
