@@ -195,14 +195,14 @@ constexpr Words kWords[] = {
      "fit starts from there."},
     {"tool_turn_registered",
      "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
-     "against the rig file's; turns fit the nominal robot within {left:.2g} deg then. The fit "
-     "starts from there."},
+     "against the rig file's; half of the turns fit the nominal robot within {left:.2g} deg "
+     "then. The fit starts from there."},
     {"turns_fit_nowhere",
      "The measured turns of the tool do not fit the nominal robot, however its frame sits on "
-     "the last link: {left:.1f} deg are left. They are not used.[ Read as \"{better}\" they "
-     "do: write orientation = \"{better}\" under instrument in rig.toml.] orientation = "
-     "\"{orientation}\" is what the three angles are taken for now; they are those of the "
-     "tool's frame in the instrument's, in the unit of the column's name."},
+     "the last link: half of them are off by {left:.1f} deg or more. They are not used.[ Read "
+     "as \"{better}\" they do: write orientation = \"{better}\" under instrument in rig.toml.] "
+     "orientation = \"{orientation}\" is what the three angles are taken for now; they are "
+     "those of the tool's frame in the instrument's, in the unit of the column's name."},
     {"far_turn",
      "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike all "
      "others: not used."},

@@ -81,6 +81,8 @@ TEST_F(OfPoses, TheProbesFrameIsRegisteredAndTheRestFitted) {
   const Warning* registered = told(*found_->warnings, "tool_turn_registered");
   ASSERT_NE(registered, nullptr);
   EXPECT_GT(std::get<double>(registered->parts.at("turn")), 100.0);
+  EXPECT_THAT(
+      report::warning_line(*registered), HasSubstr("half of the turns fit the nominal robot"));
   EXPECT_TRUE(is_clean(*found_->warnings));
   EXPECT_EQ(found_->assessment->space, "poses");
   EXPECT_EQ(found_->assessment->readings, 360);
@@ -363,6 +365,7 @@ TEST(TurnsOfASession, AnglesOfAnotherMeaningAreToldAndNotFitted) {
   ASSERT_NE(warning, nullptr);
   EXPECT_EQ(std::get<std::string>(warning->parts.at("better")), "intrinsic zyx");
   EXPECT_THAT(report::warning_line(*warning), HasSubstr("orientation = \"intrinsic zyx\""));
+  EXPECT_THAT(report::warning_line(*warning), HasSubstr("half of them are off by"));
   EXPECT_FALSE(is_clean(*result.warnings));
   EXPECT_FALSE(result.turn_errors);
   EXPECT_EQ(result.assessment->space, "positions");
