@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "calibration/predicted_position.h"
-#include "calibration/reading_space.h"
 #include "calibration/reading_errors.h"
+#include "calibration/reading_space.h"
 #include "calibration/rig_errors.h"
 #include "geometry/tool.h"
 

@@ -31,22 +31,22 @@ struct DistinctPoses {
 DistinctPoses distinct_poses(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
   constexpr int kOfATurn = 3;
-  struct Pose {
+  struct SeenPose {
     Eigen::VectorXd q;
     bool turn = false;
   };
   const bool turns = calibration::fits_turns(trials, rig);
   const auto instrument = turns ? geometry::instrument_of(rig) : nullptr;
-  std::vector<Pose> poses;
+  std::vector<SeenPose> poses;
   for (const simulation::Trial& trial : trials) {
-    auto same = std::ranges::find_if(poses, [&](const Pose& each) {
+    auto same = std::ranges::find_if(poses, [&](const SeenPose& each) {
       return (each.q - trial.q).cwiseAbs().maxCoeff() < kSamePose;
     });
-    if (same == poses.end()) same = poses.insert(poses.end(), Pose{trial.q});
+    if (same == poses.end()) same = poses.insert(poses.end(), SeenPose{trial.q});
     same->turn = same->turn || (turns && calibration::has_turn(trial, *instrument));
   }
   const auto count = static_cast<int>(poses.size());
-  const auto turned = static_cast<int>(std::ranges::count(poses, true, &Pose::turn));
+  const auto turned = static_cast<int>(std::ranges::count(poses, true, &SeenPose::turn));
   const int axes = rig.instrument.dimensions;
   return {count, axes * count + kOfATurn * turned, axes + (turns ? kOfATurn : 0)};
 }
