@@ -132,12 +132,17 @@ geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::R
   return studies::working_mode_in_use(warnings, rig);
 }
 
-/// What is asked of a session, refused before minutes go into a fit. Empty: a plan is.
+/// What is asked of a session, refused before minutes go into a fit. Empty: a plan is, which is
+/// read again by what commands.
 std::optional<studies::GivenTarget> asked_target(
     const CompensateOptions& options, const session::Session& session) {
   studies::check_sides(*session.rig.robot.model, options.approach.size());
-  if (!options.plan_file.empty()) return std::nullopt;
-  return studies::given_target(session, options.target);
+  if (options.plan_file.empty()) return studies::given_target(session, options.target);
+  if (options.result_file.empty() && options.diagnosis_file.empty()) {
+    studies::check_commands_turns(
+        session, session::read_plan(options.plan_file, studies::rig_of_turns(session)));
+  }
+  return std::nullopt;
 }
 
 /// With the extended model of a diagnosis that is made now or read. `given`: unless a plan is.

@@ -12,6 +12,7 @@
 #include "geometry/tool_turn.h"
 #include "geometry/units.h"
 #include "session/measured_turn.h"
+#include "session/trials.h"
 
 namespace sixdial::studies {
 namespace {
@@ -267,6 +268,19 @@ geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationM
       geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
   if (turned) filed.robot.nominal = *turned;
   return filed;
+}
+
+geometry::Rig rig_of_turns(const session::Session& session) {
+  if (!calibration::fits_turns(session.rig)) return session.rig;
+  const PlausibleSession judged = plausible(session);
+  const geometry::Rig& rig = judged.session.rig;
+  return rig_of_turns(
+      session.rig, {.tool = geometry::Tool(rig),
+                    .nominal = rig.robot.nominal,
+                    .v = rig.robot.nominal,
+                    .measured_at = middles_of(
+                        measured_joints_of(session::trials_of(judged.session, ""), rig)),
+                    .frame = judged.frame});
 }
 
 std::optional<Eigen::VectorXd> near_of(

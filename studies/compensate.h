@@ -112,6 +112,9 @@ void check_knows_turns(const CalibrationResult& result, CompensateBy by);
 [[nodiscard]] geometry::Rig rig_of_turns(
     geometry::Rig filed, const calibration::CompensationModel& model);
 
+/// The same of what a calibration of this session will command, before it is made.
+[[nodiscard]] geometry::Rig rig_of_turns(const session::Session& session);
+
 /// A planned point's joint values, near which its command is looked for. Empty: they turn the
 /// tool by the nominal robot otherwise than the point asks, and stand in another pose than its.
 [[nodiscard]] std::optional<Eigen::VectorXd> near_of(

@@ -167,6 +167,12 @@ TEST_F(PoseCommand, WhatCannotBeIsSaidBeforeAnythingIsFitted) {
     EXPECT_THAT(plane.err, HasSubstr("works in the plane"));
     EXPECT_THAT(plane.err, Not(HasSubstr("making the ")));
   }
+  const std::string plan = (directory_.path() / "turned.csv").string();
+  std::ofstream(plan) << "set,point,target_x_mm,target_y_mm,target_rx_deg\nG1,0,28,48,5\n";
+  const Outcome planned = sixdial({"compensate", bundle, "--plan", plan});
+  EXPECT_NE(planned.code, 0);
+  EXPECT_THAT(planned.err, HasSubstr("measures no turn of the tool"));
+  EXPECT_THAT(planned.err, Not(HasSubstr("making the ")));
   const Outcome fewer = compensate({"--target", "-600,-300,400", "--approach", "1,0"});
   EXPECT_EQ(fewer.code, 0) << fewer.err;
 }

@@ -111,6 +111,9 @@ TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
     EXPECT_EQ(near_of(point, model(), rig()), point.q);
   }
   expect_reached(compensated_plan(read, model(), rig()));
+  // The same is known before anything is fitted.
+  const geometry::Rig before = rig_of_turns(made_->session);
+  EXPECT_LT((before.robot.nominal - probes.robot.nominal).norm(), 1e-6);
   // Only the tool's frame is another one.
   for (Eigen::Index i = 0; i < rig().robot.nominal.size(); ++i) {
     const geometry::ParameterInfo& info =
