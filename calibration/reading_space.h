@@ -46,7 +46,7 @@ namespace sixdial::calibration {
     std::span<const simulation::Trial> trials, const geometry::Rig& rig);
 
 /// What a robot's parameters are found from: measured_space, and with the turns where the
-/// trials and the rig fits_turns.
+/// rig and the trials allow it (fits_turns).
 [[nodiscard]] ObservationSpace fitted_space(
     std::span<const simulation::Trial> trials, const geometry::Rig& rig,
     double noise_mm = 0.003);
