@@ -1,14 +1,44 @@
 #include "diagnosis/command_fit.h"
 
 #include <Eigen/Dense>
+#include <vector>
 
 #include "calibration/reading_errors.h"
 #include "diagnosis/curves_in_model.h"
 #include "diagnosis/eliminated.h"
-#include "diagnosis/normal_inverse.h"
+#include "diagnosis/orthonormal.h"
 #include "diagnosis/unnamed.h"
 
 namespace sixdial::diagnosis {
+namespace {
+
+/// Of the model's numbers, then of what the fit moved in its causes.
+Eigen::VectorXd plausible_changes(const Readings& readings, const JointFit& fit) {
+  std::vector<double> changes;
+  for (const geometry::ParameterInfo& info : readings.model().parameters()) {
+    changes.push_back(info.known_to > 0.0 ? info.known_to : info.change);
+  }
+  for (const simulation::ActiveEffect& active : fit.effects) {
+    for (int k = 0; k < fitted_count(*active.effect); ++k) {
+      const auto size = simulation::parameter_at(*active.effect, active.place, k);
+      changes.push_back(
+          size ? size->sigma : active.effect->parameters[static_cast<std::size_t>(k)].sigma);
+    }
+  }
+  return Eigen::Map<const Eigen::VectorXd>(changes.data(), std::ssize(changes));
+}
+
+/// The covariance that directions which no reading shows keep: that of before,
+///   N (N' C^-1 N)^-1 N',   N the directions, C the squares of plausible changes.
+Eigen::MatrixXd covariance_of_unseen(const NormalInverse& all, const Eigen::VectorXd& change) {
+  const Eigen::Index p = all.unseen.rows();
+  if (all.unseen.cols() == 0) return Eigen::MatrixXd::Zero(p, p);
+  const Eigen::MatrixXd moves =
+      change.asDiagonal() * orthonormal_basis(change.cwiseInverse().asDiagonal() * all.unseen);
+  return moves * moves.transpose();
+}
+
+}  // namespace
 
 Eigen::MatrixXd error_curves(const Readings& readings) {
   using calibration::kCurveShapes;
@@ -31,10 +61,10 @@ Eigen::MatrixXd error_curves(const Readings& readings) {
 }
 
 Eigen::MatrixXd covariance_with_structure(
-    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves) {
+    const NormalInverse& all, const JointFit& plain, const JointFit& structured,
+    const Eigen::MatrixXd& curves) {
   const Whitening whitening = plain.whitening();
   // Parameters by rows'(whitened readings): the readings themselves are too many to be columns.
-  const NormalInverse all(plain);
   const auto bent_by = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
     const Eigen::MatrixXd seen = all.rows.transpose() * whitening(columns);
     return all.estimate * seen;
@@ -64,7 +94,9 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);
   Eigen::MatrixXd bends(readings.count(), curves.cols() + unnamed.cols());
   bends << curves, unnamed;
-  fit.covariance = covariance_with_structure(fit, structured, bends);
+  const NormalInverse all(fit);
+  fit.covariance = covariance_with_structure(all, fit, structured, bends) +
+                   covariance_of_unseen(all, plausible_changes(readings, fit));
   return fit;
 }
 

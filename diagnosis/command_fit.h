@@ -6,13 +6,15 @@
 #pragma once
 
 #include "diagnosis/naming.h"
+#include "diagnosis/normal_inverse.h"
 
 namespace sixdial::diagnosis {
 
 /// Fitted to all readings. The estimate is A y of the readings y, and its covariance A V A'
 /// with V = s^2 (N^2 + C C') + D D': s N is the noise of each reading, C the smooth parts of
 /// `named`, D the dials' error curves within their stated accuracy (error_curves) and what the
-/// robot may have besides its names (unnamed.h).
+/// robot may have besides its names (unnamed.h). What no reading shows of the parameters is no
+/// better known than before: to a plausible change of each.
 [[nodiscard]] JointFit command_fit(const Readings& readings, const NamedCauses& named);
 
 /// D: curves of each dial, smooth over its readings, with the standard deviation that a stated
@@ -22,8 +24,9 @@ namespace sixdial::diagnosis {
 [[nodiscard]] Eigen::MatrixXd error_curves(const Readings& readings);
 
 /// The covariance of `plain`'s parameters where the readings are as `structured` says, with
-/// `curves` besides.
+/// `curves` besides. `all`: of `plain`.
 [[nodiscard]] Eigen::MatrixXd covariance_with_structure(
-    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves);
+    const NormalInverse& all, const JointFit& plain, const JointFit& structured,
+    const Eigen::MatrixXd& curves);
 
 }  // namespace sixdial::diagnosis

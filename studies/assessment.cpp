@@ -14,6 +14,7 @@
 #include "session/sample_layout.h"
 #include "session/trials.h"
 #include "studies/changed_midway.h"
+#include "studies/slipped_turns.h"
 
 namespace sixdial::studies {
 namespace {
@@ -50,9 +51,7 @@ void mark_bad(session::Session& session, const GrossError& error) {
   session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
   if (error.dial < 0) {
     session::set_position(sample, session.rig.dials.size(), std::nullopt);
-    if (!calibration::gives_positions(session.rig)) {
-      sample.others.assign(sample.others.size(), std::nullopt);
-    }
+    sample.others.assign(sample.others.size(), std::nullopt);  // turns of that arrival, sockets
     return;
   }
   session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];
@@ -189,6 +188,7 @@ std::optional<Precision> precision_of(
         calibration::noise_estimate(in, found.fit), {}, covariance);
   };
   const bool of_positions = space.name == "positions";
+  if (!of_positions && space.name != "dials") return std::nullopt;
   const auto here = estimated(space, &fit);
   if (here.empty()) return std::nullopt;
   const auto other = estimated(
@@ -283,6 +283,11 @@ CheckedSession check_gross_errors(
     }
   }
   if (set_aside && !in_g1.found.empty()) split();
+  if (!set_aside || !in_g1.not_possible.empty()) return checked;
+  if (auto slipped = leave_out_slipped_turns(checked.session, checked.g1, wide)) {
+    checked.warnings.push_back(std::move(*slipped));
+    split();
+  }
   return checked;
 }
 
@@ -324,7 +329,7 @@ ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
     const session::Session& session, double noise_mm) {
   if (name == "positions") {
-    return calibration::measured_space(trials, session.rig, noise_mm);
+    return calibration::fitted_space(trials, session.rig, noise_mm);
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {
