@@ -10,6 +10,7 @@
 #include "calibration/predicted_position.h"
 #include "calibration/reading_space.h"
 #include "geometry/tool.h"
+#include "session/measured_turn.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
@@ -51,7 +52,10 @@ void mark_bad(session::Session& session, const GrossError& error) {
   session::Sample& sample = session.samples[static_cast<std::size_t>(error.sample)];
   if (error.dial < 0) {
     session::set_position(sample, session.rig.dials.size(), std::nullopt);
-    sample.others.assign(sample.others.size(), std::nullopt);  // turns of that arrival, sockets
+    if (!calibration::gives_positions(session.rig)) {
+      sample.others.assign(sample.others.size(), std::nullopt);
+    }
+    session::set_turn(sample, session::layout_of(session.rig), std::nullopt);
     return;
   }
   session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];

@@ -89,13 +89,12 @@ double BudgetPoses::of_fit() const {
 
 double BudgetPoses::of_space() const {
   const bool poses = calibration::shows_position(in_.space);  // turns may stand behind
-  double sum_mm2 = 0.0;
-  for (Index row = 0; row < in_.space.sigma_mm.size(); ++row) {
+  Eigen::VectorXd sigma_mm = in_.space.sigma_mm;
+  for (Index row = 0; poses && row < sigma_mm.size(); ++row) {
     const int channel = in_.space.channel[static_cast<std::size_t>(row)];
-    if (poses && channel >= in_.space.position_axes) continue;
-    sum_mm2 += in_.space.sigma_mm[row] * in_.space.sigma_mm[row];
+    if (channel >= in_.space.position_axes) sigma_mm[row] = 0.0;
   }
-  return sum_mm2 / std::max(1, in_.space.samples());
+  return sigma_mm.squaredNorm() / std::max(1, in_.space.samples());
 }
 double BudgetPoses::of_space_in_fit(double sd_mm) const {
   return sd_mm * sd_mm * of_parameters(sandwich_.noise);
