@@ -104,7 +104,17 @@ bool shows_poses(const geometry::InstrumentModel& instrument) {
   return turns && instrument.find_channel("x").has_value();
 }
 
-/// Of an instrument of poses, a sample needs its position.
+/// Whether each angle of a turn was read.
+bool whole_turn(const Trial& trial, const geometry::InstrumentModel& instrument) {
+  for (std::size_t k = 0; k < instrument.channels.size(); ++k) {
+    if (instrument.channels[k].unit != "rad") continue;
+    if (k >= trial.reading.size() || !trial.reading[k]) return false;
+    if (!std::isfinite(*trial.reading[k])) return false;
+  }
+  return true;
+}
+
+/// Of an instrument of poses, a sample needs its position, and has a whole turn or none.
 std::optional<ReadSample> sample_of(
     const Trial& trial, const geometry::Rig& rig, const geometry::InstrumentModel& instrument) {
   if (trial.q.size() != rig.robot.model->joint_count() || !trial.q.allFinite()) {
@@ -114,8 +124,11 @@ std::optional<ReadSample> sample_of(
   sample.reading.resize(instrument.channels.size());
   std::vector<double> measured, per_unit;
   const double lever_mm = geometry::lever_mm(instrument);
+  const bool poses = shows_poses(instrument);
+  const bool turned = !poses || whole_turn(trial, instrument);
   for (std::size_t k = 0; k < trial.reading.size() && k < sample.reading.size(); ++k) {
     if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
+    if (!turned && instrument.channels[k].unit == "rad") continue;
     sample.reading[k] = trial.reading[k];
     sample.channels.push_back(static_cast<Index>(k));
     measured.push_back(*trial.reading[k]);
@@ -125,7 +138,7 @@ std::optional<ReadSample> sample_of(
   const auto axes = static_cast<std::size_t>(rig.instrument.dimensions);
   const bool whole = sample.channels.size() >= axes &&
                      sample.channels[axes - 1] + 1 == rig.instrument.dimensions;
-  if (measured.empty() || (shows_poses(instrument) && !whole)) return std::nullopt;
+  if (measured.empty() || (poses && !whole)) return std::nullopt;
   sample.measured = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
   sample.per_unit = Eigen::Map<const VectorXd>(per_unit.data(), std::ssize(per_unit));
   return sample;
@@ -207,14 +220,16 @@ ObservationSpace named_space(
   return space;
 }
 
-/// Of one reading, in the channel's unit: a coordinate's own where the row gives it. 0: nobody
-/// knows.
+/// Of one reading, in the channel's unit: a coordinate's own where the row gives it, and an
+/// angle's as well as the coordinates' at the lever where nobody says it. 0: nobody knows.
 double deviation_of(
     const Trial& trial, const geometry::InstrumentModel& instrument, Index channel) {
-  if (shows_poses(instrument) && channel < trial.position_covariance.rows()) {
-    return std::sqrt(std::max(0.0, trial.position_covariance(channel, channel)));
-  }
-  return instrument.channels[static_cast<std::size_t>(channel)].sd;
+  const geometry::ChannelInfo& info = instrument.channels[static_cast<std::size_t>(channel)];
+  const Eigen::MatrixXd& C = trial.position_covariance;
+  if (!shows_poses(instrument) || C.rows() == 0) return info.sd;
+  if (channel < C.rows()) return std::sqrt(std::max(0.0, C(channel, channel)));
+  const double usual_mm = std::sqrt(C.trace() / static_cast<double>(C.rows()));
+  return info.sd > 0.0 ? info.sd : usual_mm / geometry::lever_mm(instrument);
 }
 
 /// Measured position less the target; NaN: there is no target.
@@ -309,6 +324,8 @@ ObservationSpace reading_space(
     space.covariance_mm2.emplace_back(
         space.sigma_mm.segment(at, space.rows(i)).cwiseAbs2().asDiagonal());
   }
+  // Place and turn of an arrival, each as a whole.
+  space.rows_belong_together = shows_poses(instrument);
   space.nominal = start_of(*details);
   space.off_target_mm.resize(rig.instrument.dimensions, std::ssize(off_target));
   for (std::size_t i = 0; i < off_target.size(); ++i) {
@@ -334,10 +351,7 @@ bool fits_turns(const geometry::Rig& rig) {
 }
 
 bool has_turn(const Trial& trial, const geometry::InstrumentModel& instrument) {
-  for (std::size_t k = 0; k < trial.reading.size() && k < instrument.channels.size(); ++k) {
-    if (trial.reading[k] && instrument.channels[k].unit == "rad") return true;
-  }
-  return false;
+  return shows_poses(instrument) && whole_turn(trial, instrument);
 }
 
 bool fits_turns(std::span<const Trial> trials, const geometry::Rig& rig) {

@@ -4,7 +4,7 @@
 // sockets) is one extra sample after the measured ones; its joint values are the mean of
 // theirs, so that it is no pose of its own. A sample's error of position is the least shift of
 // the tool that explains what was read. An angle counts as what it moves at the end of a lever
-// (geometry/lever.h): all rows are lengths.
+// (geometry/lever.h): all rows are lengths. Those of poses weigh alike, as those of positions.
 //
 //   const ObservationSpace space = reading_space(session::trials_of(session, "G1"), rig);
 //   const SpaceFit fit = fit_space(space, {.weighting = Weighting::kBySigma});
