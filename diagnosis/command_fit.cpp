@@ -6,6 +6,7 @@
 #include "calibration/reading_errors.h"
 #include "diagnosis/curves_in_model.h"
 #include "diagnosis/eliminated.h"
+#include "diagnosis/normal_inverse.h"
 #include "diagnosis/orthonormal.h"
 #include "diagnosis/unnamed.h"
 
@@ -26,16 +27,6 @@ Eigen::VectorXd plausible_changes(const Readings& readings, const JointFit& fit)
     }
   }
   return Eigen::Map<const Eigen::VectorXd>(changes.data(), std::ssize(changes));
-}
-
-/// The covariance that directions which no reading shows keep: that of before,
-///   N (N' C^-1 N)^-1 N',   N the directions, C the squares of plausible changes.
-Eigen::MatrixXd covariance_of_unseen(const NormalInverse& all, const Eigen::VectorXd& change) {
-  const Eigen::Index p = all.unseen.rows();
-  if (all.unseen.cols() == 0) return Eigen::MatrixXd::Zero(p, p);
-  const Eigen::MatrixXd moves =
-      change.asDiagonal() * orthonormal_basis(change.cwiseInverse().asDiagonal() * all.unseen);
-  return moves * moves.transpose();
 }
 
 }  // namespace
@@ -61,10 +52,10 @@ Eigen::MatrixXd error_curves(const Readings& readings) {
 }
 
 Eigen::MatrixXd covariance_with_structure(
-    const NormalInverse& all, const JointFit& plain, const JointFit& structured,
-    const Eigen::MatrixXd& curves) {
+    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves) {
   const Whitening whitening = plain.whitening();
   // Parameters by rows'(whitened readings): the readings themselves are too many to be columns.
+  const NormalInverse all(plain);
   const auto bent_by = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
     const Eigen::MatrixXd seen = all.rows.transpose() * whitening(columns);
     return all.estimate * seen;
@@ -94,10 +85,17 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);
   Eigen::MatrixXd bends(readings.count(), curves.cols() + unnamed.cols());
   bends << curves, unnamed;
-  const NormalInverse all(fit);
-  fit.covariance = covariance_with_structure(all, fit, structured, bends) +
-                   covariance_of_unseen(all, plausible_changes(readings, fit));
+  fit.covariance = covariance_with_structure(fit, structured, bends);
   return fit;
+}
+
+Eigen::MatrixXd covariance_of_unseen(const Readings& readings, const JointFit& fit) {
+  const Eigen::MatrixXd unseen = NormalInverse(fit).unseen;
+  if (unseen.cols() == 0) return Eigen::MatrixXd::Zero(unseen.rows(), unseen.rows());
+  const Eigen::VectorXd change = plausible_changes(readings, fit);
+  const Eigen::MatrixXd moves =
+      change.asDiagonal() * orthonormal_basis(change.cwiseInverse().asDiagonal() * unseen);
+  return moves * moves.transpose();
 }
 
 }  // namespace sixdial::diagnosis

@@ -6,15 +6,13 @@
 #pragma once
 
 #include "diagnosis/naming.h"
-#include "diagnosis/normal_inverse.h"
 
 namespace sixdial::diagnosis {
 
 /// Fitted to all readings. The estimate is A y of the readings y, and its covariance A V A'
 /// with V = s^2 (N^2 + C C') + D D': s N is the noise of each reading, C the smooth parts of
 /// `named`, D the dials' error curves within their stated accuracy (error_curves) and what the
-/// robot may have besides its names (unnamed.h). What no reading shows of the parameters is no
-/// better known than before: to a plausible change of each.
+/// robot may have besides its names (unnamed.h).
 [[nodiscard]] JointFit command_fit(const Readings& readings, const NamedCauses& named);
 
 /// D: curves of each dial, smooth over its readings, with the standard deviation that a stated
@@ -24,9 +22,15 @@ namespace sixdial::diagnosis {
 [[nodiscard]] Eigen::MatrixXd error_curves(const Readings& readings);
 
 /// The covariance of `plain`'s parameters where the readings are as `structured` says, with
-/// `curves` besides. `all`: of `plain`.
+/// `curves` besides.
 [[nodiscard]] Eigen::MatrixXd covariance_with_structure(
-    const NormalInverse& all, const JointFit& plain, const JointFit& structured,
-    const Eigen::MatrixXd& curves);
+    const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves);
+
+/// What no reading shows of a fit's parameters is no better known than before, to a plausible
+/// change of each: the covariance that the directions N which no reading shows keep,
+///   N (N' C^-1 N)^-1 N',   C the squares of plausible changes.
+/// Of the model, then of what the fit moved in its causes; zero where everything is shown.
+[[nodiscard]] Eigen::MatrixXd covariance_of_unseen(
+    const Readings& readings, const JointFit& fit);
 
 }  // namespace sixdial::diagnosis

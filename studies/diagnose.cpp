@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/crew.h"
+#include "diagnosis/command_fit.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
@@ -128,7 +129,8 @@ ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
   result.rig = found.commanding_rig;
   if (readings.axes() == 3) {
-    result.covariance = found.commanding.covariance;
+    result.covariance = found.commanding.covariance +
+                        diagnosis::covariance_of_unseen(readings, found.commanding);
     result.left_sd_mm = left_sd_mm(found);
     result.turns = has_turns(readings);
   }
