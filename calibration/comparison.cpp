@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calibration/reading_space.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -44,8 +46,10 @@ tl::expected<TrainedResidual, Trouble> learn(
             std::to_string(kLeastToLearn) +
             " are needed (measure more, or leave the method out)"});
   }
-  if (settings.output_names.empty() && g1.channels() == g1.position_axes) {
-    for (const SpaceChannel& each : g1.channel_info) settings.output_names.push_back(each.name);
+  if (settings.output_names.empty() && shows_position(g1)) {
+    for (int axis = 0; axis < g1.position_axes; ++axis) {
+      settings.output_names.push_back(g1.channel_info[static_cast<std::size_t>(axis)].name);
+    }
   }
   try {
     return train_residual(

@@ -6,6 +6,12 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "geometry/rotation.h"
+#include "geometry/tool_turn.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -21,10 +27,14 @@ constexpr double kSlopeStep_rad = 1e-5;
 constexpr double kSlopeStep_mm = 1e-3;
 constexpr int kHalvings = 30;
 
+constexpr double kLever_mm = 500.0;  // a turn counts as what it moves at the end of this
+
 tl::unexpected<CompensationTrouble> trouble(
-    CompensationTrouble::Kind kind, const Position& target, std::string_view why) {
-  return tl::unexpected(
-      CompensationTrouble{kind, fmt::format("({:.3f}) mm: {}", fmt::join(target, ", "), why)});
+    CompensationTrouble::Kind kind, const ToolTarget& target, std::string_view why) {
+  return tl::unexpected(CompensationTrouble{
+      kind, fmt::format(
+                "({:.3f}) mm{}: {}", fmt::join(target.p_mm, ", "),
+                target.R ? ", turned as asked" : "", why)});
 }
 
 /// "working mode ++"; nothing of a robot with one mode.
@@ -37,9 +47,9 @@ std::string mode_in_words(const geometry::RobotModel& robot, geometry::WorkingMo
 }
 
 MatrixXd slope(
-    const Correction& correction, const geometry::RobotModel& robot, int axes,
+    const Correction& correction, const geometry::RobotModel& robot, Eigen::Index rows,
     const VectorXd& q) {
-  MatrixXd result = MatrixXd::Zero(axes, q.size());
+  MatrixXd result = MatrixXd::Zero(rows, q.size());
   if (!correction) return result;
   for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
     const JointInfo& info = robot.joints[static_cast<std::size_t>(joint)];
@@ -83,47 +93,110 @@ std::string most_moved(const geometry::RobotModel& robot, const Compensation& fo
   return fmt::format("{:.3f} {}", change, robot.joints[static_cast<std::size_t>(most)].unit());
 }
 
+/// What is missing to a target [mm], and below it, where it asks for a turn, the rotation
+/// vector that is missing at the end of a lever.
+tl::expected<VectorXd, geometry::KinematicTrouble> missing_at(
+    const CompensationModel& model, const ToolTarget& target, const VectorXd& q,
+    geometry::Assembly assembly) {
+  const auto position = modelled_position(model, q, assembly);
+  if (!position) return tl::unexpected(position.error());
+  const VectorXd way = target.p_mm - *position;
+  if (!target.R) return way;
+  const auto turned = modelled_turn(model, q, assembly);
+  if (!turned) return tl::unexpected(turned.error());
+  VectorXd both(way.size() + 3);
+  both << way, kLever_mm * geometry::rotation_vector(*target.R * turned->transpose());
+  return both;
+}
+
+/// Derivative by the joints of what missing_at is the lack of.
+tl::expected<MatrixXd, geometry::KinematicTrouble> slope_at(
+    const CompensationModel& model, const ToolTarget& target, const VectorXd& q,
+    geometry::Assembly assembly) {
+  const geometry::RobotModel& robot = model.tool.robot();
+  const auto here = model.tool.derivative(model.v, q, assembly);
+  if (!here) return tl::unexpected(here.error());
+  const MatrixXd J = here->J_q + slope(model.correction, robot, model.tool.axes(), q);
+  if (!target.R) return J;
+  geometry::Frames at(robot);
+  at.tool_only = true;
+  if (const auto reached = robot.forward_derivative(model.v, q, assembly, at); !reached) {
+    return tl::unexpected(reached.error());
+  }
+  MatrixXd both(J.rows() + 3, J.cols());
+  both << J,
+      kLever_mm * (at.by_q[0].bottomRows<3>() + slope(model.turn_correction, robot, 3, q));
+  return both;
+}
+
+void set_closure(const VectorXd& missing, Eigen::Index axes, Compensation& result) {
+  result.closure_mm = missing.head(axes).norm();
+  result.closure_rad = missing.tail(missing.size() - axes).norm() / kLever_mm;
+}
+
 /// Damped Newton from `result` on until the tool is at the target.
 tl::expected<Compensation, CompensationTrouble> closed(
-    const CompensationModel& model, const Position& target_mm, geometry::Assembly assembly,
+    const CompensationModel& model, const ToolTarget& target, geometry::Assembly assembly,
     Compensation result, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
-  auto position = modelled_position(model, result.q, assembly);
-  if (!position) return trouble(Kind::kUnreachable, target_mm, describe(position.error()));
-  result.closure_mm = (*position - target_mm).norm();
-  while (!(result.closure_mm <= settings.closure_mm)) {
+  auto missing = missing_at(model, target, result.q, assembly);
+  if (!missing) return trouble(Kind::kUnreachable, target, describe(missing.error()));
+  const Eigen::Index axes = target.p_mm.size();
+  set_closure(*missing, axes, result);
+  while (!(
+      result.closure_mm <= settings.closure_mm && result.closure_rad <= settings.closure_rad)) {
     if (++result.iterations > settings.max_iterations) {
       return trouble(
-          Kind::kNotConverged, target_mm,
-          fmt::format("{} steps leave {:.1e} mm", settings.max_iterations, result.closure_mm));
+          Kind::kNotConverged, target,
+          fmt::format("{} steps leave {:.1e} mm", settings.max_iterations, missing->norm()));
     }
-    const auto here = model.tool.derivative(model.v, result.q, assembly);
-    if (!here) return trouble(Kind::kUnreachable, target_mm, describe(here.error()));
-    const MatrixXd J =
-        here->J_q + slope(model.correction, model.tool.robot(), model.tool.axes(), result.q);
-    const VectorXd step = step_for(J, target_mm - *position);
+    const auto J = slope_at(model, target, result.q, assembly);
+    if (!J) return trouble(Kind::kUnreachable, target, describe(J.error()));
+    const VectorXd step = step_for(*J, *missing);
     bool better = false;
     double share = 1.0;
     for (int halving = 0; halving <= kHalvings && !better; ++halving, share /= 2) {
       const VectorXd q = result.q + share * step;
-      const auto there = modelled_position(model, q, assembly);
-      const double closure_mm = there ? (*there - target_mm).norm() : result.closure_mm;
-      if (!(closure_mm < result.closure_mm)) continue;
+      auto there = missing_at(model, target, q, assembly);
+      if (!there || !(there->norm() < missing->norm())) continue;
       better = true;
       result.q = q;
-      result.closure_mm = closure_mm;
-      position = there;
+      missing = std::move(there);
+      set_closure(*missing, axes, result);
     }
     if (!better) {
       return trouble(
-          Kind::kNotConverged, target_mm,
-          fmt::format("no step improves on {:.1e} mm", result.closure_mm));
+          Kind::kNotConverged, target,
+          fmt::format("no step improves on {:.1e} mm", missing->norm()));
     }
   }
   return result;
 }
 
 }  // namespace
+
+ToolTarget CompensationModel::in_frame(const ToolTarget& target) const {
+  ToolTarget there{in_frame(target.p_mm), target.R};
+  if (frame && there.R) there.R = frame->R * *target.R;
+  return there;
+}
+
+std::optional<VectorXd> CompensationModel::turn_in(
+    geometry::WorkingMode mode, const std::optional<VectorXd>& near) const {
+  const auto measured = measured_at.find(mode.number);
+  if (measured == measured_at.end()) return near;
+  if (!near || tool.axes() != 3 || near->size() != measured->second.size()) {
+    return measured->second;
+  }
+  constexpr double kTurn_rad = 2.0 * std::numbers::pi;
+  VectorXd on_turn = *near;
+  for (Eigen::Index i = 0; i < on_turn.size(); ++i) {
+    const JointInfo& joint = tool.robot().joints[static_cast<std::size_t>(i)];
+    if (joint.kind != JointKind::kRevolute || joint.geared) continue;
+    on_turn[i] += kTurn_rad * std::round((measured->second[i] - on_turn[i]) / kTurn_rad);
+  }
+  return on_turn;
+}
 
 tl::expected<Position, geometry::KinematicTrouble> modelled_position(
     const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
@@ -132,42 +205,73 @@ tl::expected<Position, geometry::KinematicTrouble> modelled_position(
   });
 }
 
+tl::expected<Eigen::Matrix3d, geometry::KinematicTrouble> modelled_turn(
+    const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
+  const geometry::RobotModel& robot = model.tool.robot();
+  std::vector<geometry::Pose<double>> X(robot.frames.size());
+  if (const auto reached = robot.forward(model.v, q, assembly, X); !reached) {
+    return tl::unexpected(reached.error());
+  }
+  if (!model.turn_correction) return X[0].R;
+  const Eigen::Vector3d w = model.turn_correction(q);
+  return Eigen::Matrix3d(geometry::turned_by<double>(w) * X[0].R);
+}
+
+tl::expected<VectorXd, geometry::KinematicTrouble> joints_for(
+    const geometry::Tool& tool, const VectorXd& v, const ToolTarget& target,
+    geometry::WorkingMode mode, const std::optional<VectorXd>& near) {
+  if (!target.R) return tool.inverse(v, target.p_mm, mode, near);
+  geometry::Pose<double> X_WE;
+  X_WE.p.head(target.p_mm.size()) = target.p_mm;
+  X_WE.R = *target.R;
+  return geometry::joints_for_pose(tool.robot(), v, X_WE, mode, near);
+}
+
 tl::expected<Compensation, CompensationTrouble> compensate(
-    const CompensationModel& model, const Position& asked_mm, geometry::WorkingMode mode,
+    const CompensationModel& model, const ToolTarget& asked, geometry::WorkingMode mode,
     const std::optional<VectorXd>& near, const CompensationSettings& settings) {
   using Kind = CompensationTrouble::Kind;
   const geometry::Tool& tool = model.tool;
-  const Position target_mm = model.in_frame(asked_mm);
-  const auto nominal = tool.inverse(model.nominal, target_mm, mode, model.turn_in(mode, near));
+  if (asked.R && !geometry::reaches_any_turn(tool.robot(), model.nominal)) {
+    return trouble(Kind::kNoSuchTurn, asked, "this robot cannot turn its tool any way");
+  }
+  const ToolTarget target = model.in_frame(asked);
+  const auto nominal = joints_for(tool, model.nominal, target, mode, model.turn_in(mode, near));
   if (!nominal) {
     return trouble(
-        Kind::kNominalUnreachable, asked_mm,
+        Kind::kNominalUnreachable, asked,
         fmt::format(
             "by the nominal parameters{}, {}", mode_in_words(tool.robot(), mode),
             describe(nominal.error())));
   }
-  const auto start = tool.inverse(model.v, target_mm, mode, *nominal);
+  const auto start = joints_for(tool, model.v, target, mode, *nominal);
   if (!start) {
     return trouble(
-        Kind::kUnreachable, asked_mm,
+        Kind::kUnreachable, asked,
         fmt::format("by the identified parameters, {}", describe(start.error())));
   }
-  const auto assembly = tool.assembly_at(model.v, *start, target_mm);
-  if (!assembly) return trouble(Kind::kUnreachable, asked_mm, describe(assembly.error()));
-  auto result = closed(model, target_mm, *assembly, {*start, *nominal, 0.0, 0}, settings);
+  const auto assembly = tool.assembly_at(model.v, *start, target.p_mm);
+  if (!assembly) return trouble(Kind::kUnreachable, asked, describe(assembly.error()));
+  auto result = closed(model, target, *assembly, {*start, *nominal, 0.0, 0}, settings);
   if (!result) return result;
   const auto found = tool.mode_of(model.v, result->q, *assembly);
   const bool in_mode = found && *found == mode;
   const std::string far = too_far(tool.robot(), *result, settings);
   if (!in_mode || !far.empty()) {
     return trouble(
-        Kind::kOffBranch, asked_mm,
+        Kind::kOffBranch, asked,
         fmt::format(
             "the solution is {} from the nominal joint values{}",
             far.empty() ? most_moved(tool.robot(), *result) : far,
             in_mode ? "" : ", in another working mode"));
   }
   return result;
+}
+
+tl::expected<Compensation, CompensationTrouble> compensate(
+    const CompensationModel& model, const Position& target_mm, geometry::WorkingMode mode,
+    const std::optional<VectorXd>& near, const CompensationSettings& settings) {
+  return compensate(model, ToolTarget{target_mm}, mode, near, settings);
 }
 
 }  // namespace sixdial::calibration

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calibration/reading_space.h"
 #include "calibration/rig_errors.h"
 #include "calibration/sandwich.h"
 
@@ -28,8 +29,8 @@ PredictedPosition::PredictedPosition(
     part.weight = each.weight;
     part.sd_mm = each.sd_mm;
     part.noise_mm = each.noise_mm;
-    // The channels of a space of positions are the tool's coordinates.
-    part.moves_tool = each.acts == SmoothActs::kTool || space.position_axes == space.channels();
+    // The first channels of a space of positions are the tool's coordinates.
+    part.moves_tool = each.acts == SmoothActs::kTool || shows_position(space);
     part.over_joints = each.over == SmoothOver::kJoints;
     part.basis.emplace_back(space, each.over, each.length);
     part.moved = moved_by(space, sandwich, moves, part.basis.front()(space));

@@ -2,13 +2,18 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "calibration/rig_spaces.h"
 #include "geometry/instrument_kind.h"
 #include "geometry/known_parts.h"
+#include "geometry/lever.h"
+#include "geometry/tool_turn.h"
 #include "simulation/forward_model.h"
 
 namespace sixdial::calibration {
@@ -21,8 +26,6 @@ using simulation::Trial;
 
 /// No sample of the session: something that is known of the instrument.
 constexpr int kNoSample = -1;
-constexpr double kLever_mm =
-    500.0;  // an angle's deviation where nobody says one: noise over it
 
 struct ReadSample {
   VectorXd q;
@@ -30,6 +33,7 @@ struct ReadSample {
   std::vector<std::optional<double>> reading;  // by channel
   std::vector<Index> channels;                 // that have one
   VectorXd measured;
+  VectorXd per_unit;  // [mm]: 1 of a length, the lever of an angle
 };
 
 struct Details {
@@ -79,7 +83,7 @@ bool evaluate_sample(
   const geometry::InstrumentKind& kind = *is.instrument->kind;
   kind.observe(*is.instrument, part_of(x, of_robot, of_instrument), {}, frames.X, false, seen);
   if (kind.nearest != nullptr) kind.nearest(sample.reading, seen);
-  e = sample.measured - seen.reading(sample.channels);
+  e = sample.per_unit.cwiseProduct(sample.measured - seen.reading(sample.channels));
   if (J == nullptr) return true;
   J->leftCols(of_robot).setZero();
   J->rightCols(of_instrument) = seen.by_x(sample.channels, Eigen::all);
@@ -89,25 +93,54 @@ bool evaluate_sample(
     if (by_frame.isZero(0.0)) continue;  // the instrument does not look at it
     J->leftCols(of_robot).noalias() += by_frame.lazyProduct(frames.by_v[k]);
   }
+  J->array().colwise() *= sample.per_unit.array();
   return true;
 }
 
+/// An instrument that gives positions and turns.
+bool shows_poses(const geometry::InstrumentModel& instrument) {
+  const bool turns = std::ranges::any_of(
+      instrument.channels, [](const auto& channel) { return channel.unit == "rad"; });
+  return turns && instrument.find_channel("x").has_value();
+}
+
+/// Whether each angle of a turn was read.
+bool whole_turn(const Trial& trial, const geometry::InstrumentModel& instrument) {
+  for (std::size_t k = 0; k < instrument.channels.size(); ++k) {
+    if (instrument.channels[k].unit != "rad") continue;
+    if (k >= trial.reading.size() || !trial.reading[k]) return false;
+    if (!std::isfinite(*trial.reading[k])) return false;
+  }
+  return true;
+}
+
+/// Of an instrument of poses, a sample needs its position, and has a whole turn or none.
 std::optional<ReadSample> sample_of(
-    const Trial& trial, const geometry::Rig& rig, int channels) {
+    const Trial& trial, const geometry::Rig& rig, const geometry::InstrumentModel& instrument) {
   if (trial.q.size() != rig.robot.model->joint_count() || !trial.q.allFinite()) {
     return std::nullopt;
   }
-  ReadSample sample{trial.q, trial.assembly, {}, {}, {}};
-  sample.reading.resize(static_cast<std::size_t>(channels));
-  std::vector<double> measured;
+  ReadSample sample{trial.q, trial.assembly, {}, {}, {}, {}};
+  sample.reading.resize(instrument.channels.size());
+  std::vector<double> measured, per_unit;
+  const double lever_mm = geometry::lever_mm(instrument);
+  const bool poses = shows_poses(instrument);
+  const bool turned = !poses || whole_turn(trial, instrument);
   for (std::size_t k = 0; k < trial.reading.size() && k < sample.reading.size(); ++k) {
     if (!trial.reading[k] || !std::isfinite(*trial.reading[k])) continue;
+    if (!turned && instrument.channels[k].unit == "rad") continue;
     sample.reading[k] = trial.reading[k];
     sample.channels.push_back(static_cast<Index>(k));
     measured.push_back(*trial.reading[k]);
+    per_unit.push_back(instrument.channels[k].unit == "rad" ? lever_mm : 1.0);
   }
-  if (measured.empty()) return std::nullopt;
+  // The coordinates are the first channels.
+  const auto axes = static_cast<std::size_t>(rig.instrument.dimensions);
+  const bool whole = sample.channels.size() >= axes &&
+                     sample.channels[axes - 1] + 1 == rig.instrument.dimensions;
+  if (measured.empty() || (poses && !whole)) return std::nullopt;
   sample.measured = Eigen::Map<const VectorXd>(measured.data(), std::ssize(measured));
+  sample.per_unit = Eigen::Map<const VectorXd>(per_unit.data(), std::ssize(per_unit));
   return sample;
 }
 
@@ -173,7 +206,7 @@ void add_rows(ObservationSpace& space, int rows, int sample, int point, int repe
 ObservationSpace named_space(
     const geometry::RobotModel& robot, const geometry::InstrumentModel& instrument) {
   ObservationSpace space;
-  space.name = "readings";
+  space.name = shows_poses(instrument) ? "poses" : "readings";
   space.parameter_info = robot.parameters;
   space.parameter_info.insert(
       space.parameter_info.end(), instrument.parameters.begin(), instrument.parameters.end());
@@ -182,9 +215,30 @@ ObservationSpace named_space(
     space.joint_info.push_back({joint.name, std::string(joint.unit())});
   }
   for (const auto& channel : instrument.channels) {
-    space.channel_info.push_back({channel.name, channel.unit});
+    space.channel_info.push_back({channel.name, "mm"});  // an angle by its lever
   }
   return space;
+}
+
+/// Of one reading, in the channel's unit: a coordinate's own where the row gives it, and an
+/// angle's as well as the coordinates' at the lever where nobody says it. 0: nobody knows.
+double deviation_of(
+    const Trial& trial, const geometry::InstrumentModel& instrument, Index channel) {
+  const geometry::ChannelInfo& info = instrument.channels[static_cast<std::size_t>(channel)];
+  const Eigen::MatrixXd& C = trial.position_covariance;
+  if (!shows_poses(instrument) || C.rows() == 0) return info.sd;
+  if (channel < C.rows()) return std::sqrt(std::max(0.0, C(channel, channel)));
+  const double usual_mm = std::sqrt(C.trace() / static_cast<double>(C.rows()));
+  return info.sd > 0.0 ? info.sd : usual_mm / geometry::lever_mm(instrument);
+}
+
+/// Measured position less the target; NaN: there is no target.
+VectorXd off_target_of(const Trial& trial, const geometry::Rig& rig) {
+  const Index axes = rig.instrument.dimensions;
+  const bool aimed = trial.position_mm && trial.target_mm &&
+                     trial.position_mm->size() == axes && trial.target_mm->size() == axes;
+  return aimed ? VectorXd(*trial.position_mm - *trial.target_mm)
+               : VectorXd::Constant(axes, std::numeric_limits<double>::quiet_NaN());
 }
 
 /// What is asked of the space, sample by sample: the measured ones, then what is known.
@@ -204,6 +258,8 @@ void set_functions(const std::shared_ptr<const Details>& details, ObservationSpa
     return k < details->samples.size() &&
            shift_of_tool(*details, details->samples[k], x, shift);
   };
+  // What a pose does not have in common from channel to channel: each shows one coordinate.
+  if (shows_poses(*details->instrument)) return;
   space.by_tool = [details](int i, const VectorXd& x) {
     const auto k = static_cast<std::size_t>(i);
     const auto by_tool = k < details->samples.size()
@@ -227,20 +283,19 @@ ObservationSpace reading_space(
   ObservationSpace space = named_space(robot, instrument);
   std::vector<double> sigma;
   std::vector<double> measured;
+  std::vector<VectorXd> off_target;
   for (const Trial& trial : trials) {
-    auto sample = sample_of(trial, rig, static_cast<int>(instrument.channel_count()));
+    auto sample = sample_of(trial, rig, instrument);
     if (!sample) continue;
-    for (const Index channel : sample->channels) {
-      const geometry::ChannelInfo& info =
-          instrument.channels[static_cast<std::size_t>(channel)];
+    for (Index row = 0; row < std::ssize(sample->channels); ++row) {
+      const auto channel = sample->channels[static_cast<std::size_t>(row)];
+      const double sd = sample->per_unit[row] * deviation_of(trial, instrument, channel);
       space.channel.push_back(static_cast<int>(channel));
-      space.sigma_is_assumed = space.sigma_is_assumed || info.sd == 0.0;
-      sigma.push_back(
-          info.sd > 0.0        ? info.sd
-          : info.unit == "rad" ? noise_mm / kLever_mm
-                               : noise_mm);
+      space.sigma_is_assumed = space.sigma_is_assumed || sd == 0.0;
+      sigma.push_back(sd > 0.0 ? sd : noise_mm);
+      measured.push_back(sample->per_unit[row] * sample->measured[row]);
     }
-    measured.insert(measured.end(), sample->measured.begin(), sample->measured.end());
+    if (shows_poses(instrument)) off_target.push_back(off_target_of(trial, rig));
     add_rows(
         space, static_cast<int>(sample->channels.size()), trial.sample, trial.point,
         trial.repeat);
@@ -269,7 +324,13 @@ ObservationSpace reading_space(
     space.covariance_mm2.emplace_back(
         space.sigma_mm.segment(at, space.rows(i)).cwiseAbs2().asDiagonal());
   }
+  // Place and turn of an arrival, each as a whole.
+  space.rows_belong_together = shows_poses(instrument);
   space.nominal = start_of(*details);
+  space.off_target_mm.resize(rig.instrument.dimensions, std::ssize(off_target));
+  for (std::size_t i = 0; i < off_target.size(); ++i) {
+    space.off_target_mm.col(static_cast<Index>(i)) = off_target[i];
+  }
   set_functions(details, space);
   return space;
 }
@@ -282,6 +343,38 @@ ObservationSpace measured_space(
     std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
   return gives_positions(rig) ? position_space(trials, rig, noise_mm)
                               : reading_space(trials, rig, noise_mm);
+}
+
+bool fits_turns(const geometry::Rig& rig) {
+  return !rig.on_cuboid() && shows_poses(*geometry::instrument_of(rig)) &&
+         geometry::turns_its_tool(*rig.robot.model, rig.robot.nominal);
+}
+
+bool has_turn(const Trial& trial, const geometry::InstrumentModel& instrument) {
+  return shows_poses(instrument) && whole_turn(trial, instrument);
+}
+
+bool fits_turns(std::span<const Trial> trials, const geometry::Rig& rig) {
+  if (!fits_turns(rig)) return false;
+  const auto instrument = geometry::instrument_of(rig);
+  return std::ranges::any_of(
+      trials, [&](const Trial& trial) { return has_turn(trial, *instrument); });
+}
+
+ObservationSpace fitted_space(
+    std::span<const Trial> trials, const geometry::Rig& rig, double noise_mm) {
+  return fits_turns(trials, rig) ? reading_space(trials, rig, noise_mm)
+                                 : measured_space(trials, rig, noise_mm);
+}
+
+bool shows_position(const ObservationSpace& space) {
+  static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+  const auto axes = static_cast<std::size_t>(space.position_axes);
+  if (axes == 0 || space.channel_info.size() < axes) return false;
+  for (std::size_t i = 0; i < axes; ++i) {
+    if (space.channel_info[i].name != kAxes.at(i)) return false;
+  }
+  return true;
 }
 
 int measured_samples(const ObservationSpace& space) {

@@ -36,6 +36,9 @@ service::ExitCode print_calibration(Cli& cli, const Json& document, const std::s
   }
   cli.console.out << for_terminal(report::headline_text(result))
                   << for_terminal(report::table_6_text(result));
+  for (const std::string& line : report::turn_lines(result)) {
+    cli.console.out << for_terminal(line) << "\n";
+  }
   if (result.gross_errors) {
     for (const std::string& line : report::gross_error_lines(*result.gross_errors)) {
       cli.console.warn(line);

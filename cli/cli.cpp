@@ -82,7 +82,8 @@ void add_commands(CLI::App& app, Cli& cli) {
   add_rig_commands(app, cli);
   add_recommend_command(app, cli);
   add_import_command(app, cli);
-  add_compensate_commands(app, cli);
+  add_compensate_command(app, cli);
+  add_validate_command(app, cli);
   add_export_command(app, cli);
   add_job_commands(app, cli);
   add_doctor_commands(app, cli);

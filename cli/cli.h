@@ -47,24 +47,25 @@ struct ParseTrouble {
 };
 [[nodiscard]] std::optional<ParseTrouble> parse_trouble(const std::vector<std::string>& words);
 
-void add_service_commands(CLI::App& app, Cli& cli);     // hello, protocol, shutdown
-void add_session_commands(CLI::App& app, Cli& cli);     // session ...
-void add_plan_commands(CLI::App& app, Cli& cli);        // plan ...
-void add_collect_command(CLI::App& app, Cli& cli);      // collect
-void add_calibrate_command(CLI::App& app, Cli& cli);    // calibrate
-void add_compare_command(CLI::App& app, Cli& cli);      // compare
-void add_diagnose_command(CLI::App& app, Cli& cli);     // diagnose
-void add_report_command(CLI::App& app, Cli& cli);       // report
-void add_rig_commands(CLI::App& app, Cli& cli);         // rig ...
-void add_rig_adopt(CLI::App& group, Cli& cli);          // rig adopt
-void add_job_commands(CLI::App& app, Cli& cli);         // job ...
-void add_import_command(CLI::App& app, Cli& cli);       // import
-void add_compensate_commands(CLI::App& app, Cli& cli);  // compensate, validate
-void add_export_command(CLI::App& app, Cli& cli);       // export-model
-void add_recommend_command(CLI::App& app, Cli& cli);    // recommend
-void add_doctor_commands(CLI::App& app, Cli& cli);      // doctor, rig scan
-void add_dials_command(CLI::App& app, Cli& cli);        // dials
-void add_robot_commands(CLI::App& app, Cli& cli);       // robot stop
+void add_service_commands(CLI::App& app, Cli& cli);    // hello, protocol, shutdown
+void add_session_commands(CLI::App& app, Cli& cli);    // session ...
+void add_plan_commands(CLI::App& app, Cli& cli);       // plan ...
+void add_collect_command(CLI::App& app, Cli& cli);     // collect
+void add_calibrate_command(CLI::App& app, Cli& cli);   // calibrate
+void add_compare_command(CLI::App& app, Cli& cli);     // compare
+void add_diagnose_command(CLI::App& app, Cli& cli);    // diagnose
+void add_report_command(CLI::App& app, Cli& cli);      // report
+void add_rig_commands(CLI::App& app, Cli& cli);        // rig ...
+void add_rig_adopt(CLI::App& group, Cli& cli);         // rig adopt
+void add_job_commands(CLI::App& app, Cli& cli);        // job ...
+void add_import_command(CLI::App& app, Cli& cli);      // import
+void add_compensate_command(CLI::App& app, Cli& cli);  // compensate
+void add_validate_command(CLI::App& app, Cli& cli);    // validate
+void add_export_command(CLI::App& app, Cli& cli);      // export-model
+void add_recommend_command(CLI::App& app, Cli& cli);   // recommend
+void add_doctor_commands(CLI::App& app, Cli& cli);     // doctor, rig scan
+void add_dials_command(CLI::App& app, Cli& cli);       // dials
+void add_robot_commands(CLI::App& app, Cli& cli);      // robot stop
 
 /// The method table's words for a command's help.
 [[nodiscard]] std::string summary_of(std::string_view method);

@@ -1,6 +1,8 @@
-// sixdial compensate: the joint angles to command, for a target or a plan; sixdial validate:
-// commands them on the robot and tells the error really reached.
+// sixdial compensate: the joint values to command, for a target or a plan.
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "cli/cli.h"
 #include "cli/local_run.h"
@@ -9,10 +11,8 @@
 #include "report/documents/compensation_json.h"
 #include "report/documents/diagnosis_json.h"
 #include "report/documents/outside_json.h"
-#include "report/documents/summary.h"
-#include "report/documents/validation_json.h"
 #include "report/documents/warnings_document.h"
-#include "report/words/validation_words.h"
+#include "report/words/compensation_words.h"
 #include "report/words/warning_words.h"
 #include "session/csv.h"
 #include "studies/calibrate.h"
@@ -28,8 +28,8 @@ namespace {
 struct CompensateOptions {
   std::string calibration_method{studies::kPaperMethod};
   std::string subject, plan_file, output, result_file, diagnosis_file, by = "recommended", mode;
-  std::vector<double> target_mm;
-  std::vector<int> approach{0, 0};
+  std::vector<double> target;  // x, y or x, y, z [mm], then rx, ry, rz [deg]
+  std::vector<int> approach;
   std::optional<double> temperature_c;
   std::int64_t result = 0, diagnosis = 0;
   std::uint64_t seed = 1;
@@ -40,16 +40,27 @@ struct CompensateOptions {
 constexpr std::string_view kOtherSession =
     "Use one of this session, or say --from-other-session where the robot is the same.";
 
-struct ValidateOptions {
-  std::string session, set = "G2", rig_file, name, output;
-  std::vector<std::string> by;
-  std::int64_t result = 0, diagnosis = 0;
-  bool from_other_session = false;
-};
-
 constexpr std::string_view kNominal =
     "The nominal robot commands: these are its own joint values, nothing is compensated. Which "
     "model does better, if one does: sixdial recommend SESSION.";
+
+/// "30,45" as numbers.
+std::vector<double> figures_of(const std::string& option, const std::string& text) {
+  std::vector<double> figures;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t end = std::min(text.find(',', from), text.size());
+    const std::string part = text.substr(from, end - from);
+    const session::ParsedNumber parsed = session::parse_number(part);
+    if (parsed.trouble) {
+      throw CLI::ValidationError(
+          option, "'" + part + "' of '" + text + "' is no number; separate numbers by commas");
+    }
+    figures.push_back(parsed.value);
+    from = end + 1;
+  }
+  return figures;
+}
 
 /// What speaks against the data, and what of the answer was not measured.
 void tell_warnings(Cli& cli, const Json& answer) {
@@ -88,18 +99,9 @@ Json outside_of_plan(const session::Session& session, const session::Plan& asked
 /// `answer`: the document, as the service gave it or made here.
 void print_target(Cli& cli, const Json& answer) {
   tell_warnings(cli, answer);
-  const studies::CommandedTarget at = report::commanded_target_from_json(answer);
-  std::string angles, nominal;
-  for (std::size_t i = 0; i < at.theta_rad.size(); ++i) {
-    angles += fmt::format("{}theta{} {:.9f}", i == 0 ? "" : "  ", i + 1, at.theta_rad[i]);
-  }
-  for (const double angle : at.nominal_theta_rad) nominal += fmt::format(" {:.9f}", angle);
   cli.console.print(
       "compensation", answer,
-      fmt::format(
-          "{} rad for ({:.6f}, {:.6f}) mm in mode {}; nominal{}; closes to {:.1e} mm\n", angles,
-          at.target_mm.x(), at.target_mm.y(), geometry::to_string(at.mode), nominal,
-          at.closure_mm));
+      report::compensation_text(report::commanded_target_from_json(answer)));
 }
 
 /// `by`: what it was solved by.
@@ -130,10 +132,23 @@ geometry::WorkingMode commanded_mode(const Warnings& warnings, const geometry::R
   return studies::working_mode_in_use(warnings, rig);
 }
 
-/// With the extended model of a diagnosis that is made now or read.
+/// What is asked of a session, refused before minutes go into a fit. Empty: a plan is, which is
+/// read again by what commands.
+std::optional<studies::GivenTarget> asked_target(
+    const CompensateOptions& options, const session::Session& session) {
+  studies::check_sides(*session.rig.robot.model, options.approach.size());
+  if (options.plan_file.empty()) return studies::given_target(session, options.target);
+  if (options.result_file.empty() && options.diagnosis_file.empty()) {
+    studies::check_commands_turns(
+        session, session::read_plan(options.plan_file, studies::rig_of_turns(session)));
+  }
+  return std::nullopt;
+}
+
+/// With the extended model of a diagnosis that is made now or read. `given`: unless a plan is.
 service::ExitCode extend_bundle(
     Cli& cli, const CompensateOptions& options, session::Session session,
-    studies::CompensateBy by) {
+    studies::CompensateBy by, const std::optional<studies::GivenTarget>& given) {
   studies::DiagnosisResult diagnosis;
   if (options.diagnosis_file.empty()) {
     studies::DiagnosisRequest request;
@@ -155,8 +170,11 @@ service::ExitCode extend_bundle(
   const Warnings warnings = diagnosis.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
-  if (!options.plan_file.empty()) {
-    const session::Plan asked = session::read_plan(options.plan_file, session.rig);
+  if (!given) {
+    const session::Plan asked = session::read_plan(
+        options.plan_file, studies::rig_of_turns(session.rig, command.without_causes()));
+    studies::check_commands_turns(session, asked);
+    if (studies::asks_turns(asked)) studies::check_knows_turns(diagnosis.extended_fit);
     const session::Plan plan = studies::extended_plan(
         asked, command, session.rig, {.temperature_c = options.temperature_c});
     print_plan(
@@ -167,15 +185,16 @@ service::ExitCode extend_bundle(
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
+  if (given->turn) studies::check_knows_turns(diagnosis.extended_fit);
   const studies::CommandMoment moment{
-      .approach = {options.approach[0], options.approach[1]},
-      .temperature_c = options.temperature_c};
-  const studies::CommandedTarget commanded =
-      studies::commanded_target(command.solve(target_mm, mode, moment), by, target_mm, mode);
+      .approach = options.approach, .temperature_c = options.temperature_c};
+  studies::CommandedTarget commanded = studies::commanded_target(
+      command.solve(given->target(), mode, moment), by, *given, mode, *session.rig.robot.model);
+  commanded.uncertainty = command.uncertainty(commanded, moment);
   print_target(
-      cli, with_outside(
-               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
+      cli,
+      with_outside(
+          with_warnings(report::to_json(commanded), warnings), session, given->p_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -213,34 +232,39 @@ studies::CompensateBy recommended_of(
 service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) {
   session::Session session =
       read_bundle_with_warnings(cli, options.subject, options.skip_bad_rows);
+  const std::optional<studies::GivenTarget> given = asked_target(options, session);
   const std::optional<studies::CompensateBy> asked = studies::compensate_by_from(options.by);
   if (asked && is_extended(*asked)) {
-    return extend_bundle(cli, options, std::move(session), *asked);
+    return extend_bundle(cli, options, std::move(session), *asked, given);
   }
   const studies::CalibrationResult calibrated = calibration_of(cli, options, session);
   const studies::CompensateBy by = asked ? *asked : recommended_of(calibrated, options);
-  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by);
+  if (is_extended(by)) return extend_bundle(cli, options, std::move(session), by, given);
   const Warnings warnings = calibrated.warnings.value_or(Warnings());
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
-  if (!options.plan_file.empty()) {
-    const session::Plan given = session::read_plan(options.plan_file, session.rig);
-    const session::Plan plan = studies::compensated_plan(given, model, session.rig);
+  if (!given) {
+    const session::Plan planned =
+        session::read_plan(options.plan_file, studies::rig_of_turns(session.rig, model));
+    studies::check_commands_turns(session, planned);
+    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by);
+    const session::Plan plan = studies::compensated_plan(planned, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
         session::plan_csv(plan, session::layout_of(session.rig)),
-        report::warnings_json(warnings), outside_of_plan(session, given));
+        report::warnings_json(warnings), outside_of_plan(session, planned));
     return service::ExitCode::kOk;
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  const Eigen::Vector2d target_mm(options.target_mm[0], options.target_mm[1]);
-  const studies::CommandedTarget commanded =
-      studies::compensated_target(model, by, target_mm, mode);
+  if (given->turn) studies::check_knows_turns(calibrated, by);
+  studies::CommandedTarget commanded = studies::compensated_target(model, by, *given, mode);
+  commanded.uncertainty = studies::target_uncertainty(calibrated, session.rig, commanded);
   print_target(
-      cli, with_outside(
-               with_warnings(report::to_json(commanded), warnings), session, target_mm, mode));
+      cli,
+      with_outside(
+          with_warnings(report::to_json(commanded), warnings), session, given->p_mm, mode));
   return service::ExitCode::kOk;
 }
 
@@ -251,10 +275,21 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   if (options.from_other_session) params["from_other_session"] = true;
   if (options.temperature_c) params["temperature_c"] = *options.temperature_c;
   if (options.plan_file.empty()) {
-    params["approach1"] = options.approach[0];
-    params["approach2"] = options.approach[1];
-    params["x_mm"] = options.target_mm[0];
-    params["y_mm"] = options.target_mm[1];
+    for (std::size_t joint = 0; joint < options.approach.size(); ++joint) {
+      params[fmt::format("approach{}", joint + 1)] = options.approach[joint];
+    }
+    if (options.target.size() != 2 && options.target.size() != 3) {
+      throw studies::StudyError(
+          studies::StudyErrorCode::kInvalidParams,
+          fmt::format(
+              "a target of {} figures, of a session of the service", options.target.size()),
+          {{"param", "target"}},
+          "Give x,y or x,y,z in mm. The service keeps no turns of the tool: for x,y,z,rx,ry,rz "
+          "give the session's folder.");
+    }
+    params["x_mm"] = options.target[0];
+    params["y_mm"] = options.target[1];
+    if (options.target.size() == 3) params["z_mm"] = options.target[2];
     if (!options.mode.empty()) params["mode"] = options.mode;
     print_target(cli, cli.call("compensate.target", params));
     return service::ExitCode::kOk;
@@ -284,42 +319,49 @@ service::ExitCode compensate_session(Cli& cli, const CompensateOptions& options)
   return service::ExitCode::kOk;
 }
 
-service::ExitCode validate(Cli& cli, const ValidateOptions& options) {
-  Json params{{"session", options.session}, {"set", options.set}};
-  if (options.result > 0) params["result"] = options.result;
-  if (options.diagnosis > 0) params["diagnosis"] = options.diagnosis;
-  if (options.from_other_session) params["from_other_session"] = true;
-  if (!options.by.empty()) params["by"] = options.by;
-  if (!options.name.empty()) params["name"] = options.name;
-  if (!options.rig_file.empty()) params["rig_toml"] = session::read_file(options.rig_file);
-  const StoredResult stored = run_job(cli, "validate.start", params);
-  if (!options.output.empty()) {
-    session::write_file(options.output, stored.document.dump(1) + "\n");
-  }
-  const studies::ValidationResult result = report::validation_from_json(stored.document);
-  cli.console.print(
-      "validation", report::document_summary(stored.document), report::validation_text(result));
-  for (const studies::NotMeasured& point : result.troubles) {
-    cli.console.warn(fmt::format("{} {} not measured: {}", point.set, point.point, point.why));
-  }
-  if (!cli.console.json) {
-    cli.console.note(fmt::format(
-        "samples in session {}, result {}", result.inputs.validation_session, stored.number));
-  }
-  return result.troubles.empty() ? service::ExitCode::kOk : service::ExitCode::kDataQuality;
+/// "--target x,y" in the plane, x,y,z in space, with rx,ry,rz where turns are commanded.
+CLI::Option* add_target(CLI::App& command, const std::shared_ptr<CompensateOptions>& options) {
+  return command
+      .add_option_function<std::string>(
+          "--target",
+          [options](const std::string& text) {
+            options->target = figures_of("--target", text);
+          },
+          "x,y in mm, table frame; of a robot in space x,y,z, and where the session measured "
+          "turns of the tool x,y,z,rx,ry,rz in mm and deg, as rig.toml's orientation reads "
+          "them, of the frame that the instrument measured")
+      ->type_name("X,Y[,Z[,RX,RY,RZ]]");
 }
 
-void add_compensate(CLI::App& app, Cli& cli) {
+CLI::Option* add_approach(
+    CLI::App& command, const std::shared_ptr<CompensateOptions>& options) {
+  return command
+      .add_option_function<std::string>(
+          "--approach",
+          [options](const std::string& text) {
+            options->approach.clear();
+            for (const double side : figures_of("--approach", text)) {
+              if (side != 0.0 && std::abs(side) != 1.0) {
+                throw CLI::ValidationError(
+                    "--approach", text + " has other figures than 1, -1, 0");
+              }
+              options->approach.push_back(static_cast<int>(side));
+            }
+          },
+          "of extended: the side that each joint arrives from, as 1,-1; 0: unknown")
+      ->type_name("SIDE,SIDE,...");
+}
+
+}  // namespace
+
+void add_compensate_command(CLI::App& app, Cli& cli) {
   CLI::App* command = app.add_subcommand(
       "compensate",
       "The joint angles to command so that the calibrated robot reaches a target, or all "
       "targets of a plan.");
   const auto options = std::make_shared<CompensateOptions>();
   add_subject(*command, options->subject);
-  CLI::Option* target =
-      command->add_option("--target", options->target_mm, "x,y in mm, table frame")
-          ->delimiter(',')
-          ->expected(2);
+  CLI::Option* target = add_target(*command, options);
   CLI::Option* plan = command->add_option("--plan", options->plan_file, "a plan file instead")
                           ->check(existing_file())
                           ->excludes(target);
@@ -354,21 +396,14 @@ void add_compensate(CLI::App& app, Cli& cli) {
           "--diagnosis-file", options->diagnosis_file,
           "of a bundle and extended: result file of `diagnose -o` instead of diagnosing now")
       ->check(existing_file());
-  command
-      ->add_option(
-          "--approach", options->approach,
-          "of extended: the side that each joint arrives from, as 1,-1; 0: unknown")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::Range(-1, 1))
-      ->excludes(plan);
+  add_approach(*command, options)->excludes(plan);
   command->add_option(
       "--temperature", options->temperature_c,
       "of extended, in degC; default: as at the end of the session");
   add_seed(*command, options->seed, "of a bundle's calibration");
   add_skip_bad_rows(*command, options->skip_bad_rows);
   command->callback([&cli, options] {
-    if (options->target_mm.empty() && options->plan_file.empty()) {
+    if (options->target.empty() && options->plan_file.empty()) {
       throw CLI::RequiredError("--target or --plan");
     }
     cli.action = [&cli, options] {
@@ -376,40 +411,6 @@ void add_compensate(CLI::App& app, Cli& cli) {
                                          : compensate_session(cli, *options);
     };
   });
-}
-
-void add_validate(CLI::App& app, Cli& cli) {
-  CLI::App* command = app.add_subcommand("validate", summary_of("validate.start"));
-  const auto options = std::make_shared<ValidateOptions>();
-  command->add_option("SESSION", options->session, "a calibrated session of the service")
-      ->required();
-  command->add_option("--set", options->set, "whose targets are commanded")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--method,--model", options->by,
-          "one or more of before, kinematics, full, and by the session's diagnosis extended "
-          "and "
-          "extended_full; default: all of them, the last two where causes are named")
-      ->check(compensation_words())
-      ->delimiter(',');
-  command->add_option(
-      "--diagnosis", options->diagnosis, "of extended: by number; default: the newest");
-  command->add_option("--rig", options->rig_file, "rig.toml with today's connections")
-      ->check(existing_file());
-  command->add_option("--name", options->name, "of the new session");
-  add_stored_result(*command, options->result);
-  add_from_other_session(*command, options->from_other_session);
-  add_result_file(*command, options->output);
-  command->callback(
-      [&cli, options] { cli.action = [&cli, options] { return validate(cli, *options); }; });
-}
-
-}  // namespace
-
-void add_compensate_commands(CLI::App& app, Cli& cli) {
-  add_compensate(app, cli);
-  add_validate(app, cli);
 }
 
 }  // namespace sixdial::cli

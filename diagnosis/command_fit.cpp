@@ -1,14 +1,35 @@
 #include "diagnosis/command_fit.h"
 
 #include <Eigen/Dense>
+#include <vector>
 
 #include "calibration/reading_errors.h"
 #include "diagnosis/curves_in_model.h"
 #include "diagnosis/eliminated.h"
 #include "diagnosis/normal_inverse.h"
+#include "diagnosis/orthonormal.h"
 #include "diagnosis/unnamed.h"
 
 namespace sixdial::diagnosis {
+namespace {
+
+/// Of the model's numbers, then of what the fit moved in its causes.
+Eigen::VectorXd plausible_changes(const Readings& readings, const JointFit& fit) {
+  std::vector<double> changes;
+  for (const geometry::ParameterInfo& info : readings.model().parameters()) {
+    changes.push_back(info.known_to > 0.0 ? info.known_to : info.change);
+  }
+  for (const simulation::ActiveEffect& active : fit.effects) {
+    for (int k = 0; k < fitted_count(*active.effect); ++k) {
+      const auto size = simulation::parameter_at(*active.effect, active.place, k);
+      changes.push_back(
+          size ? size->sigma : active.effect->parameters[static_cast<std::size_t>(k)].sigma);
+    }
+  }
+  return Eigen::Map<const Eigen::VectorXd>(changes.data(), std::ssize(changes));
+}
+
+}  // namespace
 
 Eigen::MatrixXd error_curves(const Readings& readings) {
   using calibration::kCurveShapes;
@@ -66,6 +87,15 @@ JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   bends << curves, unnamed;
   fit.covariance = covariance_with_structure(fit, structured, bends);
   return fit;
+}
+
+Eigen::MatrixXd covariance_of_unseen(const Readings& readings, const JointFit& fit) {
+  const Eigen::MatrixXd unseen = NormalInverse(fit).unseen;
+  if (unseen.cols() == 0) return Eigen::MatrixXd::Zero(unseen.rows(), unseen.rows());
+  const Eigen::VectorXd change = plausible_changes(readings, fit);
+  const Eigen::MatrixXd moves =
+      change.asDiagonal() * orthonormal_basis(change.cwiseInverse().asDiagonal() * unseen);
+  return moves * moves.transpose();
 }
 
 }  // namespace sixdial::diagnosis

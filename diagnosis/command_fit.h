@@ -26,4 +26,11 @@ namespace sixdial::diagnosis {
 [[nodiscard]] Eigen::MatrixXd covariance_with_structure(
     const JointFit& plain, const JointFit& structured, const Eigen::MatrixXd& curves);
 
+/// What no reading shows of a fit's parameters is no better known than before, to a plausible
+/// change of each: the covariance that the directions N which no reading shows keep,
+///   N (N' C^-1 N)^-1 N',   C the squares of plausible changes.
+/// Of the model, then of what the fit moved in its causes; zero where everything is shown.
+[[nodiscard]] Eigen::MatrixXd covariance_of_unseen(
+    const Readings& readings, const JointFit& fit);
+
 }  // namespace sixdial::diagnosis

@@ -17,6 +17,9 @@ struct NormalInverse {
   /// Of the random columns where each u is measured in s of its prior (JointFit::scaled_u), in
   /// units of s^2; m x m.
   Eigen::MatrixXd covariance_of_u;
+  /// Directions of the parameters that no reading shows, a basis; parameters x any. `estimate`
+  /// leaves them where they are. A parameter without any slope is held and not among them.
+  Eigen::MatrixXd unseen;
 };
 
 }  // namespace sixdial::diagnosis

@@ -9,24 +9,12 @@
 #include <utility>
 
 #include "calibration/crew.h"
+#include "geometry/lever.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
-// Of an angle that nobody knows the deviation of.
-constexpr double kUsualLever_mm = 500.0;
-
-/// The lever that makes an angle's deviation that of a length.
-double lever_mm(const geometry::InstrumentModel& instrument) {
-  double length_mm = 0.0;
-  double angle_rad = 0.0;
-  for (const geometry::ChannelInfo& channel : instrument.channels) {
-    double& most = channel.unit == "rad" ? angle_rad : length_mm;
-    most = std::max(most, channel.sd);
-  }
-  return length_mm > 0 && angle_rad > 0 ? length_mm / angle_rad : kUsualLever_mm;
-}
 /// Trials: in long sessions it is looked at every so many whether the work is to end, and each
 /// thread takes so many.
 constexpr std::size_t kStretch = 256;
@@ -51,7 +39,7 @@ Readings::Readings(
   axes_ = model.rig().on_cuboid() ? 2 : model.robot().axes;
   if (of_ != Of::kPositions) channels_ = model.instrument().channels.size();
   for (const geometry::ChannelInfo& channel : model.instrument().channels) {
-    per_unit_.push_back(channel.unit == "rad" ? lever_mm(model.instrument()) : 1.0);
+    per_unit_.push_back(channel.unit == "rad" ? geometry::lever_mm(model.instrument()) : 1.0);
   }
   if (!model.rig().on_cuboid()) known_ = geometry::known_parts(model.instrument());
   choose_rows();

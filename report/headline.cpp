@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "report/words/calibration_words.h"
+#include "report/words/diagnosis_words.h"
 #include "report/words/warning_words.h"
 #include "report/words/wrapped.h"
 #include "studies/method_name.h"
@@ -63,6 +64,7 @@ ReportData headline_data(const studies::CalibrationResult& result) {
   }
   const Eigen::VectorXd& values = result.identification.singular_values;
   data.singular_values.assign(values.begin(), values.end());
+  for (const std::string& line : turn_lines(result)) data.turns.push_back(capital(line) + ".");
   data.condition_number = if_finite(result.identification.condition);
   for (const studies::HeldRow& each : result.identification.held) {
     data.unidentifiable.push_back(each.words);

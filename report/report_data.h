@@ -171,6 +171,7 @@ struct ReportData {
   std::vector<std::string> unidentifiable{};  // "length rises while offset1 falls"
 
   std::vector<ShownMethod> methods{};  // in the paper's order, "before" first
+  std::vector<std::string> turns{};    // how far the tool's turn is off, a sentence a set
   std::string result_method{};         // id of the one that is delivered; empty: the last
   /// The robot was commanded with the result and measured again (Fig. 7). Else figures after
   /// calibration are differences between measured and modelled positions.

@@ -35,6 +35,7 @@ Section accuracy(const ReportData& data) {
       "tool (the paper's equation 41). The points of G1 were used to calibrate; those of G2 "
       "were not, they only judge the result.");
   out.blocks.emplace_back(accuracy_table(data, false));
+  for (const std::string& line : data.turns) out.blocks.emplace_back(line);
   if (auto figure = residual_map(data)) out.blocks.emplace_back(std::move(*figure));
   if (is_diagnosed(data)) return out;
   if (auto figure = residual_by(data)) out.blocks.emplace_back(std::move(*figure));

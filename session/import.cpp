@@ -235,17 +235,22 @@ class Importer {
            !to.starts_with("target_") && !to.starts_with("approach") && !to.starts_with("sd_");
   }
 
-  /// x, y and z are there together, or not at all.
+  /// x, y and z are there together, or not at all; so are the numbers of a turn.
   void whole_position(Row& row) const {
-    for (const std::string front : {"", "target_"}) {
+    static const std::array<std::vector<std::string>, 5> kTogether{{
+        {"x_mm", "y_mm", "z_mm"},
+        {"target_x_mm", "target_y_mm", "target_z_mm"},
+        {"rx_deg", "ry_deg", "rz_deg"},
+        {"rx_rad", "ry_rad", "rz_rad"},
+        {"qw", "qx", "qy", "qz"},
+    }};
+    for (const std::vector<std::string>& names : kTogether) {
       std::vector<std::size_t> parts;
       bool whole = true;
       for (std::size_t k = 0; k < map_.columns.size(); ++k) {
-        for (const char* const axis : {"x_mm", "y_mm", "z_mm"}) {
-          if (map_.columns[k].to != front + axis) continue;
-          parts.push_back(k);
-          whole = whole && !row.cells[k].empty();
-        }
+        if (std::ranges::find(names, map_.columns[k].to) == names.end()) continue;
+        parts.push_back(k);
+        whole = whole && !row.cells[k].empty();
       }
       for (const std::size_t k : parts) {
         if (!whole) row.cells[k].clear();

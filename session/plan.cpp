@@ -4,19 +4,34 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "geometry/tool.h"
+#include "geometry/tool_turn.h"
+#include "geometry/units.h"
 #include "session/csv.h"
-#include "session/plan_in_space.h"
+#include "session/measured_turn.h"
 
 namespace sixdial::session {
 namespace {
 
-enum class PlanColumn { kSet, kPoint, kRepeat, kSocket, kTarget, kJoint, kApproach, kMode };
+enum class PlanColumn {
+  kSet,
+  kPoint,
+  kRepeat,
+  kSocket,
+  kTarget,
+  kTurn,
+  kJoint,
+  kApproach,
+  kMode
+};
+constexpr std::array<std::string_view, 3> kTurnColumns{
+    "target_rx_deg", "target_ry_deg", "target_rz_deg"};
 
 /// A column of a plan file: which it is, of which axis or joint, and where it stands.
 struct PlanPlace {
@@ -35,6 +50,9 @@ std::vector<PlanPlace> columns_of(const SampleLayout& layout) {
   if (!layout.sockets.empty()) columns.push_back({PlanColumn::kSocket, 0, "socket"});
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
     columns.push_back({PlanColumn::kTarget, i, fmt::format("target_{}_mm", layout.axes[i])});
+  }
+  for (std::size_t i = 0; first_turn(layout) && i < kTurnColumns.size(); ++i) {
+    columns.push_back({PlanColumn::kTurn, i, std::string(kTurnColumns.at(i))});
   }
   for (std::size_t i = 0; i < layout.joints.size(); ++i) {
     columns.push_back({PlanColumn::kJoint, i, layout.joints[i].column()});
@@ -72,9 +90,14 @@ std::vector<PlanPlace> read_plan_header(
     const CsvField& field = header.fields[i];
     const auto found = std::ranges::find(places, field.value, &PlanPlace::name);
     if (found == places.end()) {
+      const bool turn = std::ranges::find(kTurnColumns, field.value) != kTurnColumns.end();
       mistakes.push_back(
-          {header.line, field.column, shown(field.value), "unknown column of a plan",
-           fmt::format("the nearest known one is '{}'", nearest_word(field.value, known))});
+          {header.line, field.column, shown(field.value),
+           turn ? "the rig's instrument measures no turn of the tool"
+                : "unknown column of a plan",
+           turn ? "leave the column out; kind = \"pose\" in [instrument] measures turns"
+                : fmt::format(
+                      "the nearest known one is '{}'", nearest_word(field.value, known))});
       continue;
     }
     if (found->at) {
@@ -192,15 +215,45 @@ std::string read_socket(const PlanRow& row, const SampleLayout& layout) {
       "name a [[socket]], or leave it empty where the tool is in none");
 }
 
+/// The three angles of a target's turn, all of them or none.
+std::optional<Eigen::Vector3d> read_turn(const PlanRow& row, const geometry::Robot& robot) {
+  Eigen::Vector3d turn_rad;
+  std::size_t given = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (row.field(PlanColumn::kTurn, i) == nullptr) continue;
+    ++given;
+    turn_rad[static_cast<Eigen::Index>(i)] =
+        geometry::kRadPerDeg * row.number(PlanColumn::kTurn, i);
+  }
+  if (given == 0) return std::nullopt;
+  if (given < 3) {
+    throw row.mistake(
+        PlanColumn::kTurn, "a turn has three angles", "give all three of a row or none");
+  }
+  if (!geometry::reaches_any_turn(*robot.model, robot.nominal)) {
+    throw row.mistake(
+        PlanColumn::kTurn, "this robot cannot turn its tool any way", "leave the turn out");
+  }
+  return turn_rad;
+}
+
 /// Joint values for a target, by nominal inverse kinematics.
 Eigen::VectorXd joints_for(
-    const PlanRow& row, const geometry::Rig& rig, const Position& target_mm,
+    const PlanRow& row, const geometry::Rig& rig, const PlanPoint& point,
     geometry::WorkingMode mode) {
   const geometry::Robot& robot = rig.robot;
   const geometry::Tool tool(rig);
-  const auto reference = tool.inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
-  const auto q = tool.inverse(
-      robot.nominal, target_mm, mode, reference ? std::optional(*reference) : std::nullopt);
+  const Position& target_mm = point.target_mm;
+  const auto place = [&] {
+    const auto reference = tool.inverse(robot.nominal, rig.cuboid.reference_pose_mm, mode);
+    return tool.inverse(
+        robot.nominal, target_mm, mode, reference ? std::optional(*reference) : std::nullopt);
+  };
+  const auto pose = [&](const Eigen::Vector3d& turn_rad) {
+    const Eigen::Matrix3d R = frame_of_angles(rig.instrument.orientation, turn_rad);
+    return geometry::joints_for_pose(*robot.model, robot.nominal, {target_mm, R}, mode);
+  };
+  const auto q = point.target_turn_rad ? pose(*point.target_turn_rad) : place();
   if (q) return *q;
   throw row.mistake(
       PlanColumn::kTarget,
@@ -230,10 +283,11 @@ PlanPoint read_point(const PlanRow& row, const geometry::Rig& rig, const SampleL
   for (std::size_t i = 0; i < layout.axes.size(); ++i) {
     point.target_mm[static_cast<Eigen::Index>(i)] = row.number(PlanColumn::kTarget, i);
   }
+  if (first_turn(layout)) point.target_turn_rad = read_turn(row, rig.robot);
   const geometry::Robot& robot = rig.robot;
   const auto mode = read_mode(row, rig);
   if (!any_joint) {
-    point.q = joints_for(row, rig, point.target_mm, mode.value_or(robot.working_mode));
+    point.q = joints_for(row, rig, point, mode.value_or(robot.working_mode));
     return point;
   }
   point.q.resize(static_cast<Eigen::Index>(joints));
@@ -264,9 +318,12 @@ std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry:
   std::string out;
   const bool in_sockets = std::ranges::any_of(
       plan.points, [](const PlanPoint& point) { return !point.socket.empty(); });
+  const bool turned = std::ranges::any_of(
+      plan.points, [](const PlanPoint& point) { return point.target_turn_rad.has_value(); });
   for (const PlanPlace& each : columns_of(layout)) {
     if (each.column == PlanColumn::kMode && rig == nullptr) continue;
     if (each.column == PlanColumn::kSocket && !in_sockets) continue;
+    if (each.column == PlanColumn::kTurn && !turned) continue;
     out += (out.empty() ? "" : ",") + each.name;
   }
   out += '\n';
@@ -274,6 +331,12 @@ std::string csv_of(const Plan& plan, const SampleLayout& layout, const geometry:
     out += fmt::format("{},{},{}", csv_field(point.set), point.point, point.repeat);
     if (in_sockets) out += ',' + csv_field(point.socket);
     for (const double each_mm : point.target_mm) out += ',' + decimal(each_mm, 6);
+    for (Eigen::Index i = 0; turned && i < 3; ++i) {
+      out += ',';
+      if (point.target_turn_rad) {
+        out += decimal(geometry::kDegPerRad * (*point.target_turn_rad)[i], 9);
+      }
+    }
     for (const double each : point.q) out += ',' + decimal(each, 9);
     for (std::size_t i = 0; i < layout.joints.size(); ++i) {
       out += fmt::format(",{}", approach_of(point, i));
@@ -296,62 +359,12 @@ bool operator==(const PlanPoint& a, const PlanPoint& b) {
     return std::ranges::equal(x, y);  // Eigen's own needs equal sizes
   };
   if (a.set != b.set || a.point != b.point || a.repeat != b.repeat) return false;
-  if (a.socket != b.socket) return false;
+  if (a.socket != b.socket || a.target_turn_rad != b.target_turn_rad) return false;
   if (!same(a.target_mm, b.target_mm) || !same(a.q, b.q)) return false;
   for (std::size_t i = 0; i < std::max(a.approach.size(), b.approach.size()); ++i) {
     if (approach_of(a, i) != approach_of(b, i)) return false;
   }
   return true;
-}
-
-Branch branch_of(const geometry::Rig& rig, const PlanPoint& point) {
-  const geometry::Robot& robot = rig.robot;
-  const geometry::Tool tool(rig);
-  const auto assembly = tool.assembly_at(robot.nominal, point.q, point.target_mm);
-  if (!assembly) return {robot.working_mode, robot.assembly};
-  const auto mode = tool.mode_of(robot.nominal, point.q, *assembly);
-  return {mode ? *mode : robot.working_mode, *assembly};
-}
-
-std::vector<Stretch> stretches_of(const geometry::Rig& rig, const Plan& plan) {
-  std::vector<Stretch> stretches;
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
-    const Branch branch = branch_of(rig, plan.points[i]);
-    if (stretches.empty() || stretches.back().branch != branch) {
-      stretches.push_back({branch, i, 0});
-    }
-    ++stretches.back().points;
-  }
-  return stretches;
-}
-
-std::vector<std::string> operator_notes(const geometry::Rig& rig, const Plan& plan) {
-  std::vector<std::string> notes;
-  if (lacks_ranges(rig)) {
-    notes.emplace_back(
-        "rig.toml does not say how far every joint may go (low_deg and high_deg of [[joint]]): "
-        "look whether the robot can take all of these poses");
-  }
-  const std::vector<Stretch> stretches = stretches_of(rig, plan);
-  if (stretches.size() < 2) return notes;
-  const Branch* before = nullptr;
-  for (const Stretch& stretch : stretches) {
-    const PlanPoint& first = plan.points[stretch.first];
-    const Branch& now = stretch.branch;
-    if (before == nullptr) {
-      notes.push_back(fmt::format(
-          "{} rows in working mode {} (assembly {})", stretch.points,
-          rig.robot.model->mode_name(now.mode), static_cast<int>(now.assembly)));
-    } else {
-      notes.push_back(fmt::format(
-          "then {} in {} (assembly {}): before {} point {} an operator must clear the dials "
-          "and bring the legs over from {}, across singular poses; collecting pauses there",
-          stretch.points, rig.robot.model->mode_name(now.mode), static_cast<int>(now.assembly),
-          first.set, first.point, rig.robot.model->mode_name(before->mode)));
-    }
-    before = &now;
-  }
-  return notes;
 }
 
 Plan parse_plan(std::string_view text, const std::string& file_name, const geometry::Rig& rig) {

@@ -1,8 +1,10 @@
 // What to measure: the planned points of a session, as a CSV file people can edit.
 // Columns: set,point,repeat,target_x_mm,target_y_mm,theta1_rad,theta2_rad,approach1,approach2,
 // mode; of another robot its own joints and coordinates (session/sample_layout.h), and where
-// the rig has sockets the one that the ball is put into, `socket`. A point's working mode is
-// that of its angles; `mode` says it, and is used where the angles are left out.
+// the rig has sockets the one that the ball is put into, `socket`; where it measures turns
+// target_rx_deg,target_ry_deg,target_rz_deg, as rig.toml's `orientation` reads them. A point's
+// working mode is that of its angles; `mode` says it, and is used where the angles are left
+// out.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,6 +31,9 @@ struct PlanPoint {
   /// Sign of each joint's last move; 0, or left out at the end: as it comes.
   std::vector<int> approach;
   std::string socket{};  // that the ball on the tool is put into; empty: none
+  /// How the tool is to be turned: three angles [rad] by rig.toml's `orientation`; empty: as
+  /// the joint values turn it.
+  std::optional<Eigen::Vector3d> target_turn_rad{};
   friend bool operator==(const PlanPoint& a, const PlanPoint& b);
 };
 /// Of joint `joint`; 0: as it comes.

@@ -216,7 +216,9 @@ class RowReader {
     while (first < layout_.others.size() && layout_.others[first].name != "rx") ++first;
     if (first == layout_.others.size()) return std::nullopt;
     Eigen::Vector3d turn;
-    if (std::ranges::all_of(quaternion_, [](const auto& each) { return each.has_value(); })) {
+    const auto is_there = [](const std::optional<double>& each) { return each.has_value(); };
+    const auto missing = std::ranges::find_if_not(quaternion_, is_there);
+    if (missing == quaternion_.end()) {
       Eigen::Quaterniond q(*quaternion_[0], *quaternion_[1], *quaternion_[2], *quaternion_[3]);
       if (!(std::abs(q.norm() - 1.0) < kUnit)) {
         return at(
@@ -224,11 +226,26 @@ class RowReader {
             fmt::format("the quaternion has length {:.6g}", q.norm()), "it must be 1");
       }
       turn = geometry::rotation_vector(q.normalized().toRotationMatrix());
+    } else if (std::ranges::any_of(quaternion_, is_there)) {
+      return at(
+          row, SampleColumn::kQuaternion, "is empty while its partners are not",
+          "give all four numbers of a quaternion or none",
+          static_cast<std::size_t>(missing - quaternion_.begin()));
     } else {
       Eigen::Vector3d angles;
+      std::size_t given = 0;
+      std::size_t empty = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        if (!sample.others[first + k]) return std::nullopt;
-        angles[static_cast<Eigen::Index>(k)] = *sample.others[first + k];
+        const std::optional<double>& each = sample.others[first + k];
+        given += each ? 1U : 0U;
+        if (!each) empty = k;
+        angles[static_cast<Eigen::Index>(k)] = each.value_or(0.0);
+      }
+      if (given == 0) return std::nullopt;
+      if (given < 3) {
+        return at(
+            row, SampleColumn::kOther, "is empty while its partners are not",
+            "give all three angles of a turn or none", first + empty);
       }
       turn = turn_of_angles(layout_.orientation, angles).value_or(angles);
     }

@@ -10,10 +10,12 @@
 #include "calibration/predicted_position.h"
 #include "calibration/reading_space.h"
 #include "geometry/tool.h"
+#include "session/measured_turn.h"
 #include "session/nearest.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
 #include "studies/changed_midway.h"
+#include "studies/slipped_turns.h"
 
 namespace sixdial::studies {
 namespace {
@@ -53,6 +55,7 @@ void mark_bad(session::Session& session, const GrossError& error) {
     if (!calibration::gives_positions(session.rig)) {
       sample.others.assign(sample.others.size(), std::nullopt);
     }
+    session::set_turn(sample, session::layout_of(session.rig), std::nullopt);
     return;
   }
   session::ChannelValue& value = sample.channels[static_cast<std::size_t>(error.dial)];
@@ -189,6 +192,7 @@ std::optional<Precision> precision_of(
         calibration::noise_estimate(in, found.fit), {}, covariance);
   };
   const bool of_positions = space.name == "positions";
+  if (!of_positions && space.name != "dials") return std::nullopt;
   const auto here = estimated(space, &fit);
   if (here.empty()) return std::nullopt;
   const auto other = estimated(
@@ -283,6 +287,11 @@ CheckedSession check_gross_errors(
     }
   }
   if (set_aside && !in_g1.found.empty()) split();
+  if (!set_aside || !in_g1.not_possible.empty()) return checked;
+  if (auto slipped = leave_out_slipped_turns(checked.session, checked.g1, wide)) {
+    checked.warnings.push_back(std::move(*slipped));
+    split();
+  }
   return checked;
 }
 
@@ -324,7 +333,7 @@ ObservationSpace space_of(
     const std::string& name, std::span<const simulation::Trial> trials,
     const session::Session& session, double noise_mm) {
   if (name == "positions") {
-    return calibration::measured_space(trials, session.rig, noise_mm);
+    return calibration::fitted_space(trials, session.rig, noise_mm);
   }
   ObservationSpace space = calibration::dial_space(trials, session.rig);
   if (space.samples() == 0) {

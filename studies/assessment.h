@@ -71,7 +71,7 @@ struct PositionMap {
 };
 
 struct Assessment {
-  std::string space{};  // "positions", "dials"
+  std::string space{};  // "positions", "poses" (with turns), "dials"
   int samples = 0;
   int readings = 0;  // coordinates of positions, or dial readings
   calibration::NoiseEstimate noise{};
@@ -140,13 +140,14 @@ struct GrossErrors {
   std::optional<std::string> not_possible{};  // why the check could not judge
 };
 
-/// The session with what stands out in G1 marked bad (positions: removed), and all that did.
+/// The session with what stands out in G1 marked bad (positions and turns: removed), and all
+/// that did; of turns `warnings` say it.
 struct CheckedSession {
   session::Session session;  // its rig: as the readings see it
   GrossErrors found;
   std::optional<diagnosis::RigFit> rig{};            // empty: nothing of it is stated
   std::vector<simulation::Trial> all{}, g1{}, g2{};  // of `session`
-  std::vector<Warning> warnings{};                   // what changed while it was measured
+  std::vector<Warning> warnings{};  // what changed while it was measured, turns that slipped
 };
 /// `set_aside` false: the list alone, the session is unchanged. `not_possible`: why nothing can
 /// be judged; then nothing is accused.

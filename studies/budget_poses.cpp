@@ -5,6 +5,7 @@
 
 #include "calibration/predicted_position.h"
 #include "calibration/reading_errors.h"
+#include "calibration/reading_space.h"
 #include "calibration/rig_errors.h"
 #include "geometry/tool.h"
 
@@ -87,7 +88,13 @@ double BudgetPoses::of_fit() const {
 }
 
 double BudgetPoses::of_space() const {
-  return in_.space.sigma_mm.squaredNorm() / std::max(1, in_.space.samples());
+  const bool poses = calibration::shows_position(in_.space);  // turns may stand behind
+  Eigen::VectorXd sigma_mm = in_.space.sigma_mm;
+  for (Index row = 0; poses && row < sigma_mm.size(); ++row) {
+    const int channel = in_.space.channel[static_cast<std::size_t>(row)];
+    if (channel >= in_.space.position_axes) sigma_mm[row] = 0.0;
+  }
+  return sigma_mm.squaredNorm() / std::max(1, in_.space.samples());
 }
 double BudgetPoses::of_space_in_fit(double sd_mm) const {
   return sd_mm * sd_mm * of_parameters(sandwich_.noise);

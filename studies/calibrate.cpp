@@ -225,6 +225,12 @@ CalibrationResult calibrate_here(
   judge_fitted(
       result.parameters, *believed.rig.robot.model, data.g1, reference.x,
       request.fix.empty() && request.free.empty(), believable.warnings);
+  if (auto turns = turn_errors(
+          checked.session, data.g1.nominal.head(std::ssize(result.parameters)),
+          result.identified());
+      !turns.empty()) {
+    result.turn_errors = std::move(turns);
+  }
   result.measured_joints = measured_joints_of(checked.g1, believed.rig);
   result.frame = believable.frame;
   result.warnings = std::move(believable.warnings);

@@ -31,7 +31,7 @@ Eigen::VectorXd measured_place(
     const std::vector<ModelledRow>& rows) {
   const auto k = static_cast<std::size_t>(sample);
   if (calibration::gives_positions(data.session.rig)) {
-    return set.measured_mm.segment(set.first_row[k], set.rows(sample));
+    return set.measured_mm.segment(set.first_row[k], set.position_axes);
   }
   const geometry::Robot& robot = data.session.rig.robot;
   const geometry::Tool tool(data.session.rig);

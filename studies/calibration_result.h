@@ -18,6 +18,7 @@
 #include "studies/measured_joints.h"
 #include "studies/plausibility.h"
 #include "studies/stored_residual.h"
+#include "studies/turn_errors.h"
 #include "studies/uncertainty_budget.h"
 
 namespace sixdial::studies {
@@ -131,6 +132,9 @@ struct CalibrationResult {
   /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
   /// results of early versions.
   std::optional<double> position_noise_mm{};
+  /// Of the tool's turn, where it was measured and fitted; empty elsewhere, and in results of
+  /// early versions.
+  std::optional<std::vector<TurnErrors>> turn_errors{};
   /// Where the joints stood in G1; empty in results of early versions.
   std::optional<std::vector<MeasuredJoints>> measured_joints{};
   /// From the frame in which targets are given to that of the parameters; empty: the same.

@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
 #include "calibration/pipeline.h"
+#include "calibration/reading_space.h"
 #include "geometry/tool.h"
+#include "geometry/tool_turn.h"
+#include "geometry/units.h"
+#include "session/measured_turn.h"
+#include "session/trials.h"
 
 namespace sixdial::studies {
 namespace {
@@ -29,7 +35,134 @@ calibration::Correction correction_of(const CalibrationResult& result) {
       *result.residual_model, result.inputs.session, "Calibrate the session again.");
 }
 
+/// Names and units of joints, unless they are the ones that theta_rad is named for.
+std::optional<std::vector<std::string>> other_joints(const geometry::RobotModel& robot) {
+  std::vector<std::string> names;
+  bool usual = true;
+  for (const geometry::JointInfo& joint : robot.joints) {
+    names.push_back(fmt::format("{}_{}", joint.name, joint.unit()));
+    usual = usual && names.back() == fmt::format("theta{}_rad", names.size());
+  }
+  return usual ? std::nullopt : std::optional(std::move(names));
+}
+
+[[noreturn]] void refuse_turns(
+    const session::Session& session, std::string what, std::string hint) {
+  throw StudyError(
+      StudyErrorCode::kBadData, std::move(what), {{"session", session.name}}, std::move(hint));
+}
+
 }  // namespace
+
+calibration::ToolTarget GivenTarget::target() const {
+  if (!turn) return {p_mm};
+  return {p_mm, session::frame_of_angles(turn->orientation, turn->angles_rad)};
+}
+
+GivenTarget given_target(const session::Session& session, const std::vector<double>& figures) {
+  const geometry::Rig& rig = session.rig;
+  const auto axes = static_cast<std::size_t>(geometry::Tool(rig).axes());
+  const bool turned = axes == 3 && figures.size() == 6;
+  if (figures.size() == 6) check_commands_turns(session);
+  if (figures.size() != axes && !turned) {
+    throw StudyError(
+        StudyErrorCode::kInvalidParams,
+        fmt::format(
+            "the target has {} figures; this robot works in {}", figures.size(),
+            axes == 3 ? "space" : "the plane"),
+        {{"param", "target"}},
+        axes == 3
+            ? "Give x,y,z in mm, or with the turn of the tool x,y,z,rx,ry,rz in mm and deg."
+            : "Give x,y in mm.");
+  }
+  GivenTarget given{
+      .p_mm =
+          Eigen::Map<const Eigen::VectorXd>(figures.data(), static_cast<Eigen::Index>(axes))};
+  if (turned) {
+    given.turn = AskedTurn{
+        geometry::kRadPerDeg * Eigen::Vector3d(figures[3], figures[4], figures[5]),
+        rig.instrument.orientation};
+  }
+  return given;
+}
+
+void check_sides(const geometry::RobotModel& robot, std::size_t sides, std::string_view param) {
+  if (sides <= robot.joints.size()) return;
+  throw StudyError(
+      StudyErrorCode::kInvalidParams,
+      fmt::format(
+          "a side of arrival is given for joint {}; this robot has {} joints", sides,
+          robot.joints.size()),
+      {{"param", std::string(param)}},
+      "Give a side of each joint, the first joint's first; 0, or left out: unknown.");
+}
+
+void check_commands_turns(const session::Session& session) {
+  const geometry::Robot& robot = session.rig.robot;
+  if (!geometry::reaches_any_turn(*robot.model, robot.nominal)) {
+    refuse_turns(
+        session,
+        fmt::format(
+            "the target has a turn, and a {} with {} joints cannot turn its tool any way",
+            robot.model->kind->in_words, robot.model->joint_count()),
+        "Give the place alone: x,y,z in mm (in the plane x,y).");
+  }
+  if (!session::first_turn(session::layout_of(session.rig))) {
+    refuse_turns(
+        session,
+        fmt::format(
+            "the target has a turn, and the session measured none: [instrument] kind = \"{}\" "
+            "in rig.toml",
+            session.rig.instrument.kind),
+        "Give x,y,z in mm, or measure poses (kind = \"pose\": position and orientation).");
+  }
+  if (!calibration::fits_turns(session.rig)) {
+    refuse_turns(
+        session,
+        "the target has a turn, and no parameter of the robot says how the tool is turned on "
+        "its "
+        "last link",
+        "Write tool = \"frame\" into [robot] of rig.toml, and calibrate again.");
+  }
+  const PlausibleSession believed = plausible(session);
+  const session::SampleLayout layout = session::layout_of(session.rig);
+  for (const session::Sample& sample : believed.session.samples) {
+    if (!sample.left_out && session::turn_of(sample, layout)) return;
+  }
+  refuse_turns(
+      session, "the target has a turn, and no measured turn of the session is used",
+      "See the warnings of sixdial calibrate SESSION; the store of the service keeps no turns, "
+      "a "
+      "session's folder does.");
+}
+
+void check_commands_turns(const session::Session& session, const session::Plan& plan) {
+  if (asks_turns(plan)) check_commands_turns(session);
+}
+
+bool asks_turns(const session::Plan& plan) {
+  return std::ranges::any_of(plan.points, [](const session::PlanPoint& point) {
+    return point.target_turn_rad.has_value();
+  });
+}
+
+void check_knows_turns(const CalibrationResult& result, CompensateBy by) {
+  if (by == CompensateBy::kBefore) return;
+  const auto& errors = result.turn_errors;  // of sets that have turns; only G1 is fitted
+  if (errors && std::ranges::find(*errors, "G1", &TurnErrors::set) != errors->end()) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the target has a turn, and the calibration was made without turns of the tool",
+      {{"session", result.inputs.session}},
+      "Calibrate a session whose G1 has turns of the tool: sixdial calibrate SESSION.");
+}
+
+calibration::ToolTarget target_of(const session::PlanPoint& point, const geometry::Rig& rig) {
+  if (!point.target_turn_rad) return {point.target_mm};
+  return {
+      point.target_mm,
+      session::frame_of_angles(rig.instrument.orientation, *point.target_turn_rad)};
+}
 
 std::string_view to_string(CompensateBy by) {
   for (const auto& [value, name] : kNames) {
@@ -67,28 +200,43 @@ calibration::CompensationModel compensation_model(
 }
 
 CommandedTarget compensated_target(
+    const calibration::CompensationModel& model, CompensateBy by, const GivenTarget& given,
+    geometry::WorkingMode mode) {
+  return commanded_target(
+      calibration::compensate(model, given.target(), mode), by, given, mode,
+      model.tool.robot());
+}
+
+CommandedTarget compensated_target(
     const calibration::CompensationModel& model, CompensateBy by,
     const geometry::Position& target_mm, geometry::WorkingMode mode) {
-  return commanded_target(calibration::compensate(model, target_mm, mode), by, target_mm, mode);
+  return compensated_target(model, by, GivenTarget{target_mm}, mode);
 }
 
 CommandedTarget commanded_target(
     const tl::expected<calibration::Compensation, calibration::CompensationTrouble>& found,
-    CompensateBy by, const geometry::Position& target_mm, geometry::WorkingMode mode) {
+    CompensateBy by, const GivenTarget& given, geometry::WorkingMode mode,
+    const geometry::RobotModel& robot) {
   if (!found) {
     throw StudyError(
         StudyErrorCode::kBadData, found.error().message,
-        {{"target_mm", std::vector<double>(target_mm.begin(), target_mm.end())}},
-        "Choose a target inside the workspace, or another working mode.");
+        {{"target_mm", std::vector<double>(given.p_mm.begin(), given.p_mm.end())}},
+        robot.modes.size() > 1
+            ? "Choose a target inside the workspace, or another working mode."
+            : "Choose a target inside the workspace.");
   }
-  return {
-      .target_mm = target_mm,
+  CommandedTarget result{
+      .target_mm = given.p_mm,
       .mode = mode,
       .by = by,
       .theta_rad = {found->q.begin(), found->q.end()},
       .nominal_theta_rad = {found->nominal_q.begin(), found->nominal_q.end()},
       .closure_mm = found->closure_mm,
-      .iterations = found->iterations};
+      .iterations = found->iterations,
+      .turn = given.turn,
+      .joints = other_joints(robot)};
+  if (given.turn) result.closure_rad = found->closure_rad;
+  return result;
 }
 
 geometry::WorkingMode mode_of(
@@ -100,13 +248,62 @@ geometry::WorkingMode mode_of(
   return mode ? *mode : rig.robot.working_mode;
 }
 
+geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationModel& model) {
+  if (!calibration::fits_turns(filed)) return filed;
+  const geometry::RobotModel& robot = *filed.robot.model;
+  // Where the measured poses are: a base that was registered without a frame of the instrument
+  // is in this, and best known there.
+  const auto measured = model.measured_at.find(filed.robot.working_mode.number);
+  const Eigen::VectorXd q = measured == model.measured_at.end()
+                                ? Eigen::VectorXd::Zero(robot.joint_count())
+                                : measured->second;
+  std::vector<geometry::Pose<double>> X_filed(robot.frames.size()), X(robot.frames.size());
+  if (!robot.forward(filed.robot.nominal, q, filed.robot.assembly, X_filed) ||
+      !robot.forward(model.nominal, q, filed.robot.assembly, X)) {
+    return filed;
+  }
+  const Eigen::Matrix3d R =
+      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * X[0].R) : X[0].R;
+  const auto turned =
+      geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
+  if (turned) filed.robot.nominal = *turned;
+  return filed;
+}
+
+geometry::Rig rig_of_turns(const session::Session& session) {
+  if (!calibration::fits_turns(session.rig)) return session.rig;
+  const PlausibleSession judged = plausible(session);
+  const geometry::Rig& rig = judged.session.rig;
+  return rig_of_turns(
+      session.rig, {.tool = geometry::Tool(rig),
+                    .nominal = rig.robot.nominal,
+                    .v = rig.robot.nominal,
+                    .measured_at = middles_of(
+                        measured_joints_of(session::trials_of(judged.session, ""), rig)),
+                    .frame = judged.frame});
+}
+
+std::optional<Eigen::VectorXd> near_of(
+    const session::PlanPoint& point, const calibration::CompensationModel& model,
+    const geometry::Rig& rig) {
+  constexpr double kSamePose_rad = 0.2;  // as far as a command may be from the nominal one
+  const calibration::ToolTarget target = model.in_frame(target_of(point, rig));
+  if (!target.R) return point.q;
+  const geometry::RobotModel& robot = *rig.robot.model;
+  std::vector<geometry::Pose<double>> X(robot.frames.size());
+  if (!robot.forward(model.nominal, point.q, rig.robot.assembly, X)) return std::nullopt;
+  if (geometry::turn_between(X[0].R, *target.R) > kSamePose_rad) return std::nullopt;
+  return point.q;
+}
+
 session::Plan compensated_plan(
     session::Plan plan, const calibration::CompensationModel& model, const geometry::Rig& rig) {
   std::string named;
   std::size_t troubles = 0;
   for (session::PlanPoint& point : plan.points) {
     const auto found = calibration::compensate(
-        model, point.target_mm, mode_of(rig, point.q, point.target_mm), point.q);
+        model, target_of(point, rig), mode_of(rig, point.q, point.target_mm),
+        near_of(point, model, rig));
     if (found) {
       point.q = found->q;
     } else if (++troubles <= kMostNamed) {

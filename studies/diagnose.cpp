@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calibration/crew.h"
+#include "diagnosis/command_fit.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 #include "session/clock_text.h"
@@ -107,9 +108,32 @@ FitSummary summary_of(const diagnosis::JointFit& fit) {
       .converged = fit.converged};
 }
 
+/// Whether turns of the tool are among the readings.
+bool has_turns(const Readings& readings) {
+  const auto& channels = readings.model().instrument().channels;
+  return std::ranges::any_of(readings.rows(), [&](const diagnosis::Row& row) {
+    return channels.at(static_cast<std::size_t>(row.dial)).unit == "rad";
+  });
+}
+
+/// Something smooth that nobody named is fitted beside the causes, and missing from the fit
+/// that commands: that one leaves so much more.
+double left_sd_mm(const Diagnosis& found) {
+  if (found.named.unknown.empty()) return 0.0;
+  const double all_mm = found.commanding.s_mm;
+  const double rest_mm = found.named.extended.s_mm;
+  return std::sqrt(std::max(0.0, all_mm * all_mm - rest_mm * rest_mm));
+}
+
 ExtendedFit extended_fit_of(const Readings& readings, const Diagnosis& found) {
   ExtendedFit result = commands_of(readings, found.commanding);
   result.rig = found.commanding_rig;
+  if (readings.axes() == 3) {
+    result.covariance = found.commanding.covariance +
+                        diagnosis::covariance_of_unseen(readings, found.commanding);
+    result.left_sd_mm = left_sd_mm(found);
+    result.turns = has_turns(readings);
+  }
   if (found.on_top) {
     result.residual_model = StoredResidualModel{
         .name = std::string(diagnosis::kModelOnTop),
@@ -307,8 +331,7 @@ void refuse_too_few_poses(
     if (held_out.empty() || !held_out[i]) fitted.push_back(trials[i]);
   }
   const geometry::Rig& rig = session.rig;
-  const auto few =
-      too_few_poses(fitted, rig.instrument.dimensions, rig.robot.model->parameter_count());
+  const auto few = too_few_poses(fitted, rig, rig.robot.model->parameter_count());
   if (!few || fitted.empty()) return;
   throw StudyError(
       StudyErrorCode::kBadData,

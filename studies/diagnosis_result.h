@@ -231,8 +231,16 @@ struct ExtendedFit {
   std::optional<std::vector<double>> nominal{};  // parameters of the nominal robot
   std::optional<std::vector<MeasuredJoints>> measured_joints{};
   std::optional<geometry::Similarity> frame{};
+  /// Of `model` and of what the fit moved in `effects`, in this order; of robots in space.
+  std::optional<Eigen::MatrixXd> covariance{};
+  /// Standard deviation of what smooth errors without a name leave at a coordinate of the tool
+  /// [mm]; of robots in space, empty in early versions.
+  std::optional<double> left_sd_mm{};
   /// Where this fit has the dials: the frame that it commands in. Empty in early versions.
   std::optional<std::vector<diagnosis::RigSeen>> rig{};
+  /// Whether it was fitted to turns of the tool, too; of robots in space. Empty in early
+  /// versions.
+  std::optional<bool> turns{};
 };
 
 /// One entry a reading.

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "diagnosis/joint_fit.h"
+#include "geometry/rotation.h"
 #include "simulation/weight.h"
-#include "studies/compensate.h"
 
 namespace sixdial::studies {
 namespace {
@@ -63,6 +64,14 @@ ExtendedFit commands_of(const diagnosis::Readings& readings, const diagnosis::Jo
   return result;
 }
 
+void check_knows_turns(const ExtendedFit& fit) {
+  if (fit.turns.value_or(false)) return;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the target has a turn, and the diagnosis was made without turns of the tool", {},
+      "Diagnose a session that has turns of the tool: sixdial diagnose SESSION.");
+}
+
 ExtendedCommand::ExtendedCommand(
     const ExtendedFit& fit, const geometry::Rig& rig, CompensateBy by)
     : base_(rig),
@@ -72,7 +81,9 @@ ExtendedCommand::ExtendedCommand(
       last_temperature_degC_(fit.last_temperature_degC),
       nominal_(nominal_from(fit, base_)),
       measured_at_(middles_of(fit.measured_joints)),
-      frame_(fit.frame) {
+      frame_(fit.frame),
+      covariance_(fit.covariance),
+      left_sd_mm_(fit.left_sd_mm.value_or(0.0)) {
   axes_ = geometry::Tool(rig).axes();
   for (const FittedEffect& each : fit.effects) effects_.push_back(effect_from(each, rig));
   if (by != CompensateBy::kExtendedFull) return;
@@ -123,39 +134,118 @@ std::vector<double> ExtendedCommand::forces_at(
   return force_n;
 }
 
-tl::expected<geometry::Position, geometry::KinematicTrouble> ExtendedCommand::position(
+ExtendedCommand::ToolPose ExtendedCommand::pose_of(
+    const simulation::ModelVector& model, const std::vector<simulation::ActiveEffect>& effects,
     const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
-  const simulation::ExtendedModel extended(base_, effects_);
+  const simulation::ExtendedModel extended(base_, effects);
   simulation::Trial trial;
   trial.q = q;
   trial.assembly = assembly;
   simulation::Scene scene;
   simulation::Circumstance sample = circumstance(moment, forces_at(q, assembly));
-  simulation::Weight(base_.robot(), model_.head(base_.robot_parameter_count()))
+  simulation::Weight(base_.robot(), model.head(base_.robot_parameter_count()))
       .take(q, assembly, sample);
-  const auto ran = extended.run(model_, trial, sample, scene);
+  const auto ran = extended.run(model, trial, sample, scene);
   if (!ran) return tl::unexpected(ran.error());
-  geometry::Position p_WE = scene.p_WE.head(axes_);
-  if (learned_) p_WE += learned_(q);
-  return p_WE;
+  geometry::Pose<double> X_WE{.p = scene.p_WE};
+  if (!scene.X.empty()) X_WE.R = scene.X.front().R;
+  return X_WE;
+}
+
+ExtendedCommand::ToolPose ExtendedCommand::pose(
+    const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
+  return pose_of(model_, effects_, q, assembly, moment).map([&](geometry::Pose<double> X_WE) {
+    if (learned_) X_WE.p.head(axes_) += learned_(q);
+    return X_WE;
+  });
+}
+
+tl::expected<geometry::Position, geometry::KinematicTrouble> ExtendedCommand::position(
+    const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
+  return pose(q, assembly, moment).map([&](const geometry::Pose<double>& X_WE) {
+    return geometry::Position(X_WE.p.head(axes_));
+  });
+}
+
+std::optional<Eigen::MatrixXd> ExtendedCommand::slopes_of(
+    const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const {
+  std::vector<Eigen::VectorXd> columns;
+  const auto add = [&](const auto& at, double step) {
+    const ToolPose up = at(step);
+    const ToolPose down = at(-step);
+    if (!up || !down) return false;
+    Eigen::VectorXd twist(6);
+    twist << up->p - down->p, geometry::rotation_vector(up->R * down->R.transpose());
+    columns.push_back(twist / (2.0 * step));
+    return true;
+  };
+  constexpr double kShare = 1e-3;  // of a plausible size
+  for (Eigen::Index k = 0; k < model_.size(); ++k) {
+    const auto at = [&](double step) {
+      simulation::ModelVector moved = model_;
+      moved[k] += step;
+      return pose_of(moved, effects_, q, assembly, moment);
+    };
+    if (!add(at, kShare * base_.parameters()[static_cast<std::size_t>(k)].change)) return {};
+  }
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    const simulation::Effect& effect = *effects_[e].effect;
+    for (int i = 0; i < diagnosis::fitted_count(effect); ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      const auto size = simulation::parameter_at(effect, effects_[e].place, i);
+      const auto at = [&](double step) {
+        std::vector<simulation::ActiveEffect> moved = effects_;
+        moved[e].x[index] += step;
+        return pose_of(model_, moved, q, assembly, moment);
+      };
+      if (!add(at, kShare * (size ? size->sigma : effect.parameters[index].sigma))) return {};
+    }
+  }
+  Eigen::MatrixXd slopes(6, std::ssize(columns));
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    slopes.col(static_cast<Eigen::Index>(k)) = columns[k];
+  }
+  return slopes;
+}
+
+std::optional<TargetUncertainty> ExtendedCommand::uncertainty(
+    const CommandedTarget& commanded, const CommandMoment& moment) const {
+  if (!covariance_ || axes_ != 3) return std::nullopt;
+  const geometry::Tool tool(base_.rig().robot.model, axes_);
+  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(
+      commanded.theta_rad.data(), std::ssize(commanded.theta_rad));
+  const geometry::Position there =
+      frame_ ? geometry::Position((*frame_)(commanded.target_mm)) : commanded.target_mm;
+  const auto assembly = tool.assembly_at(model_.head(base_.robot_parameter_count()), q, there);
+  const auto slopes = assembly ? slopes_of(q, *assembly, moment) : std::nullopt;
+  const bool known = slopes && covariance_->rows() == slopes->cols() &&
+                     covariance_->cols() == slopes->cols() && covariance_->allFinite();
+  if (!known) return std::nullopt;
+  Eigen::MatrixXd twist = *slopes * *covariance_ * slopes->transpose();
+  add_smooth_errors(left_sd_mm_, base_.instrument(), twist);
+  return uncertainty_of(twist, commanded.turn.has_value());
+}
+
+calibration::CompensationModel ExtendedCommand::without_causes() const {
+  return {
+      .tool = geometry::Tool(base_.rig().robot.model, axes_),
+      .nominal = nominal_,
+      .v = model_.head(base_.robot_parameter_count()),
+      .measured_at = measured_at_,
+      .frame = frame_};
 }
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve(
-    const geometry::Position& target_mm, geometry::WorkingMode mode,
+    const calibration::ToolTarget& target, geometry::WorkingMode mode,
     const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
-  const Eigen::Index robot = base_.robot_parameter_count();
-  calibration::CompensationModel model{
-      .tool = geometry::Tool(base_.rig().robot.model, axes_),
-      .nominal = nominal_,
-      .v = model_.head(robot),
-      .measured_at = measured_at_,
-      .frame = frame_};
-  const geometry::Position there_mm = model.in_frame(target_mm);
-  const auto start = model.tool.inverse(model.v, there_mm, mode, model.turn_in(mode, near));
-  if (!start) return calibration::compensate(model, target_mm, mode, near);  // says why
-  const auto assembly = model.tool.assembly_at(model.v, *start, there_mm);
-  if (!assembly) return calibration::compensate(model, target_mm, mode, near);
+  calibration::CompensationModel model = without_causes();
+  const calibration::ToolTarget there = model.in_frame(target);
+  const auto start =
+      calibration::joints_for(model.tool, model.v, there, mode, model.turn_in(mode, near));
+  if (!start) return calibration::compensate(model, target, mode, near);  // says why
+  const auto assembly = model.tool.assembly_at(model.v, *start, there.p_mm);
+  if (!assembly) return calibration::compensate(model, target, mode, near);
   // What the causes add to the plain robot at these angles; nothing where it has no pose.
   model.correction = [this, tool = model.tool, v = model.v, moment,
                       at = *assembly](const Eigen::VectorXd& q) -> Eigen::VectorXd {
@@ -164,13 +254,31 @@ ExtendedCommand::solve(
     if (!extended || !plain) return Eigen::VectorXd::Zero(axes_);
     return *extended - *plain;
   };
-  return calibration::compensate(model, target_mm, mode, near);
+  if (!target.R) return calibration::compensate(model, target, mode, near);
+  calibration::CompensationModel plain = model;
+  plain.turn_correction = {};
+  model.turn_correction = [this, plain, moment,
+                           at = *assembly](const Eigen::VectorXd& q) -> Eigen::VectorXd {
+    const auto extended = pose(q, at, moment);
+    const auto alone = calibration::modelled_turn(plain, q, at);
+    if (!extended || !alone) return Eigen::Vector3d::Zero();
+    return geometry::rotation_vector(extended->R * alone->transpose());
+  };
+  return calibration::compensate(model, target, mode, near);
+}
+
+tl::expected<calibration::Compensation, calibration::CompensationTrouble>
+ExtendedCommand::solve(
+    const geometry::Position& target_mm, geometry::WorkingMode mode,
+    const CommandMoment& moment, const std::optional<Eigen::VectorXd>& near) const {
+  return solve(calibration::ToolTarget{target_mm}, mode, moment, near);
 }
 
 tl::expected<calibration::Compensation, calibration::CompensationTrouble>
 ExtendedCommand::solve_after(
-    const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
-    geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const {
+    const Eigen::VectorXd& previous_q, const calibration::ToolTarget& target,
+    geometry::WorkingMode mode, CommandMoment moment,
+    const std::optional<Eigen::VectorXd>& near) const {
   const auto joints = static_cast<std::size_t>(base_.robot().joint_count());
   const auto moves = [&](const Eigen::VectorXd& q) {
     std::vector<int> signs;
@@ -183,11 +291,11 @@ ExtendedCommand::solve_after(
     for (std::size_t joint = 0; joint < joints; ++joint) {
       moment.approach[joint] = asked[joint] != 0 ? asked[joint] : signs[joint];
     }
-    return solve(target_mm, mode, moment, near);
+    return solve(target, mode, moment, near);
   };
   // A joint that comes from below stops at the upper of two angles, one that comes from above
   // at the lower: one of all combinations always agrees with its own moves.
-  auto found = with(moves(near));
+  auto found = with(near ? moves(*near) : std::vector<int>(joints, 1));
   const auto agrees = [&] {
     const std::vector<int> now = moves(found->q);
     for (std::size_t joint = 0; joint < joints; ++joint) {
@@ -247,6 +355,7 @@ session::Plan extended_plan(
     const PlanMoment& when) {
   std::string named;
   std::size_t troubles = 0;
+  const calibration::CompensationModel alone = command.without_causes();
   const session::PlanPoint* before = nullptr;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     session::PlanPoint& point = plan.points[i];
@@ -258,10 +367,11 @@ session::Plan extended_plan(
       moment.time_h = *when.first_time_h + static_cast<double>(i) * when.hours_a_point;
     }
     const auto mode = mode_of(rig, point.q, point.target_mm);
+    const auto near = near_of(point, alone, rig);
     const auto found =
         before == nullptr
-            ? command.solve(point.target_mm, mode, moment, point.q)
-            : command.solve_after(before->q, point.target_mm, mode, moment, point.q);
+            ? command.solve(target_of(point, rig), mode, moment, near)
+            : command.solve_after(before->q, target_of(point, rig), mode, moment, near);
     if (found) {
       point.q = found->q;
     } else if (++troubles <= kMostNamed) {

@@ -13,8 +13,10 @@
 #include "diagnosis/joint_fit.h"
 #include "session/plan.h"
 #include "simulation/extended_model.h"
+#include "studies/compensate.h"
 #include "studies/diagnosis_result.h"
 #include "studies/error.h"
+#include "studies/target_uncertainty.h"
 
 namespace sixdial::studies {
 
@@ -31,6 +33,10 @@ struct CommandMoment {
 [[nodiscard]] ExtendedFit commands_of(
     const diagnosis::Readings& readings, const diagnosis::JointFit& fit);
 
+/// Throws StudyError bad_data where the diagnosis was made without turns of the tool, so that
+/// its fit cannot command any (compensate.h has the same of a calibration).
+void check_knows_turns(const ExtendedFit& fit);
+
 class ExtendedCommand {
  public:
   /// `fit`: of the diagnosis of a session on this rig; `by`: kExtended or kExtendedFull. Throws
@@ -43,6 +49,10 @@ class ExtendedCommand {
   /// Solves for the joint values like calibration::compensate, with the forces of the dials
   /// that would touch at the target.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
+      const calibration::ToolTarget& target, geometry::WorkingMode mode,
+      const CommandMoment& moment,
+      const std::optional<Eigen::VectorXd>& near = std::nullopt) const;
+  [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble> solve(
       const geometry::Position& target_mm, geometry::WorkingMode mode,
       const CommandMoment& moment,
       const std::optional<Eigen::VectorXd>& near = std::nullopt) const;
@@ -50,10 +60,22 @@ class ExtendedCommand {
   /// arrive from the side of the solution itself.
   [[nodiscard]] tl::expected<calibration::Compensation, calibration::CompensationTrouble>
   solve_after(
-      const Eigen::VectorXd& previous_q, const geometry::Position& target_mm,
-      geometry::WorkingMode mode, CommandMoment moment, const Eigen::VectorXd& near) const;
+      const Eigen::VectorXd& previous_q, const calibration::ToolTarget& target,
+      geometry::WorkingMode mode, CommandMoment moment,
+      const std::optional<Eigen::VectorXd>& near) const;
+  /// Its robot alone.
+  [[nodiscard]] calibration::CompensationModel without_causes() const;
 
-  /// Where the extended model says the tool is [mm].
+  /// How well robot and causes know where they put the tool at these joint values; empty where
+  /// the diagnosis says nothing of it. What a residual model learned is not in it.
+  [[nodiscard]] std::optional<TargetUncertainty> uncertainty(
+      const CommandedTarget& commanded, const CommandMoment& moment) const;
+
+  /// Where the extended model says the tool is, and how it is turned; in the plane the turn
+  /// says nothing.
+  [[nodiscard]] tl::expected<geometry::Pose<double>, geometry::KinematicTrouble> pose(
+      const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
+  /// Where it says the tool is [mm].
   [[nodiscard]] tl::expected<geometry::Position, geometry::KinematicTrouble> position(
       const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
   [[nodiscard]] const simulation::ModelVector& model() const { return model_; }
@@ -62,6 +84,15 @@ class ExtendedCommand {
   }
 
  private:
+  using ToolPose = tl::expected<geometry::Pose<double>, geometry::KinematicTrouble>;
+  /// The same by other figures of robot and causes.
+  [[nodiscard]] ToolPose pose_of(
+      const simulation::ModelVector& model,
+      const std::vector<simulation::ActiveEffect>& effects, const Eigen::VectorXd& q,
+      geometry::Assembly assembly, const CommandMoment& moment) const;
+  /// d(position, turn)/d(model, sizes of the causes) by differences, 6 rows; empty: no pose.
+  [[nodiscard]] std::optional<Eigen::MatrixXd> slopes_of(
+      const Eigen::VectorXd& q, geometry::Assembly assembly, const CommandMoment& moment) const;
   [[nodiscard]] simulation::Circumstance circumstance(
       const CommandMoment& moment, std::vector<double> plunger_force_n) const;
   /// Of each dial on the cuboid, along its axis.
@@ -78,7 +109,9 @@ class ExtendedCommand {
   Eigen::VectorXd nominal_;  // of the robot
   std::map<int, Eigen::VectorXd> measured_at_;
   std::optional<geometry::Similarity> frame_;
-  int axes_ = 2;  // in which the tool moves
+  std::optional<Eigen::MatrixXd> covariance_;
+  double left_sd_mm_ = 0.0;  // of smooth errors without a name
+  int axes_ = 2;             // in which the tool moves
 };
 
 /// When the points of a plan are commanded. Empty: as at the end of the diagnosed session.

@@ -21,16 +21,34 @@ namespace {
 /// No controller comes back closer to a pose than this and calls it another.
 constexpr double kSamePose = 2e-3;  // rad; of a prismatic joint mm
 
-int distinct_poses(std::span<const simulation::Trial> trials) {
-  std::vector<Eigen::VectorXd> poses;
+/// Different poses of some trials, and how many equations they make.
+struct DistinctPoses {
+  int count = 0;
+  int equations = 0;
+  int each = 0;  // of a pose that shows all that is fitted
+};
+
+DistinctPoses distinct_poses(
+    std::span<const simulation::Trial> trials, const geometry::Rig& rig) {
+  constexpr int kOfATurn = 3;
+  struct SeenPose {
+    Eigen::VectorXd q;
+    bool turn = false;
+  };
+  const bool turns = calibration::fits_turns(trials, rig);
+  const auto instrument = turns ? geometry::instrument_of(rig) : nullptr;
+  std::vector<SeenPose> poses;
   for (const simulation::Trial& trial : trials) {
-    bool known = false;
-    for (const Eigen::VectorXd& each : poses) {
-      known = known || (each - trial.q).cwiseAbs().maxCoeff() < kSamePose;
-    }
-    if (!known) poses.push_back(trial.q);
+    auto same = std::ranges::find_if(poses, [&](const SeenPose& each) {
+      return (each.q - trial.q).cwiseAbs().maxCoeff() < kSamePose;
+    });
+    if (same == poses.end()) same = poses.insert(poses.end(), SeenPose{trial.q});
+    same->turn = same->turn || (turns && calibration::has_turn(trial, *instrument));
   }
-  return static_cast<int>(poses.size());
+  const auto count = static_cast<int>(poses.size());
+  const auto turned = static_cast<int>(std::ranges::count(poses, true, &SeenPose::turn));
+  const int axes = rig.instrument.dimensions;
+  return {count, axes * count + kOfATurn * turned, axes + (turns ? kOfATurn : 0)};
 }
 
 /// Of a parameter in the rig file; rows of an arm have no key of their own.
@@ -86,17 +104,18 @@ std::optional<Warning> smaller_fit(
 }
 
 std::optional<Warning> too_few_poses(
-    std::span<const simulation::Trial> fitted, int axes, int free_parameters) {
+    std::span<const simulation::Trial> fitted, const geometry::Rig& rig, int free_parameters) {
   // As many equations as unknowns leave nothing that could contradict; so few more that no
   // noise can be known from them (calibration/noise.h) leave too little.
-  const int needed = (free_parameters + kToSpare + axes - 1) / axes;
-  const int poses = distinct_poses(fitted);
-  if (poses >= needed) return std::nullopt;
+  const DistinctPoses poses = distinct_poses(fitted, rig);
+  const int missing = free_parameters + kToSpare - poses.equations;
+  if (missing <= 0) return std::nullopt;
+  const int needed = poses.count + (missing + poses.each - 1) / poses.each;
   return Warning{
       std::string(kTooFewPoses),
       Severity::kDoubt,
       {.file = "session.csv"},
-      {{"poses", static_cast<double>(poses)},
+      {{"poses", static_cast<double>(poses.count)},
        {"samples", static_cast<double>(fitted.size())},
        {"parameters", static_cast<double>(free_parameters)},
        {"needed", static_cast<double>(needed)}}};
@@ -112,8 +131,7 @@ void add_too_few_poses(
     std::vector<Warning>& warnings, std::span<const simulation::Trial> fitted,
     const geometry::Rig& rig, const std::vector<std::string>& fix,
     const std::vector<std::string>& free) {
-  const auto found = too_few_poses(
-      fitted, rig.instrument.dimensions, free_parameters(*rig.robot.model, fix, free));
+  const auto found = too_few_poses(fitted, rig, free_parameters(*rig.robot.model, fix, free));
   if (found) warnings.push_back(*found);
 }
 

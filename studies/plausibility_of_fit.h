@@ -13,9 +13,10 @@
 
 namespace sixdial::studies {
 
-/// Too few different poses for so many free parameters, `axes` coordinates each.
+/// Too few different poses for so many free parameters: each shows its coordinates, and its
+/// turn where these are fitted.
 [[nodiscard]] std::optional<Warning> too_few_poses(
-    std::span<const simulation::Trial> fitted, int axes, int free_parameters);
+    std::span<const simulation::Trial> fitted, const geometry::Rig& rig, int free_parameters);
 /// The same of a request, added to `warnings`. add() below appends `more` to `warnings`.
 void add_too_few_poses(
     std::vector<Warning>& warnings, std::span<const simulation::Trial> fitted,

@@ -151,6 +151,16 @@ void describe_keys(Fields& at, Of<Fields, studies::PointResiduals>& point) {
 }
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::TurnErrors>& errors) {
+  at("set", errors.set);
+  at("poses", errors.poses);
+  at("before_mean_rad", errors.before_mean_rad);
+  at("before_max_rad", errors.before_max_rad);
+  at("mean_rad", errors.mean_rad);
+  at("max_rad", errors.max_rad);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::Conformity>& judged) {
   at("tolerance_mm", judged.tolerance_mm);
   at.named("decision", judged.decision, decision_name, decision_from);
@@ -202,6 +212,7 @@ void describe_keys(Fields& at, Of<Fields, studies::CalibrationResult>& result) {
   at.maybe("uncertainty_budgets", result.uncertainty_budgets);
   at.maybe("rig", result.rig);
   at.maybe("position_noise_mm", result.position_noise_mm);
+  at.maybe("turn_errors", result.turn_errors);
   at.maybe("measured_joints", result.measured_joints);
   at.maybe("frame", result.frame);
   at.maybe("warnings", result.warnings);

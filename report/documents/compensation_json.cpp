@@ -5,6 +5,18 @@
 namespace sixdial::report {
 
 template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::AskedTurn>& turn) {
+  at("angles_rad", turn.angles_rad);
+  at("orientation", turn.orientation);
+}
+
+template <class Fields>
+void describe_keys(Fields& at, Of<Fields, studies::TargetUncertainty>& known) {
+  at("position_sd_mm", known.position_sd_mm);
+  at.maybe("turn_sd_rad", known.turn_sd_rad);
+}
+
+template <class Fields>
 void describe_keys(Fields& at, Of<Fields, studies::CommandedTarget>& commanded) {
   at("target_mm", commanded.target_mm);
   at.named(
@@ -18,6 +30,10 @@ void describe_keys(Fields& at, Of<Fields, studies::CommandedTarget>& commanded) 
   at("nominal_theta_rad", commanded.nominal_theta_rad);
   at("closure_mm", commanded.closure_mm);
   at("iterations", commanded.iterations);
+  at.maybe("turn", commanded.turn);
+  at.maybe("closure_rad", commanded.closure_rad);
+  at.maybe("uncertainty", commanded.uncertainty);
+  at.maybe("joints", commanded.joints);
 }
 
 Json to_json(const studies::CommandedTarget& commanded) { return write(commanded); }

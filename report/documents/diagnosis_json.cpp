@@ -181,7 +181,10 @@ void describe_keys(Fields& at, Of<Fields, studies::ExtendedFit>& fit) {
   at.maybe("nominal", fit.nominal);
   at.maybe("measured_joints", fit.measured_joints);
   at.maybe("frame", fit.frame);
+  at.maybe("covariance", fit.covariance);
+  at.maybe("left_sd_mm", fit.left_sd_mm);
   at.maybe("rig", fit.rig);
+  at.maybe("turns", fit.turns);
 }
 
 template <class Fields>

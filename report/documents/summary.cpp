@@ -26,7 +26,10 @@ Json document_summary(const Json& document) {
     summary.erase(key);
   }
   if (summary.contains("residual_model")) summary["residual_model"].erase("values");
-  if (summary.contains("extended_model")) summary["extended_model"].erase("residual_model");
+  if (summary.contains("extended_model")) {
+    summary["extended_model"].erase("residual_model");
+    summary["extended_model"].erase("covariance");
+  }
   if (summary.contains("cross_validation")) {
     for (Json& model : summary["cross_validation"]["models"]) model.erase("error_mm");
   }

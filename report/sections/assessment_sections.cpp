@@ -164,7 +164,9 @@ report::Section uncertainty(const studies::Assessment& assessment, bool has_dial
   section.blocks.emplace_back(fmt::format(
       "Least-squares fit of {} {} from {} samples of G1. What its uncertainties rest on: {}.",
       assessment.readings,
-      assessment.space == "dials" ? "raw dial readings" : "coordinates of positions",
+      assessment.space == "dials"   ? "raw dial readings"
+      : assessment.space == "poses" ? "coordinates and turns of the tool"
+                                    : "coordinates of positions",
       assessment.samples, assessment.noise.words));
   const auto& map = assessment.position_uncertainty;
   if (map && map->worst_mm.size() > 0) {  // else the robot reaches no place of it

@@ -91,6 +91,20 @@ std::string table_6_text(const studies::CalibrationResult& result) {
   return text;
 }
 
+std::vector<std::string> turn_lines(const studies::CalibrationResult& result) {
+  std::vector<std::string> lines;
+  if (!result.turn_errors) return lines;
+  for (const studies::TurnErrors& each : *result.turn_errors) {
+    lines.push_back(fmt::format(
+        "turn of the tool, {} poses of {}: off by {:.4f} deg before, {:.4f} deg after in the "
+        "mean ({:.4f} and {:.4f} deg at most)",
+        each.poses, each.set, geometry::kDegPerRad * each.before_mean_rad,
+        geometry::kDegPerRad * each.mean_rad, geometry::kDegPerRad * each.before_max_rad,
+        geometry::kDegPerRad * each.max_rad));
+  }
+  return lines;
+}
+
 std::string effort_line(const studies::CalibrationResult& result) {
   const std::string name =
       result.result_method == studies::kPaperMethod

@@ -14,6 +14,10 @@ namespace sixdial::report {
 /// std, max [mm].
 [[nodiscard]] std::string table_6_text(const studies::CalibrationResult& result);
 
+/// How far the tool's turn is off before and after, a sentence a set; none where it was not
+/// measured.
+[[nodiscard]] std::vector<std::string> turn_lines(const studies::CalibrationResult& result);
+
 /// "DQPSO is 1.2e-09 mm above the least-squares minimum; seed 1, 2.1 s".
 [[nodiscard]] std::string effort_line(const studies::CalibrationResult& result);
 

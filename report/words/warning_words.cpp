@@ -25,29 +25,23 @@ struct Words {
 constexpr Words kWords[] = {
     {"set_not_used",
      "{rows:row|rows} of {samples} {rows|belongs|belong} to the set \"{set}\" and "
-     "{rows|is|are} "
-     "not used: only G1 is fitted and only G2 validates.[ Was \"{meant}\" meant?]"},
+     "{rows|is|are} not used: only G1 is fitted and only G2 validates.[ Was \"{meant}\" "
+     "meant?]"},
     {"set_with_blanks",
      "{rows:row has|rows have} blanks around the name of the set, which nobody sees: it is "
-     "read "
-     "as \"{set}\"."},
+     "read as \"{set}\"."},
     {"wrong_date",
      "{rows:row is|rows are} dated {date}, while the others begin at {others}: the time "
-     "between "
-     "the neighbours is taken instead."},
+     "between the neighbours is taken instead."},
     {"clock_set_back",
      "The clock went back by {set_back} while this was measured. The rows are taken in the "
-     "order "
-     "in "
-     "which they stand, and the time is taken to run on: do not sort them by time."},
+     "order in which they stand, and the time is taken to run on: do not sort them by time."},
     {"not_in_order_of_time",
      "The rows do not stand in the order of their times ({rows:step|steps} back): the times "
-     "are "
-     "believed, the order is not taken for that of measuring."},
+     "are believed, the order is not taken for that of measuring."},
     {"same_time",
      "All rows carry the same time: it does not say when each was measured, and is taken as "
-     "not "
-     "recorded."},
+     "not recorded."},
     {"long_pause",
      "{days:day|days} lie between this row and the one above: two sessions in one file, or a "
      "clock that was set. What changes with time is judged over the whole of it."},
@@ -85,8 +79,8 @@ constexpr Words kWords[] = {
      "it."},
     {"far_position",
      "{rows:row has|rows have} a position {apart:.3g} from the middle of all, where "
-     "{usual:.3g} "
-     "is usual: a slip, or an instrument's way to write that there is none. Not used."},
+     "{usual:.3g} is usual: a slip, or an instrument's way to write that there is none. Not "
+     "used."},
     {"few_validating",
      "G2 has {samples:sample|samples}: too few to say how large errors are at other poses. "
      "Measure ten or more."},
@@ -99,18 +93,15 @@ constexpr Words kWords[] = {
      "copied, or handed over twice. Each is counted once."},
     {"copied_repeats",
      "{rows:repeated reading equals|repeated readings equal} an earlier one of the same point "
-     "to "
-     "the last digit: copied, or the dials are too coarse to show any noise. Each is counted "
-     "once, and the noise is not taken to be smaller than the resolution."},
+     "to the last digit: copied, or the dials are too coarse to show any noise. Each is "
+     "counted once, and the noise is not taken to be smaller than the resolution."},
     {"stuck_column",
      "Dial {dial} reads {value:g} mm in all of its {rows:row|rows}, wherever the tool is: it "
-     "does "
-     "not follow, or the column holds no readings. They are not used. Look at its plunger and "
-     "its cable."},
+     "does not follow, or the column holds no readings. They are not used. Look at its plunger "
+     "and its cable."},
     {"copied_columns",
      "Dials {dials} read the same to the last digit in {rows:row|rows}: a column was copied, "
-     "or "
-     "both names lead to one dial. Neither is used."},
+     "or both names lead to one dial. Neither is used."},
     {"silent_dial",
      "No row has a reading of {dials}: not touched all the while, or not recorded."},
     {"resolution",
@@ -129,21 +120,20 @@ constexpr Words kWords[] = {
      "mm of where it was measured. Give them in radians."},
     {"joint_unit",
      "The values of {joints} look like {unit}: as such they put the nominal robot within "
-     "{miss:.2g} mm of "
-     "where it was measured[, as they are within {now:.2g} mm]. Give them in radians."},
+     "{miss:.2g} mm of where it was measured[, as they are within {now:.2g} mm]. Give them in "
+     "radians."},
     {"joints_of_other_row",
      "The joint values look like those of {whose}: a row further on they put the nominal robot "
      "within {miss:.2g} mm of where it was measured[, as they stand within {now:.2g} mm]. They "
      "are taken so below. Look at what writes the file."},
     {"joints_exchanged",
      "{joints} look exchanged: the other way round they put the nominal robot within "
-     "{miss:.2g} "
-     "mm of where it was measured[, as they are within {now:.2g} mm]. Exchange the columns."},
+     "{miss:.2g} mm of where it was measured[, as they are within {now:.2g} mm]. Exchange the "
+     "columns."},
     {"joint_reversed",
      "{joints} seems to turn the other way: with its sign changed the nominal robot is within "
      "{miss:.2g} mm of where it was measured[, as it is within {now:.2g} mm]. Change the sign "
-     "of "
-     "the column."},
+     "of the column."},
     {"joints_echo_command",
      "The joint values that were read back equal those commanded to the last digit: this "
      "controller seems to give back what it was told. They do not say where the joints stood."},
@@ -173,14 +163,11 @@ constexpr Words kWords[] = {
      "They are taken times {factor:g} below; set the dial, or the data, to millimetres."},
     {"dial_reversed",
      "The readings of {dials} fall where they should rise: counted the other way they fit a "
-     "robot "
-     "like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. They are "
-     "turned "
-     "round below; set the dial to count up when it is pushed in."},
+     "robot like the rig file's within {miss:.2g} mm, as they are within {now:.2g} mm. They "
+     "are turned round below; set the dial to count up when it is pushed in."},
     {"position_unit",
      "The measured positions ({columns}) look like {unit}: times {factor:g} they fit the "
-     "nominal "
-     "robot. They are taken times {factor:g} below; give them in millimetres."},
+     "nominal robot. They are taken times {factor:g} below; give them in millimetres."},
     {"position_scale",
      "The measured positions ({columns}) are {scale:.3g} times the size that the joint angles "
      "give the nominal robot: another unit, or other links than the rig file's."},
@@ -191,10 +178,8 @@ constexpr Words kWords[] = {
      "its axes round."},
     {"axis_reversed",
      "{axis} of the measured positions points the other way: with its sign changed they fit "
-     "the "
-     "nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. It is changed "
-     "below. "
-     "The instrument's frame is left-handed: turn the axis round."},
+     "the nominal robot within {miss:.2g} mm, as they are within {now:.2g} mm. It is changed "
+     "below. The instrument's frame is left-handed: turn the axis round."},
     {"frame_mirrored",
      "The measured positions are in a left-handed frame: mirrored they fit the nominal robot "
      "within {miss:.2g} mm, as they are within {now:.2g} mm. They are mirrored below. Exchange "
@@ -206,9 +191,35 @@ constexpr Words kWords[] = {
      "rig file's frame and brought over."},
     {"base_registered",
      "The robot's base stands elsewhere than in the rig file: where it was measured the "
-     "nominal "
-     "robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The fit starts "
-     "from there."},
+     "nominal robot is turned by {turn:.2f} deg and shifted by {shift:.1f} mm ({base}). The "
+     "fit starts from there."},
+    {"tool_turn_registered",
+     "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
+     "against the rig file's; half of the turns fit the nominal robot within {left:.2g} deg "
+     "then. The fit starts from there."},
+    {"turns_fit_nowhere",
+     "The measured turns of the tool do not fit the nominal robot, however its frame sits on "
+     "the last link: half of them are off by {left:.1f} deg or more. They are not used.[ Read "
+     "as \"{better}\" they do: write orientation = \"{better}\" under instrument in rig.toml.] "
+     "orientation = \"{orientation}\" is what the three angles are taken for now; they are "
+     "those of the tool's frame in the instrument's, in the unit of the column's name."},
+    {"far_turn",
+     "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike all "
+     "others: not used."},
+    {"few_turns",
+     "Only {rows:turn|turns} of the tool {rows|was|were} measured: too few to see how its "
+     "frame sits on the last link. Not used."},
+    {"slipped_turn",
+     "{rows:turn|turns} of the tool in G1 {rows|is|are} off by up to {most:.2g} deg from the "
+     "robot that all others agree on, where {usual:.2g} deg is usual: not used."},
+    {"slipped_turns",
+     "{rows:turn|turns} of the tool in G1 {rows|is|are} off by up to {most:.2g} deg from the "
+     "robot that the others agree on, where {usual:.2g} deg is usual: too many for accidents, "
+     "so they are used. The probe was moved on the flange, or the angles of these rows mean "
+     "something else."},
+    {"turns_not_explained",
+     "The turn of the tool was measured, but no parameter of this robot follows it: it is not "
+     "used. An arm needs tool = \"frame\" under robot in rig.toml."},
     {"sides_reversed",
      "In {rows:row|rows} the column says that joint {joint:g} came from the side that it moved "
      "away from: its sign is the other way round, and is taken so here. +1 is a joint that was "
@@ -226,8 +237,7 @@ constexpr Words kWords[] = {
      "the nominal robot."},
     {"certificate_expired",
      "The certificate of {which} had run out (due {due} at the earliest) when this was "
-     "measured "
-     "on {measured}: its figures are not traceable until it is calibrated again."},
+     "measured on {measured}: its figures are not traceable until it is calibrated again."},
     {"wrong_mode",
      "All {samples} samples stand in working mode {mode}, the rig file says {rig_mode}: mode "
      "{mode} is used here. Correct the rig file, or the robot is commanded the other way "
@@ -267,13 +277,11 @@ constexpr Words kWords[] = {
      "file's. Look at the joint values (unit, order, sign), at what was measured and at the "
      "rig file."},
     {"far_angle",
-     "{name}, the {meaning}, came out as {value:.2f} deg where the rig file says "
-     "{nominal:.2f} deg. Enter it in the rig file if it is right: nominal commands go by the "
-     "file."},
+     "{name}, the {meaning}, came out as {value:.2f} deg where the rig file says {nominal:.2f} "
+     "deg. Enter it in the rig file if it is right: nominal commands go by the file."},
     {"made_unjudged",
      "This {what} is of an earlier version, which did not look for what is listed here: "
-     "nothing "
-     "of it was left out or put right. Make it again."},
+     "nothing of it was left out or put right. Make it again."},
 };
 
 const Words* words_of(std::string_view code) {

@@ -1,6 +1,9 @@
 // A calibration put to use: angles for a target or a plan.
 #include <array>
 #include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "report/documents/calibration_json.h"
 #include "report/documents/compensation_json.h"
@@ -27,6 +30,29 @@ studies::CompensateBy by_of(const Call& call) {
   return recommended_model(call.service.reader(), calibration_record(call)).recommendation().by;
 }
 
+/// Sides of arrival, of as many joints as a call can name.
+constexpr std::array<std::string_view, 7> kSides{
+    "approach1", "approach2", "approach3", "approach4", "approach5", "approach6", "approach7"};
+
+std::vector<double> place_in(const Json& params) {
+  std::vector<double> place;
+  for (const char* const key : {"x_mm", "y_mm", "z_mm"}) {
+    if (params.contains(key)) place.push_back(params[key].get<double>());
+  }
+  return place;
+}
+
+/// Refuses a side of a joint that the robot does not have.
+std::vector<int> sides_in(const Json& params, const geometry::RobotModel& robot) {
+  std::vector<int> sides;
+  for (std::size_t joint = 0; joint < kSides.size(); ++joint) {
+    const std::string key(kSides.at(joint));
+    if (params.contains(key)) studies::check_sides(robot, joint + 1, key);
+    sides.push_back(param_or(params, key, 0));
+  }
+  return sides;
+}
+
 Json target(const Call& call) {
   const studies::CompensateBy by = by_of(call);
   const bool extended = is_extended(by);
@@ -38,31 +64,32 @@ Json target(const Call& call) {
   rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
-  const Eigen::Vector2d target_mm(
-      call.params.at("x_mm").get<double>(), call.params.at("y_mm").get<double>());
+  const session::Session session = call.service.reader().load_session(record.session);
+  const studies::GivenTarget given = studies::given_target(session, place_in(call.params));
+  const std::vector<int> sides = sides_in(call.params, *rig.robot.model);
   Json answer;
   if (extended) {
-    studies::CommandMoment moment;
-    moment.approach = {
-        param_or(call.params, "approach1", 0), param_or(call.params, "approach2", 0)};
+    studies::CommandMoment moment{.approach = sides};
     if (call.params.contains("temperature_c")) {
       moment.temperature_c = call.params["temperature_c"].get<double>();
     }
     const studies::ExtendedCommand command(
         report::diagnosis_from_json(document).extended_fit, rig, by);
-    answer = report::to_json(studies::commanded_target(
-        command.solve(target_mm, *mode, moment), by, target_mm, *mode));
+    studies::CommandedTarget commanded = studies::commanded_target(
+        command.solve(given.target(), *mode, moment), by, given, *mode, *rig.robot.model);
+    commanded.uncertainty = command.uncertainty(commanded, moment);
+    answer = report::to_json(commanded);
   } else {
     const auto calibrated = report::calibration_from_json(document);
-    answer = report::to_json(studies::compensated_target(
-        studies::compensation_model(calibrated, rig, by), by, target_mm, *mode));
+    studies::CommandedTarget commanded = studies::compensated_target(
+        studies::compensation_model(calibrated, rig, by), by, given, *mode);
+    commanded.uncertainty = studies::target_uncertainty(calibrated, rig, commanded);
+    answer = report::to_json(commanded);
   }
   answer["result"] = record.id.value;
   answer["warnings"] = report::warnings_json(warnings);
-  const studies::MeasuredArea area =
-      studies::measured_area(call.service.reader().load_session(record.session));
-  answer["outside_measured"] =
-      report::outside_json(studies::outside_measured(area, target_mm, *mode), 1);
+  answer["outside_measured"] = report::outside_json(
+      studies::outside_measured(studies::measured_area(session), given.p_mm, *mode), 1);
   return answer;
 }
 
@@ -77,6 +104,7 @@ Json plan(const Call& call) {
   rig.robot.working_mode = studies::working_mode_in_use(warnings, rig);
   const session::Plan asked =
       session::parse_plan(call.params.at("plan_csv").get<std::string>(), "plan", rig);
+  studies::check_commands_turns(call.service.reader().load_session(record.session), asked);
   std::optional<double> temperature_c;
   if (call.params.contains("temperature_c")) {
     temperature_c = call.params["temperature_c"].get<double>();
@@ -142,12 +170,14 @@ constexpr Param kTemperature{
 constexpr Param side(std::string_view name, std::string_view doc) {
   return {.name = name, .type = ParamType::kInteger, .doc = doc, .min = -1, .max = 1};
 }
-constexpr Param coordinate(std::string_view name) {
+constexpr Param coordinate(
+    std::string_view name, bool required = true,
+    std::string_view doc = "of the target, table frame") {
   return {
       .name = name,
       .type = ParamType::kNumber,
-      .required = true,
-      .doc = "of the target, table frame",
+      .required = required,
+      .doc = doc,
       .min = -1e5,
       .max = 1e5};
 }
@@ -164,8 +194,14 @@ constexpr std::array kTargetParams{
     kDiagnosis,
     params::kFromOtherSession,
     kTemperature,
-    side("approach1", "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
-    side("approach2", "the same of joint 2")};
+    side(kSides[0], "of by extended: 1 where joint 1 arrives turning up, -1 down, 0 unknown"),
+    side(kSides[1], "the same of joint 2"),
+    side(kSides[2], "of joint 3"),
+    side(kSides[3], "of joint 4"),
+    side(kSides[4], "of joint 5"),
+    side(kSides[5], "of joint 6"),
+    side(kSides[6], "of joint 7"),
+    coordinate("z_mm", false, "of the target of a robot in space, which needs it")};
 constexpr std::array kPlanParams{
     kSession,
     kResult,
@@ -180,9 +216,11 @@ constexpr std::array kMethods{
         .name = "compensate.target",
         .summary = "The joint angles to command so that the calibrated robot reaches a target.",
         .params = kTargetParams,
-        .result = "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, "
-                  "result, warnings, outside_measured {farthest_mm (0: inside of what was "
-                  "measured), points, points_of_new_mode, words}",
+        .result =
+            "target_mm, mode, by, theta_rad, nominal_theta_rad, closure_mm, iterations, of "
+            "a robot in space uncertainty {position_sd_mm} and joints, result, warnings, "
+            "outside_measured {farthest_mm (0: inside of what was "
+            "measured), points, points_of_new_mode, words}",
         .example = R"({"session": "demo", "x_mm": 28.0, "y_mm": 48.0})",
         .runs_on = RunsOn::kLong,
         .run = target},

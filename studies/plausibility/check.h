@@ -76,6 +76,7 @@ void look_at_sides(Look& look);
 void look_for_far_positions(Look& look);
 void look_at_frame(Look& look);
 void look_for_moved_frame(Look& look);
+void look_at_tool_turn(Look& look);
 void look_at_targets(Look& look);
 void look_at_joint_values(Look& look);
 void look_at_certificates(Look& look);

@@ -79,6 +79,10 @@ const std::vector<PlausibilityCheck>& checks() {
         "frame_mirrored", "frame_registered", "base_registered"},
        look_at_frame},
       {"frame_moved", {"frame_moved"}, look_for_moved_frame},
+      {"tool_turn",
+       {"few_turns", "turns_fit_nowhere", "turns_not_explained", "far_turn",
+        "tool_turn_registered"},
+       look_at_tool_turn},
       // Which joint values are right, once all else is.
       {"joint_values",
        {"joints_echo_command", "commanded_joints_fit_better", "read_joints_fit_better",

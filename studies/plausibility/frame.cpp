@@ -6,8 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/rotation.h"
 #include "geometry/units.h"
-#include "session/sample_layout.h"
+#include "session/measured_turn.h"
 #include "studies/plausibility/check.h"
 #include "studies/plausibility/tool_seen.h"
 
@@ -266,9 +267,10 @@ bool is_far(const geometry::Rig& rig, const Eigen::VectorXd& moved) {
 }
 
 /// What the instrument's frame X takes along: targets, the cuboid's reference, or, of a kind
-/// without parameters for its base, the measured positions back to the rig file's frame.
+/// without parameters for its base, what was measured back to the rig file's frame.
 void bring_along(session::Session& used, const Similarity& X, bool base_moved, bool targets) {
   const std::size_t dials = used.rig.dials.size();
+  const session::SampleLayout layout = session::layout_of(used.rig);
   const Similarity back = X.inverse();
   for (session::Sample& sample : used.samples) {
     auto& target = sample.target_mm;
@@ -279,6 +281,10 @@ void bring_along(session::Session& used, const Similarity& X, bool base_moved, b
     if (base_moved) continue;
     const auto at = session::position_of(sample, dials);
     if (at && at->size() == X.t.size()) session::set_position(sample, dials, back(*at));
+    if (const auto turn = session::turn_of(sample, layout)) {
+      const Eigen::Matrix3d turned = back.R * geometry::turned_by<double>(*turn);
+      session::set_turn(sample, layout, geometry::rotation_vector(turned));
+    }
   }
   if (base_moved && X.t.size() == 2) {
     used.rig.cuboid.reference_pose_mm = X(used.rig.cuboid.reference_pose_mm);

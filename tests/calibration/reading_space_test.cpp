@@ -171,6 +171,31 @@ TEST_P(ReadingSpace, TheJacobianIsTheDerivative) {
   }
 }
 
+class PoseSpace : public ReadingSpace {};
+
+TEST_P(PoseSpace, WeighsPlaceAndTurnAlikeAndTakesWholeTurns) {
+  std::vector<simulation::Trial> trials = measured(4);
+  trials[1].reading[4].reset();              // half a turn is none
+  trials[2].reading[0].reset();              // no position: no pose
+  rig_.instrument.sd_rad = 0.0;              // what nobody says of angles
+  for (simulation::Trial& trial : trials) {  // rows say it of their coordinates
+    trial.position_covariance = Vector3d(1e-4, 4e-4, 1e-4).asDiagonal();
+  }
+  const ObservationSpace space = reading_space(trials, rig_);
+  EXPECT_EQ(space.name, "poses");
+  ASSERT_EQ(space.first_row, (std::vector<int>{0, 6, 9, 15}));
+  EXPECT_TRUE(space.rows_belong_together);
+  EXPECT_EQ(space.block(), 3);
+  EXPECT_FALSE(space.sigma_is_assumed);
+  EXPECT_NEAR(space.sigma_mm[1], 0.02, 1e-12);
+  EXPECT_NEAR(space.sigma_mm[4], std::sqrt(2e-4), 1e-12);  // as well as the place, at the lever
+  EXPECT_NEAR(space.measured_mm[4], 500.0 * *trials[0].reading[4], 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(, PoseSpace, ::testing::Values("pose"), [](const auto& each) {
+  return std::string(each.param);
+});
+
 INSTANTIATE_TEST_SUITE_P(
     , ReadingSpace, ::testing::Values("pose", "distance", "probe", "socket"),
     [](const auto& each) { return std::string(each.param); });

@@ -14,6 +14,7 @@
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "session/data_error.h"
+#include "session/measured_turn.h"
 #include "session/sample_layout.h"
 #include "session/traceability.h"
 
@@ -191,6 +192,37 @@ TEST_F(Importing, YamlRecordsByTheirPaths) {
   ASSERT_EQ(session.samples[1].others.size(), 3U);
   EXPECT_NEAR(session.samples[0].others[0].value(), 0.0, 1e-12);
   EXPECT_NEAR(session.samples[1].others[0].value(), std::numbers::pi, 1e-9);
+}
+
+TEST_F(Importing, ATurnWithoutAllOfItsAnglesIsNone) {
+  const auto read = import_files(
+      {write(
+          "poses.csv", "a,b,x,y,z,rx,ry,rz\n0.1,0.2,1,2,3,10,,30\n0.3,0.4,1,2,4,10,20,30\n")},
+      map("[instrument]\nkind = \"pose\"\n",
+          "[[column]]\nfrom = \"a\"\nto = \"q1_rad\"\n[[column]]\nfrom = \"b\"\nto = "
+          "\"q2_rad\"\n"
+          "[[column]]\nfrom = \"x\"\nto = \"x_mm\"\n[[column]]\nfrom = \"y\"\nto = \"y_mm\"\n"
+          "[[column]]\nfrom = \"z\"\nto = \"z_mm\"\n"
+          "[[column]]\nfrom = \"rx\"\nto = \"rx_deg\"\n[[column]]\nfrom = \"ry\"\nto = "
+          "\"ry_deg\"\n"
+          "[[column]]\nfrom = \"rz\"\nto = \"rz_deg\"\n"));
+  const Session session = this->session(read);
+  ASSERT_EQ(session.samples.size(), 2U);
+  const SampleLayout layout = layout_of(session.rig);
+  EXPECT_TRUE(position_of(session.samples[0], 0));
+  EXPECT_FALSE(turn_of(session.samples[0], layout));
+  ASSERT_TRUE(turn_of(session.samples[1], layout));
+  EXPECT_NEAR((*turn_of(session.samples[1], layout))[2], std::numbers::pi / 6, 1e-9);
+  // A bundle that says half a turn is mistaken.
+  try {
+    static_cast<void>(parse_session(
+        "set,q1_rad,q2_rad,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\nG1,0.1,0.2,1,2,3,10,,30\n",
+        "session.csv", read.rig_toml, "rig.toml"));
+    FAIL() << "two angles are no turn";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'ry_deg'"));
+    EXPECT_THAT(error.what(), HasSubstr("is empty while its partners are not"));
+  }
 }
 
 TEST_F(Importing, FilesWithoutAHeaderNameASocketEach) {

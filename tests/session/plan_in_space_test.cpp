@@ -1,6 +1,7 @@
 // Plans of robots that work in space: every kind, by the ranges of its joints or in a box.
 #include "session/plan_in_space.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "geometry/robots/serial.h"
+#include "geometry/rotation.h"
 #include "geometry/tool.h"
+#include "geometry/tool_turn.h"
+#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/plan.h"
 #include "session/rig_file.h"
@@ -191,6 +196,82 @@ TEST(PlanOfSockets, SaysWhichSocketEachPointIsPutInto) {
   } catch (const DataError& error) {
     EXPECT_THAT(error.what(), HasSubstr("no socket of the rig file"));
     EXPECT_THAT(error.what(), HasSubstr("plan.csv:4"));
+  }
+}
+
+/// An arm whose instrument measures how its tool is turned.
+geometry::Rig posed_rig() {
+  geometry::Rig rig = rig_of(geometry::serial);
+  rig.instrument.kind = "pose";
+  rig.instrument.orientation = "intrinsic xyz";
+  return rig;
+}
+
+TEST(PlansWithTurns, ReadAndWriteThreeAnglesOfARowOrNone) {
+  const geometry::Rig rig = posed_rig();
+  const Plan plan = parse_plan(
+      "set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,target_ry_deg,target_rz_"
+      "deg\n"
+      "G1,0,-600,-300,400,90,20,10\nG1,1,-600,-300,400,,,\n",
+      "plan.csv", rig);
+  ASSERT_TRUE(plan.points[0].target_turn_rad);
+  EXPECT_FALSE(plan.points[1].target_turn_rad);
+  EXPECT_LT(std::abs((*plan.points[0].target_turn_rad)[1] - 20 * geometry::kRadPerDeg), 1e-15);
+  // The joint values of the row are those of its place and its turn, by the nominal arm.
+  std::vector<geometry::Pose<double>> X(rig.robot.model->frames.size());
+  ASSERT_TRUE(
+      rig.robot.model->forward(rig.robot.nominal, plan.points[0].q, rig.robot.assembly, X));
+  EXPECT_LT((X[0].p - plan.points[0].target_mm).norm(), 1e-6);
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  geometry::turn_about<double>(R, 0, 90 * geometry::kRadPerDeg);
+  geometry::turn_about<double>(R, 1, 20 * geometry::kRadPerDeg);
+  geometry::turn_about<double>(R, 2, 10 * geometry::kRadPerDeg);
+  EXPECT_LT(geometry::turn_between(X[0].R, R), 1e-9);
+  const std::string text = plan_csv(plan, layout_of(rig));
+  EXPECT_THAT(text, HasSubstr(",target_rx_deg,target_ry_deg,target_rz_deg,q1_rad"));
+  const Plan again = parse_plan(text, "plan.csv", rig);
+  EXPECT_EQ(again.points[0].target_turn_rad, plan.points[0].target_turn_rad);
+  Plan without = plan;
+  for (PlanPoint& point : without.points) point.target_turn_rad.reset();
+  EXPECT_THAT(plan_csv(without, layout_of(rig)), Not(HasSubstr("target_rx_deg")));
+}
+
+TEST(PlansWithTurns, AreRefusedWhereNothingMeasuresThem) {
+  const auto message = [](const char* row, const geometry::Rig& rig) -> std::string {
+    try {
+      static_cast<void>(parse_plan(
+          std::string("set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,"
+                      "target_ry_deg,target_rz_deg\n") +
+              row,
+          "plan.csv", rig));
+    } catch (const DataError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(
+      message("G1,0,-600,-300,400,90,20,10\n", rig_of(geometry::serial)),
+      HasSubstr("measures no turn of the tool"));
+  EXPECT_THAT(
+      message("G1,0,-600,-300,400,90,,10\n", posed_rig()),
+      HasSubstr("a turn has three angles"));
+  // Poses are measured, but five joints, or three of a delta, cannot take any.
+  geometry::Rig five = posed_rig();
+  geometry::SerialRobot arm = geometry::serial_robot(*five.robot.model, five.robot.nominal);
+  arm.rows.pop_back();
+  five.robot.model = geometry::serial_model(arm);
+  five.robot.nominal = five.robot.model->nominal;
+  geometry::Rig delta = rig_of(*geometry::find_robot_kind("linear_delta"));
+  delta.instrument.kind = "pose";
+  delta.instrument.orientation = "intrinsic xyz";
+  for (const geometry::Rig* rig : {&five, &delta}) {
+    EXPECT_THAT(
+        message("G1,0,-600,-300,400,90,20,10\n", *rig),
+        HasSubstr("this robot cannot turn its tool any way"));
+    const Eigen::Vector3d place = box_of(*rig).min_mm;
+    EXPECT_EQ(
+        message(fmt::format("G1,0,{},{},{},,,\n", place[0], place[1], place[2]).c_str(), *rig),
+        "");
   }
 }
 

@@ -187,6 +187,12 @@ mock_devices::MockRigOptions rig_with(const char* effect) {
   return options;
 }
 
+/// A five-bar has two joints: a side of its fifth is a mistake.
+void expect_sides_of_its_joints_only(LineClient& client) {
+  const Json target{{"session", "demo"}, {"x_mm", 28.0}, {"y_mm", 48.0}, {"approach5", 1}};
+  EXPECT_EQ(error_code_of(client.call("compensate.target", target)), "invalid_params");
+}
+
 /// 60 points of G1, 15 of G2.
 session::Plan plan_of_both_sets() {
   session::PlanOptions options;
@@ -260,6 +266,7 @@ TEST_P(CommandedRobot, ReachesByItsDiagnosisWhatThePapersMethodDoesNot) {
                             {"approach2", 1}})["result"];
   EXPECT_LT(target["closure_mm"], kClosure_mm);
   EXPECT_EQ(target["result"], diagnosed["result"]);
+  expect_sides_of_its_joints_only(client);
 
   const Json validated = finished(client, client.call("validate.start", ways)["result"]);
   ASSERT_EQ(validated["state"], "done") << validated;

@@ -1,0 +1,30 @@
+// How far the tool is turned from where a robot's parameters say, set by set: what an
+// instrument of poses shows beside errors of position.
+//
+//   for (const TurnErrors& each : turn_errors(session, nominal, identified))
+//   show(each.mean_rad);
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "session/session.h"
+
+namespace sixdial::studies {
+
+struct TurnErrors {
+  std::string set{};
+  int poses = 0;
+  // Angle between the measured and the modelled frame of the tool [rad].
+  double before_mean_rad = 0.0, before_max_rad = 0.0;  // by the nominal robot
+  double mean_rad = 0.0, max_rad = 0.0;                // by the identified one
+};
+
+/// Of G1 and of G2, as far as they have turns; none where the rig's robot cannot explain them.
+/// `nominal`, `identified`: the robot's parameters.
+[[nodiscard]] std::vector<TurnErrors> turn_errors(
+    const session::Session& session, const Eigen::VectorXd& nominal,
+    const Eigen::VectorXd& identified);
+
+}  // namespace sixdial::studies
