@@ -135,7 +135,8 @@ Scatter scatter_of(const Readings& readings, const JointFit& fit, const Noise& n
     const auto d = static_cast<std::size_t>(readings.has_dials() ? dial : 0);
     squares[d] += fit.weight[row] * e[row] * e[row];
     freedom[d] += share * fit.weight[row] * (1 - leverage[row]);
-    relative[d] = readings.relative_noise()[row];
+    // Of one instrument each reading has a sigma of its own: no channel stands apart.
+    if (readings.has_dials()) relative[d] = readings.relative_noise()[row];
   }
   double in_noise = 0.0;
   double others = 0.0;
