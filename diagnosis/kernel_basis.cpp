@@ -53,6 +53,12 @@ double spectrum(int j, double half_width, double length) {
   return length * std::exp(-0.5 * omega * omega * length * length);
 }
 
+double spectrum(int j, const Box& box, double length) {
+  if (box.wave < 0) return spectrum(j, box.half_width, length);
+  const double off = (j - box.wave) / length;
+  return std::exp(-0.5 * off * off);
+}
+
 std::vector<Eigen::Index> prominent(
     const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread) {
   constexpr double kLeastShare = 1e-4;

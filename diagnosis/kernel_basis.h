@@ -14,6 +14,9 @@ namespace sixdial::diagnosis {
 struct Box {
   double half_width;
   std::vector<double> lengths;
+  /// Of a wave: the sine around which its spectrum stands; `lengths` are then its widths, in
+  /// sines. -1: a kernel.
+  int wave = -1;
 };
 /// For a function of one covariate.
 [[nodiscard]] const std::vector<Box>& boxes_along();
@@ -33,8 +36,9 @@ struct Kernel {
 [[nodiscard]] Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count);
 /// What each column of a kernel is where its covariate has this value; at the ends beyond them.
 [[nodiscard]] Eigen::VectorXd kernel_values(const Kernel& kernel, double at);
-/// Spectral density of a kernel at basis function j.
+/// Spectral density of a box's kernel at basis function j.
 [[nodiscard]] double spectrum(int j, double half_width, double length);
+[[nodiscard]] double spectrum(int j, const Box& box, double length);
 /// Which columns, scaled by their spread, could be seen beside the largest.
 [[nodiscard]] std::vector<Eigen::Index> prominent(
     const Eigen::MatrixXd& columns, const Eigen::VectorXd& spread);

@@ -70,19 +70,36 @@ constexpr int kMostOfJoint = 40;
 const std::vector<Box> kAlongDrive{
     {1.3, {0.04, 0.08, 0.15, 0.3, -0.5, -2.0}}, {2.0, {0.6}}, {3.5, {1.2, 2.5}}};
 
+/// Sines that a smooth function of a joint's value has.
+int functions_of_joint(const Readings& readings, const Covariates& at) {
+  const auto samples = static_cast<int>(readings.of_used(at.time).size());
+  return readings.axes() == 3
+             ? std::clamp(samples / kSamplesPerFunction, kFunctions, kMostOfJoint)
+             : kFunctions;
+}
+
 /// Anything of joint `bent` that depends on the value of joint `by`.
 void along_joint(
     UnknownSearch& search, const Readings& readings, const Covariates& at,
     const Eigen::MatrixXd& stage, int bent, int by) {
   const bool in_space = readings.axes() == 3;
-  const auto samples = static_cast<int>(readings.of_used(at.time).size());
-  const int functions =
-      in_space ? std::clamp(samples / kSamplesPerFunction, kFunctions, kMostOfJoint)
-               : kFunctions;
+  const int functions = functions_of_joint(readings, at);
   search.along(
       dependence_name({.on = DependsOn::kJointAngle, .joint = by}),
       "joint" + std::to_string(bent + 1), at.q.col(by), stage, functions,
       in_space ? kAlongDrive : boxes_along());
+}
+
+/// Waves of joint `bent` along the value of joint `by`: teeth of a gear, a strain-wave drive.
+/// In space only: a robot in the plane has been tried without.
+void waves_along_joint(
+    UnknownSearch& search, const Readings& readings, const Covariates& at,
+    const Eigen::MatrixXd& stage, int bent, int by) {
+  if (readings.axes() != 3) return;
+  search.along_waves(
+      dependence_name({.on = DependsOn::kJointAngle, .joint = by}),
+      "joint" + std::to_string(bent + 1), at.q.col(by), stage.col(0),
+      functions_of_joint(readings, at));
 }
 
 bool is_shift_of_tool(const Eigen::VectorXd& column, const Eigen::MatrixXd& tool) {
@@ -253,6 +270,7 @@ std::vector<UnknownCandidate> score_joint_by_others(
   along_joint(search, readings, at, stage, joint, joint);
   for (int other = 0; other < static_cast<int>(at.q.cols()); ++other) {
     if (other != joint) along_joint(search, readings, at, stage, joint, other);
+    waves_along_joint(search, readings, at, stage, joint, other);
   }
   return search.as_tried();
 }
@@ -285,7 +303,9 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
 
   UnknownSearch search(readings, fit);
   for (int joint = 0; joint < static_cast<int>(at.q.cols()); ++joint) {
-    along_joint(search, readings, at, stage(Stage::kJointAngle, joint), joint, joint);
+    const Eigen::MatrixXd bent = stage(Stage::kJointAngle, joint);
+    along_joint(search, readings, at, bent, joint, joint);
+    waves_along_joint(search, readings, at, bent, joint, joint);
   }
   const Eigen::MatrixXd tool = stage(Stage::kTool);
   search.along("time", "tool", at.time, tool, kOfTime);

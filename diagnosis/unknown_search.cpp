@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "calibration/column_products.h"
 #include "calibration/crew.h"
@@ -12,11 +13,14 @@
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
 #include "geometry/long_work.h"
+#include "simulation/smooth_function.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+/// Log evidence of what cannot be.
+constexpr double kImpossible = -1e300;
 
 const std::vector<Box> kOver{{1.3, {0.3, 0.45}}, {2.0, {0.6, 0.9}}, {3.5, {1.3, 2.5}}};
 
@@ -55,6 +59,95 @@ void UnknownSearch::along(
       }
       score(trial, columns, order, box);
     }
+  });
+}
+
+namespace {
+
+/// Sines on a box as u goes on: s_j(u) from the two before it.
+struct Power {
+  Eigen::VectorXd shown, whole;  // by sine: what the residual has of it, and its own square
+};
+/// `of`: by place, the residual's part along what enters there; `size`: what enters, squared.
+Power power_of_sines(
+    const Eigen::VectorXd& u, const Eigen::VectorXd& of, const Eigen::VectorXd& size,
+    double half_width, int count) {
+  Power power{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
+  const double scale = 1 / std::sqrt(half_width);
+  for (Eigen::Index place = 0; place < u.size(); ++place) {
+    const double step = kPi * (u[place] + half_width) / (2 * half_width);
+    const double twice = 2 * std::cos(step);
+    double before = 0.0;
+    double here = scale * std::sin(step);
+    for (int j = 0; j < count; ++j) {
+      power.shown[j] += of[place] * here;
+      power.whole[j] += size[place] * here * here;
+      before = std::exchange(here, twice * here - before);
+    }
+  }
+  return power;
+}
+
+}  // namespace
+
+void UnknownSearch::along_waves(
+    const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
+    const Eigen::VectorXd& stage, int from) {
+  // Waves over the whole range of the covariate: a strain-wave drive errs twice for each turn
+  // of its motor, up to 200 times a turn of the joint.
+  constexpr int kMostWaves = 250;
+  constexpr double kHalfWidth = 1.3;
+  constexpr int kSines = static_cast<int>(4 * kHalfWidth * kMostWaves / 2);
+  constexpr int kReach = 6;  // sines beside the strongest one that a wave is made of
+  constexpr int kTried = 2;  // the strongest waves
+  constexpr double kCell = 2 * kHalfWidth;  // sines that the data can tell apart
+  const auto scaled_covariate = scaled(covariate);
+  if (!scaled_covariate || from + kReach >= kSines) return;
+  const std::array<double, 2> range{covariate.minCoeff(), covariate.maxCoeff()};
+  const Eigen::VectorXd u = readings_.of_used(*scaled_covariate);
+  ask({name}, enters, UnknownKind::kSmooth, [=, this](Trial& trial) {
+    trial.range = range;
+    const Eigen::VectorXd weighted = projector_.whitening()(stage);
+    const Eigen::VectorXd& residual = projector_.residual();
+    Eigen::VectorXd of = Eigen::VectorXd::Zero(u.size());
+    Eigen::VectorXd size = of;
+    for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+      const Eigen::Index place = readings_.place_of(row);
+      of[place] += weighted[row] * residual[row];
+      size[place] += weighted[row] * weighted[row];
+    }
+    const Power power = power_of_sines(u, of, size, kHalfWidth, kSines);
+    // What so many sines side by side show together.
+    Eigen::VectorXd shown = Eigen::VectorXd::Zero(kSines);
+    constexpr int kTogether = 2;
+    for (int j = from + kTogether; j + kTogether < kSines; ++j) {
+      for (int k = j - kTogether; k <= j + kTogether; ++k) {
+        shown[j] += power.shown[k] * power.shown[k] / std::max(1e-300, power.whole[k]);
+      }
+    }
+    for (int tried = 0; tried < kTried; ++tried) {
+      geometry::check_end();
+      Eigen::Index strongest = 0;
+      if (!(shown.maxCoeff(&strongest) > 0)) break;
+      const int centre = static_cast<int>(strongest);
+      const int first = std::max(from, centre - kReach);
+      const int count = std::min(kSines, centre + kReach + 1) - first;
+      Eigen::MatrixXd columns(readings_.count(), count);
+      std::vector<Order> order;
+      for (int j = 0; j < count; ++j) {
+        for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+          columns(row, j) = stage[row] * simulation::box_sine(
+                                             u[readings_.place_of(row)], kHalfWidth, first + j);
+        }
+        order.push_back({first + j, -1, -1});
+      }
+      score(trial, columns, order, {kHalfWidth, {1.0, 2.5}, centre});
+      shown.segment(first, count).setZero();
+    }
+    // Any other wave could as well have been the one: each is as likely before.
+    const double others = std::max(0.0, (kSines - from) / kCell / kTried - 1);
+    const auto each = static_cast<double>(trial.all.size());
+    trial.all.insert(trial.all.end(), static_cast<std::size_t>(others * each), kImpossible);
   });
 }
 
@@ -219,7 +312,7 @@ void UnknownSearch::score(
     for (std::size_t j = 0; j < order.size(); ++j) {
       double s = 1.0;
       for (const int function : order[j]) {
-        if (function >= 0) s *= spectrum(function, box.half_width, length);
+        if (function >= 0) s *= spectrum(function, box, length);
       }
       spread[static_cast<Eigen::Index>(j)] = std::sqrt(s);
     }

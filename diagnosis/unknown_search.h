@@ -30,6 +30,12 @@ class UnknownSearch {
       const Eigen::MatrixXd& stage, int functions,
       const std::vector<Box>& boxes = boxes_along());
 
+  /// Waves of the covariate that are shorter than the sines that `along` has, which end with
+  /// number `from`: the strongest are tried, at the price of all.
+  void along_waves(
+      const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
+      const Eigen::VectorXd& stage, int from);
+
   /// f(x, y) or f(x, y, z), one for each column of the stage. `coordinates`: trials x 2 or 3.
   void over(
       const Eigen::MatrixXd& coordinates, const std::string& enters,
