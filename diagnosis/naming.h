@@ -90,6 +90,8 @@ struct DialCurve : OwnCurve {
 };
 /// Of one joint over its own value [rad, or mm of a prismatic one].
 struct JointCurve : OwnCurve {
+  /// Of its strongest wave, in the joint's unit; empty: longer than the range that was seen.
+  std::optional<double> period{};
   /// The best that the same joint's error does as a function of another joint's value: what
   /// flexibility alone gains. Log evidence, as that of the first part in `own_evidence`.
   double sham_evidence = 0.0;

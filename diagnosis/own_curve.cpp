@@ -164,6 +164,29 @@ void weigh(
   curve.left_out = found.fit.left_out();
 }
 
+/// Length of the strongest sine of these smooth functions, in their covariate's unit; empty
+/// where it is not shorter than the range of the covariate.
+std::optional<double> strongest_period(
+    const Explanation& found, const Readings& readings, const std::vector<std::size_t>& group) {
+  double strongest = 0.0;
+  std::optional<double> period;
+  for (const std::size_t i : group) {
+    const Kernel& kernel = found.unknown[i].kernel;
+    const auto [first, own] = place_of_columns(readings, found, i);
+    for (Eigen::Index k = 0; k < own; ++k) {
+      const double size =
+          std::abs(kernel.size[k] * found.fit.u[first + k]) / std::sqrt(kernel.half_width);
+      if (size <= strongest) continue;
+      strongest = size;
+      const int sine = kernel.functions[static_cast<std::size_t>(k)];
+      const double range = kernel.high - kernel.low;
+      const double length = 2 * kernel.half_width / (sine + 1) * range;
+      period = length < range ? std::optional(length) : std::nullopt;
+    }
+  }
+  return period;
+}
+
 /// A part of a smooth function of the dial's reading: neither a jump in time nor what goes by
 /// the direction of the plunger.
 bool may_be_part_of_curve(const simulation::Effect& effect) {
@@ -222,6 +245,7 @@ JointCurve curve_of_joint(
       variance[row] += basis.cwiseProduct(u_sd).squaredNorm();
     }
   }
+  curve.period = strongest_period(found, readings, group);
   curve.smooth.columns = random_columns(readings.count(), curve.parts);
   std::vector<Eigen::Index> all(static_cast<std::size_t>(readings.count()));
   std::iota(all.begin(), all.end(), Eigen::Index{0});

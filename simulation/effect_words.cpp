@@ -84,6 +84,33 @@ std::string quantity_in_words(double value, double sd, std::string_view unit) {
 
 namespace {
 
+/// A template with its values; `complete` becomes false where one of them is missing.
+std::string filled(
+    std::string_view rest, std::span<const FoundParameter> found, bool& complete) {
+  std::string words;
+  while (!rest.empty()) {
+    const std::size_t open = std::min(rest.find_first_of("{["), rest.size());
+    words += rest.substr(0, open);
+    rest.remove_prefix(open);
+    if (rest.empty()) break;
+    const bool part = rest.front() == '[';
+    const std::size_t close = std::min(rest.find(part ? ']' : '}'), rest.size() - 1);
+    const std::string_view inside = rest.substr(1, close - 1);
+    rest.remove_prefix(close + 1);
+    if (part) {
+      bool whole = true;
+      const std::string own = filled(inside, found, whole);
+      if (whole) words += own;
+      continue;
+    }
+    const std::string value =
+        inside.starts_with('=') ? bare(inside.substr(1), found) : together(inside, found);
+    complete = complete && !value.empty();
+    words += value;
+  }
+  return words;
+}
+
 std::string size_without_k(const Effect& effect, std::span<const FoundParameter> found) {
   std::string words;
   if (effect.size.empty()) {
@@ -94,18 +121,8 @@ std::string size_without_k(const Effect& effect, std::span<const FoundParameter>
     }
     return words;
   }
-  std::string_view rest = effect.size;
-  while (!rest.empty()) {
-    const std::size_t open = std::min(rest.find('{'), rest.size());
-    words += rest.substr(0, open);
-    rest.remove_prefix(open);
-    if (rest.empty()) break;
-    const std::size_t close = std::min(rest.find('}'), rest.size() - 1);
-    const std::string_view names = rest.substr(1, close - 1);
-    words += names.starts_with('=') ? bare(names.substr(1), found) : together(names, found);
-    rest.remove_prefix(close + 1);
-  }
-  return words;
+  bool complete = true;
+  return filled(effect.size, found, complete);
 }
 
 }  // namespace

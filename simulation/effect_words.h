@@ -22,6 +22,7 @@ struct FoundParameter {
 };
 /// "amplitude 0.041° ± 0.002° (k = 2)", "0.0121 mm ± 0.0008 mm from sample 71 on (k = 2)". A
 /// row without `size` gives each parameter with its name; a single parameter is given without.
+/// What stands in [ ] in `size` is left out where a figure in it was not found.
 [[nodiscard]] std::string size_in_words(
     const Effect& effect, std::span<const FoundParameter> found);
 

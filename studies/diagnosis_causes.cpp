@@ -196,6 +196,7 @@ void add_curve_causes(std::vector<FoundCause>& causes, const diagnosis::Diagnosi
     FoundCause& cause = causes.emplace_back(cause_of(each, found));
     cause.estimate = {
         {"half_span", unit, each.half_span, each.half_span_sd}, {"rms", unit, each.rms, kNan}};
+    if (each.period) cause.estimate.push_back({"period", unit, *each.period, kNan});
   }
 }
 

@@ -11,6 +11,7 @@ namespace {
 constexpr EffectParameter kParameters[] = {
     {"half_span", "rad", 3e-4},
     {"rms", "rad", 2e-4},
+    {"period", "rad", 0.1},
 };
 
 std::optional<EffectParameter> parameter_of_place(const Place& place, int k) {
@@ -35,7 +36,7 @@ constinit const Effect joint_curve{
     .needs = kNothing,
     .is_curve = true,
     .before_kinematics = bend_kinematics,
-    .size = "half span {half_span}, rms {=rms}",
+    .size = "half span {half_span}, rms {=rms}[, its strongest wave {=period} long]",
     .plot = {Shows::kJointAngle, Against::kJointAngle},
     .twin = "joint_fifth_harmonic",
     .signature =
