@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -164,7 +165,35 @@ void weigh(
   curve.left_out = found.fit.left_out();
 }
 
-/// Length of the strongest sine of these smooth functions, in their covariate's unit; empty
+/// Frequency, in radians a half range, at which a function of one covariate is strongest, near
+/// that of its sine number `sine`: sines of a box lie coarse beside each other.
+double strongest_frequency(const Kernel& kernel, const Eigen::VectorXd& u, int sine) {
+  constexpr int kPoints = 4000;
+  constexpr int kSteps = 60;      // to either side
+  constexpr double kReach = 1.5;  // sines
+  const double apart = std::numbers::pi / (2 * kernel.half_width);
+  const double high = (kernel.high - kernel.low) / 2;
+  Eigen::VectorXd at = Eigen::VectorXd::LinSpaced(kPoints, -1.0, 1.0);
+  const Eigen::VectorXd value = at.unaryExpr([&](double each) {
+    // Fading out at the ends, else a wave shows beside its own frequency too.
+    const double fade = std::cos(std::numbers::pi / 2 * each);
+    return fade * fade * kernel_values(kernel, kernel.low + (1 + each) * high).dot(u);
+  });
+  double best = 0.0;
+  double frequency = (sine + 1) * apart;
+  for (int step = -kSteps; step <= kSteps; ++step) {
+    const double tried = (sine + 1 + kReach * step / kSteps) * apart;
+    const double power = std::hypot(
+        value.dot((tried * at.array()).cos().matrix()),
+        value.dot((tried * at.array()).sin().matrix()));
+    if (power <= best) continue;
+    best = power;
+    frequency = tried;
+  }
+  return frequency;
+}
+
+/// Length of the strongest wave of these smooth functions, in their covariate's unit; empty
 /// where it is not shorter than the range of the covariate.
 std::optional<double> strongest_period(
     const Explanation& found, const Readings& readings, const std::vector<std::size_t>& group) {
@@ -173,16 +202,17 @@ std::optional<double> strongest_period(
   for (const std::size_t i : group) {
     const Kernel& kernel = found.unknown[i].kernel;
     const auto [first, own] = place_of_columns(readings, found, i);
-    for (Eigen::Index k = 0; k < own; ++k) {
-      const double size =
-          std::abs(kernel.size[k] * found.fit.u[first + k]) / std::sqrt(kernel.half_width);
-      if (size <= strongest) continue;
-      strongest = size;
-      const int sine = kernel.functions[static_cast<std::size_t>(k)];
-      const double range = kernel.high - kernel.low;
-      const double length = 2 * kernel.half_width / (sine + 1) * range;
-      period = length < range ? std::optional(length) : std::nullopt;
-    }
+    const Eigen::VectorXd u = found.fit.u.segment(first, own);
+    Eigen::Index which = 0;
+    const double size =
+        kernel.size.cwiseProduct(u).cwiseAbs().maxCoeff(&which) / std::sqrt(kernel.half_width);
+    if (size <= strongest) continue;
+    strongest = size;
+    const double frequency =
+        strongest_frequency(kernel, u, kernel.functions[static_cast<std::size_t>(which)]);
+    const double range = kernel.high - kernel.low;
+    const double length = std::numbers::pi * range / frequency;
+    period = length < range ? std::optional(length) : std::nullopt;
   }
   return period;
 }
