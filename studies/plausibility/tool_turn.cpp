@@ -5,7 +5,7 @@
 // no parameter can follow tell nothing: both are left out, and said.
 #include "geometry/tool_turn.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
