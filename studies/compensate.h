@@ -49,7 +49,7 @@ struct CommandedTarget {
   std::optional<AskedTurn> turn{};
   std::optional<double> closure_rad{};  // what is left of that turn
   std::optional<TargetUncertainty> uncertainty{};
-  /// Of other joints than theta1, theta2: their names and units, "q1_rad"; `theta_rad` holds
+  /// Of a robot that is no five-bar: its joints' names and units, "q1_rad"; `theta_rad` holds
   /// their values.
   std::optional<std::vector<std::string>> joints{};
 };

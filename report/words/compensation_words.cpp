@@ -18,7 +18,7 @@ std::pair<std::string_view, std::string_view> name_and_unit(std::string_view col
   return {column.substr(0, at), column.substr(at + 1)};
 }
 
-/// "theta1 1.234567890  theta2 0.9 rad"; of joints of several units each with its own.
+/// "q1 1.234567890  q2 0.9 rad"; of joints of several units each with its own.
 std::string joints_text(const studies::CommandedTarget& at) {
   std::vector<std::string> columns = at.joints.value_or(std::vector<std::string>());
   for (std::size_t i = columns.size(); i < at.theta_rad.size(); ++i) {

@@ -78,8 +78,8 @@ TEST_F(PoseCommand, APlanWithTurnsComesBackWithThem) {
   const Outcome shown = compensate({"--plan", plan_with_turns()});
   ASSERT_EQ(shown.code, 0) << shown.err;
   EXPECT_THAT(shown.out, HasSubstr("target_rz_deg,q1_rad"));
-  EXPECT_THAT(shown.out, HasSubstr("400,90,20,10,"));
-  EXPECT_THAT(shown.out, HasSubstr("410,,,,"));
+  EXPECT_THAT(shown.out, HasSubstr("400.000000,90.000000000,20.000000000,10.000000000,"));
+  EXPECT_THAT(shown.out, HasSubstr("410.000000,,,,"));
 }
 
 TEST_F(PoseCommand, ACalibrationWithoutTurnsCommandsPlacesOnly) {
