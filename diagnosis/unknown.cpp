@@ -3,8 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/covariate.h"
 #include "diagnosis/search.h"
@@ -112,6 +115,70 @@ bool is_shift_of_tool(const Eigen::VectorXd& column, const Eigen::MatrixXd& tool
     }
   }
   return false;
+}
+
+/// Channels that show the same in every sample: a ball in its socket, a touched surface. They
+/// hold the tool where it is, and measure nothing beside the joints.
+std::vector<bool> holding_channels(const Readings& readings) {
+  std::map<int, std::pair<double, double>> seen;  // lowest and highest reading
+  int channels = 0;
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const int channel = readings.rows()[static_cast<std::size_t>(row)].dial;
+    const double value = readings.measured_mm()[row];
+    const auto [at, is_new] = seen.try_emplace(channel, value, value);
+    at->second.first = std::min(at->second.first, value);
+    at->second.second = std::max(at->second.second, value);
+    channels = std::max(channels, channel + 1);
+  }
+  std::vector<bool> holds(static_cast<std::size_t>(channels), false);
+  constexpr double kSame_mm = 1e-9;
+  for (const auto& [channel, range] : seen) {
+    holds[static_cast<std::size_t>(channel)] = range.second - range.first < kSame_mm;
+  }
+  return holds;
+}
+
+/// Where the tool is at each trial, trials x axes [mm]. Where a channel holds the tool, its
+/// place across the surface is the residual itself, which any smooth function of it would
+/// explain: the mean of all trials of that channel stands for it.
+/// Empty: all is held, as by sockets, whose own places are free already.
+std::optional<Eigen::MatrixXd> places_of(
+    const Readings& readings, const Covariates& at, const Eigen::MatrixXd& tool) {
+  const Eigen::Index axes = readings.axes();
+  Eigen::MatrixXd place(at.x.size(), axes);
+  place.leftCols<2>() << at.x, at.y;
+  if (axes == 3) place.col(2) = at.z;
+  if (readings.has_dials()) return place;  // one that shows the same is stuck
+  const std::vector<bool> holds = holding_channels(readings);
+  std::map<int, std::pair<Eigen::VectorXd, double>> of_channel;  // sum of places, how many
+  std::map<std::size_t, std::vector<Eigen::Index>> held;         // rows, by trial
+  for (Eigen::Index row = 0; row < readings.count(); ++row) {
+    const auto& each = readings.rows()[static_cast<std::size_t>(row)];
+    if (!holds[static_cast<std::size_t>(each.dial)]) continue;
+    auto& [sum, count] =
+        of_channel.try_emplace(each.dial, Eigen::VectorXd::Zero(axes), 0.0).first->second;
+    sum += place.row(each.trial).transpose();
+    count += 1;
+    held[static_cast<std::size_t>(each.trial)].push_back(row);
+  }
+  std::ptrdiff_t fully = 0;
+  for (const auto& [trial, rows] : held) {
+    Eigen::MatrixXd across(axes, std::ssize(rows));
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      across.col(static_cast<Eigen::Index>(k)) = tool.row(rows[k]).transpose();
+    }
+    const auto& [sum, count] =
+        of_channel.at(readings.rows()[static_cast<std::size_t>(rows.front())].dial);
+    const auto index = static_cast<Eigen::Index>(trial);
+    const Eigen::VectorXd off = place.row(index).transpose() - sum / count;
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> directions(across);
+    const Eigen::MatrixXd Q =
+        Eigen::MatrixXd(directions.householderQ()).leftCols(directions.rank());
+    place.row(index) -= (Q * (Q.transpose() * off)).transpose();
+    fully += directions.rank() == axes ? 1 : 0;
+  }
+  if (fully > 0 && fully == std::ssize(held)) return std::nullopt;
+  return place;
 }
 
 /// Anything of the robot may creep with time or temperature. Parameters that only shift the
@@ -310,10 +377,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
   const Eigen::MatrixXd tool = stage(Stage::kTool);
   search.along("time", "tool", at.time, tool, kOfTime);
   search.along("temperature", "tool", at.temperature, tool, kFew);
-  Eigen::MatrixXd place(at.x.size(), readings.axes());
-  place.leftCols<2>() << at.x, at.y;
-  if (place.cols() == 3) place.col(2) = at.z;
-  search.over(place, "tool", tool);
+  if (const auto place = places_of(readings, at, tool)) search.over(*place, "tool", tool);
   search.by_approach(at.approach, "tool", tool);
   along_robot(search, readings, fit, at, tool);
   along_causes(search, readings, fit, extended, at, tool);

@@ -16,6 +16,7 @@
 #include "session/rig_file.h"
 #include "studies/calibrate.h"
 #include "studies/compare.h"
+#include "studies/diagnose.h"
 #include "studies/socket_plan.h"
 #include "tests/support/paths.h"
 
@@ -36,7 +37,14 @@ class SocketSession : public ::testing::Test {
               .count = 20,
               .to_judge = 6,
               .distance_mm = 206.0});
-    world_ = mock_devices::arm_of_rig(made_.rig, 4);
+    drawn_ = made_.plan;
+    seat_again(4);
+  }
+
+  /// Another true arm seats the ball by the same plan.
+  void seat_again(unsigned seed) {
+    world_ = mock_devices::arm_of_rig(made_.rig, seed);
+    made_.plan = drawn_;
     std::vector<mock_devices::SocketVisit> visits;
     for (const session::PlanPoint& each : made_.plan.points) {
       visits.push_back({each.socket, each.q});
@@ -77,6 +85,7 @@ class SocketSession : public ::testing::Test {
   }
 
   SocketPlan made_;
+  session::Plan drawn_;  // before any ball was seated
   mock_devices::ArmWorld world_;
 };
 
@@ -117,6 +126,20 @@ TEST_F(SocketSession, ABallThatDidNotSitIsToldAndNotFitted) {
   ASSERT_EQ(result.gross_errors->found.size(), 1U);
   EXPECT_EQ(result.gross_errors->found[0].sample, 7);
   EXPECT_LT(result.method("lm")->g1->max_mm, 1.0);
+}
+
+/// Where the ball is in its socket is the residual itself: a smooth function of the place
+/// explained all of it, in every session without any fault.
+TEST_F(SocketSession, WithoutAFaultHasNothingThatDependsOnThePlace) {
+  for (const unsigned seed : {4U, 5U, 6U}) {
+    if (seed != 4U) seat_again(seed);
+    const DiagnosisResult result =
+        diagnose(session(), {.bootstrap = 0, .with_gain = false, .threads = 1});
+    EXPECT_TRUE(result.unexplained.depends_on.empty()) << seed;
+    for (const FoundCause& each : result.causes) {
+      EXPECT_NE(each.standing, Standing::kConfirmed) << seed << ": " << each.id.name();
+    }
+  }
 }
 
 TEST_F(SocketSession, IsComparedToo) {
