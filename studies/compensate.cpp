@@ -47,9 +47,9 @@ std::optional<std::vector<std::string>> other_joints(const geometry::RobotModel&
 }
 
 [[noreturn]] void refuse_turns(
-    const session::Session& session, std::string what, std::string hint) {
+    const session::Session& session, const std::string& what, std::string hint) {
   throw StudyError(
-      StudyErrorCode::kBadData, std::move(what), {{"session", session.name}}, std::move(hint));
+      StudyErrorCode::kBadData, what, {{"session", session.name}}, std::move(hint));
 }
 
 }  // namespace

@@ -31,18 +31,18 @@ constexpr double kReached_rad = 6e-4;
 class PlansWithTurns : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    made_ = new PoseSession(testing::pose_session());
-    found_ = new CalibrationResult(calibrate(made_->session, {.method = "lm"}));
+    made_once = new PoseSession(testing::pose_session());
+    found_once = new CalibrationResult(calibrate(made_once->session, {.method = "lm"}));
   }
   static void TearDownTestSuite() {
-    delete made_;
-    delete found_;
-    made_ = nullptr;
-    found_ = nullptr;
+    delete made_once;
+    delete found_once;
+    made_once = nullptr;
+    found_once = nullptr;
   }
-  static const geometry::Rig& rig() { return made_->session.rig; }
+  static const geometry::Rig& rig() { return made_once->session.rig; }
   static calibration::CompensationModel model() {
-    return compensation_model(*found_, rig(), CompensateBy::kKinematics);
+    return compensation_model(*found_once, rig(), CompensateBy::kKinematics);
   }
 
   /// Places and turns that the true robot can take, as a plan file without joint values.
@@ -56,7 +56,7 @@ class PlansWithTurns : public ::testing::Test {
       VectorXd q(6);
       q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
       for (double& each : q) each += draw(random);
-      const geometry::Pose<double> X = made_->at(q);
+      const geometry::Pose<double> X = made_once->at(q);
       const Vector3d turn_deg = geometry::kDegPerRad * geometry::rotation_vector(X.R);
       text += fmt::format(
           "G1,{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f}\n", i, X.p[0], X.p[1], X.p[2],
@@ -79,18 +79,18 @@ class PlansWithTurns : public ::testing::Test {
 
   static void expect_reached(const session::Plan& commanded) {
     for (const session::PlanPoint& point : commanded.points) {
-      const geometry::Pose<double> there = made_->at(point.q);
+      const geometry::Pose<double> there = made_once->at(point.q);
       const Matrix3d asked = geometry::turned_by<double>(*point.target_turn_rad);
       EXPECT_LT((there.p - point.target_mm).norm(), kReached_mm);
       EXPECT_LT(geometry::turn_between(there.R, asked), kReached_rad);
     }
   }
 
-  static PoseSession* made_;
-  static CalibrationResult* found_;
+  static PoseSession* made_once;
+  static CalibrationResult* found_once;
 };
-PoseSession* PlansWithTurns::made_ = nullptr;
-CalibrationResult* PlansWithTurns::found_ = nullptr;
+PoseSession* PlansWithTurns::made_once = nullptr;
+CalibrationResult* PlansWithTurns::found_once = nullptr;
 
 /// How far these parameters have the tool turned from what the point asks for [rad].
 double off_by(
@@ -112,7 +112,7 @@ TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
   }
   expect_reached(compensated_plan(read, model(), rig()));
   // The same is known before anything is fitted.
-  const geometry::Rig before = rig_of_turns(made_->session);
+  const geometry::Rig before = rig_of_turns(made_once->session);
   EXPECT_LT((before.robot.nominal - probes.robot.nominal).norm(), 1e-6);
   // Only the tool's frame is another one.
   for (Eigen::Index i = 0; i < rig().robot.nominal.size(); ++i) {
@@ -142,12 +142,12 @@ TEST_F(PlansWithTurns, AreNotCommandedNearJointValuesOfAnotherPose) {
 }
 
 TEST_F(PlansWithTurns, OfAnExtendedModelMeanTheSameFrame) {
-  const VectorXd v = found_->identified();
-  const VectorXd nominal = found_->nominal();
+  const VectorXd v = found_once->identified();
+  const VectorXd nominal = found_once->nominal();
   const ExtendedFit fit{
       .model = {v.begin(), v.end()},
       .nominal = std::vector<double>(nominal.begin(), nominal.end()),
-      .measured_joints = found_->measured_joints,
+      .measured_joints = found_once->measured_joints,
       .turns = true};
   const ExtendedCommand command(fit, rig());
   const session::Plan read = read_by(rig_of_turns(rig(), command.without_causes()));
