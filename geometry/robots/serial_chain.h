@@ -3,8 +3,12 @@
 // pose of them.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "geometry/robots/serial.h"
@@ -135,6 +139,28 @@ inline constexpr std::array<std::string_view, 18> kFileKeys{
     "convention", "urdf",      "base",      "tip",         "tool",        "parameters",
     "base_x_mm",  "base_y_mm", "base_z_mm", "base_rx_deg", "base_ry_deg", "base_rz_deg",
     "tool_x_mm",  "tool_y_mm", "tool_z_mm", "tool_rx_deg", "tool_ry_deg", "tool_rz_deg"};
+
+/// Laws of a row that both kinds of file hold it to.
+/// A name that a column of a session file can have.
+[[nodiscard]] inline bool can_name_a_joint(std::string_view name) {
+  const auto parts_columns = [](char each) {
+    return each == ',' || each == '"' || static_cast<unsigned char>(each) <= ' ';
+  };
+  return !name.empty() && std::ranges::none_of(name, parts_columns);
+}
+/// Whether `high` stays above `low` when both are written in another unit and read again.
+[[nodiscard]] inline bool is_range(double low, double high) {
+  constexpr double kLeast = 1e-9;  // of the larger one, or of 1 [rad or mm]
+  return high - low > kLeast * std::max({1.0, std::abs(low), std::abs(high)});
+}
+/// The unit vector along an axis of any length; nothing where it has no direction.
+[[nodiscard]] inline std::optional<Eigen::Vector3d> unit_axis(const Eigen::Vector3d& axis) {
+  constexpr double kShortest = 1e-9;
+  const double length = axis.stableNorm();
+  if (!axis.allFinite() || !(length > kShortest)) return std::nullopt;
+  if (std::abs(length - 1.0) <= 1e-12) return axis;  // as it was written
+  return axis.stableNormalized();
+}
 
 /// What the rows of [[joint]] and the keys of [robot] make of it, and back (serial_file.cpp).
 [[nodiscard]] tl::expected<std::shared_ptr<const RobotModel>, RobotFileFault> from_file(

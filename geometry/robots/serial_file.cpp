@@ -148,10 +148,9 @@ void read_place(const Reader& from, SerialRow& row) {
   row.turn_rad = from.has("origin_rpy_deg")
                      ? turn_of_rpy(from.triple("origin_rpy_deg", Vector3d::Zero()))
                      : from.triple("origin_turn_deg", Vector3d::Zero());
-  row.axis = from.triple("axis", Vector3d::UnitZ());
-  const double length = row.axis.norm();
-  if (!(length > 1e-6)) from.refuse("axis", "has no direction", "write one, such as [0, 0, 1]");
-  if (std::abs(length - 1.0) > 1e-12) row.axis /= length;
+  const auto axis = unit_axis(from.triple("axis", Vector3d::UnitZ()));
+  if (!axis) from.refuse("axis", "has no direction", "write one, such as [0, 0, 1]");
+  row.axis = *axis;
 }
 
 SerialRow read_row(const Table& table, std::size_t index, RowForm form) {
@@ -169,7 +168,7 @@ SerialRow read_row(const Table& table, std::size_t index, RowForm form) {
   SerialRow row;
   row.form = form;
   row.name = from.text("name", std::string(1, 'q').append(std::to_string(index + 1)));
-  if (row.name.empty() || row.name.find_first_of(", \t\"") != std::string::npos) {
+  if (!can_name_a_joint(row.name)) {
     from.refuse("name", "cannot name a joint", "use letters, digits and _: it names a column");
   }
   const bool slides = from.word("kind", {"revolute", "prismatic"}) == 1;
@@ -188,7 +187,7 @@ SerialRow read_row(const Table& table, std::size_t index, RowForm form) {
   }
   if (from.has("low" + unit)) row.low = from.number("low" + unit, 0.0);
   if (from.has("high" + unit)) row.high = from.number("high" + unit, 0.0);
-  if (row.low && row.high && !(*row.low < *row.high)) {
+  if (row.low && row.high && !is_range(*row.low, *row.high)) {
     from.refuse("high" + unit, "is not above low" + unit, "exchange them");
   }
   row.follows = from.text("follows", "");

@@ -8,11 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "geometry/robots/serial.h"
+#include "geometry/robots/serial_chain.h"
 #include "geometry/rotation.h"
 
 namespace sixdial::geometry {
 namespace {
+
+using serial_chain::can_name_a_joint;
+using serial_chain::is_range;
+using serial_chain::unit_axis;
 
 constexpr double kMmPerM = 1000.0;
 
@@ -124,6 +128,13 @@ bool slides(const urdf::Joint& joint) { return joint.type == urdf::Joint::PRISMA
 /// `before`: fixed joints between the last moving one and this.
 tl::expected<SerialRow, std::string> row_of(
     const urdf::ModelInterface& model, const urdf::Joint& joint, const Pose<double>& before) {
+  for (const std::string& name :
+       {joint.name, joint.mimic ? joint.mimic->joint_name : joint.name}) {
+    if (!can_name_a_joint(name)) {
+      return tl::unexpected(
+          "has a joint '" + name + "', which cannot name a column: use letters, digits and _");
+    }
+  }
   SerialRow row;
   row.name = joint.name;
   row.form = RowForm::kOrigin;
@@ -131,13 +142,11 @@ tl::expected<SerialRow, std::string> row_of(
   const Pose<double> X = product(before, pose_of(joint.parent_to_joint_origin_transform));
   row.origin_mm = X.p;
   row.turn_rad = rotation_vector(X.R);
-  row.axis = Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
-  if (!(row.axis.norm() > 1e-9)) {
-    return tl::unexpected("joint '" + joint.name + "' has an axis without direction");
-  }
-  row.axis.normalize();
+  const auto axis = unit_axis({joint.axis.x, joint.axis.y, joint.axis.z});
+  if (!axis) return tl::unexpected("joint '" + joint.name + "' has an axis without direction");
+  row.axis = *axis;
   const double unit = slides(joint) ? kMmPerM : 1.0;
-  if (joint.limits && joint.limits->lower < joint.limits->upper) {
+  if (joint.limits && is_range(unit * joint.limits->lower, unit * joint.limits->upper)) {
     row.low = unit * joint.limits->lower;
     row.high = unit * joint.limits->upper;
   }

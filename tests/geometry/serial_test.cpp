@@ -321,5 +321,47 @@ TEST(Urdf, SaysWhatIsWrong) {
   EXPECT_THAT(error(kGripperUrdf, "world", "plate"), HasSubstr("no joint moves"));
 }
 
+std::string with(std::string_view text, std::string_view old, std::string_view other) {
+  std::string changed(text);
+  const std::size_t at = changed.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return changed.replace(at, old.size(), other);
+}
+
+TEST(Urdf, RefusesANameThatNoColumnCanHave) {
+  for (const char* const name : {"", "the knuckle", "a,b", "say &quot;a&quot;", "a&#9;b"}) {
+    SCOPED_TRACE(name);
+    const std::string joint =
+        std::string("<joint name=\"").append(name).append("\" type=\"rev");
+    const auto arm = read_urdf(
+        with(kGripperUrdf, R"(<joint name="knuckle" type="rev)", joint), "world", "finger_tip");
+    EXPECT_FALSE(arm);
+  }
+  const auto arm =
+      read_urdf(with(kGripperUrdf, R"("lift")", R"("the lift")"), "world", "finger_tip");
+  ASSERT_FALSE(arm);
+  EXPECT_THAT(arm.error(), HasSubstr("a joint 'the lift', which cannot name a column"));
+}
+
+TEST(Urdf, TakesAnAxisOfAnyLength) {
+  const auto arm = read_urdf(
+      with(
+          kGripperUrdf, R"(xyz="0 0 1"/>
+    <limit lower="0" upper="0.25")",
+          R"(xyz="0 3e200 4e200"/>
+    <limit lower="0" upper="0.25")"),
+      "world", "finger_tip");
+  ASSERT_TRUE(arm) << arm.error();
+  EXPECT_LT((arm->rows[0].axis - Vector3d(0.0, 0.6, 0.8)).norm(), 1e-15);
+}
+
+TEST(Urdf, LimitsWithoutARangeAreNone) {
+  const auto arm = read_urdf(
+      with(kGripperUrdf, R"(upper="0.25")", R"(upper="5e-324")"), "world", "finger_tip");
+  ASSERT_TRUE(arm) << arm.error();
+  EXPECT_FALSE(arm->rows[0].low);
+  EXPECT_FALSE(arm->rows[0].high);
+}
+
 }  // namespace
 }  // namespace sixdial::geometry
