@@ -26,11 +26,11 @@ std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values) {
   return Eigen::VectorXd((values.array() - 0.5 * (low + high)).matrix() / (0.5 * (high - low)));
 }
 
-Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count) {
+Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count, int first) {
   Eigen::MatrixXd basis(u.size(), count);
   for (int j = 0; j < count; ++j) {
     basis.col(j) =
-        u.unaryExpr([&](double at) { return simulation::box_sine(at, half_width, j); });
+        u.unaryExpr([&](double at) { return simulation::box_sine(at, half_width, first + j); });
   }
   return basis;
 }

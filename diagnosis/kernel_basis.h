@@ -32,8 +32,9 @@ struct Kernel {
 
 /// Covariate scaled to [-1, 1]; empty if it does not vary.
 [[nodiscard]] std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values);
-/// Samples x count.
-[[nodiscard]] Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count);
+/// The sines of a box from number `first` on, samples x count.
+[[nodiscard]] Eigen::MatrixXd basis_of(
+    const Eigen::VectorXd& u, double half_width, int count, int first = 0);
 /// What each column of a kernel is where its covariate has this value; at the ends beyond them.
 [[nodiscard]] Eigen::VectorXd kernel_values(const Kernel& kernel, double at);
 /// Spectral density of a box's kernel at basis function j.

@@ -94,7 +94,8 @@ void along_joint(
 }
 
 /// Waves of joint `bent` along the value of joint `by`: teeth of a gear, a strain-wave drive.
-/// In space only: a robot in the plane has been tried without.
+/// Of robots in space only: the figures of doc/diagnosis.md for the plane were measured
+/// without.
 void waves_along_joint(
     UnknownSearch& search, const Readings& readings, const Covariates& at,
     const Eigen::MatrixXd& stage, int bent, int by) {

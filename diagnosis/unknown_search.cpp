@@ -13,14 +13,11 @@
 #include "diagnosis/eliminated.h"
 #include "diagnosis/evidence.h"
 #include "geometry/long_work.h"
-#include "simulation/smooth_function.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-/// Log evidence of what cannot be.
-constexpr double kImpossible = -1e300;
 
 const std::vector<Box> kOver{{1.3, {0.3, 0.45}}, {2.0, {0.6, 0.9}}, {3.5, {1.3, 2.5}}};
 
@@ -35,6 +32,22 @@ constexpr double kMostOfAWorkshop = 3.0;
 
 }  // namespace
 
+Eigen::MatrixXd UnknownSearch::columns_along(
+    const Eigen::MatrixXd& basis, const Eigen::MatrixXd& stage, int first,
+    std::vector<Order>& order) const {
+  const auto functions = static_cast<int>(basis.cols());
+  Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
+  for (Eigen::Index s = 0; s < stage.cols(); ++s) {
+    for (int j = 0; j < functions; ++j) {
+      for (Eigen::Index row = 0; row < readings_.count(); ++row) {
+        columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
+      }
+      order.push_back({first + j, -1, -1});
+    }
+  }
+  return columns;
+}
+
 void UnknownSearch::along(
     const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
     const Eigen::MatrixXd& stage, int functions, const std::vector<Box>& boxes) {
@@ -46,17 +59,9 @@ void UnknownSearch::along(
     trial.range = range;
     for (const Box& box : boxes) {
       geometry::check_end();
-      const Eigen::MatrixXd basis = basis_of(u, box.half_width, functions);
-      Eigen::MatrixXd columns(readings_.count(), functions * stage.cols());
       std::vector<Order> order;
-      for (Eigen::Index s = 0; s < stage.cols(); ++s) {
-        for (int j = 0; j < functions; ++j) {
-          for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-            columns(row, s * functions + j) = stage(row, s) * basis(readings_.place_of(row), j);
-          }
-          order.push_back({j, -1, -1});
-        }
-      }
+      const Eigen::MatrixXd columns =
+          columns_along(basis_of(u, box.half_width, functions), stage, 0, order);
       score(trial, columns, order, box);
     }
   });
@@ -64,11 +69,12 @@ void UnknownSearch::along(
 
 namespace {
 
-/// Sines on a box as u goes on: s_j(u) from the two before it.
+/// By sine of a box: its product with the residual, and its own square.
 struct Power {
-  Eigen::VectorXd shown, whole;  // by sine: what the residual has of it, and its own square
+  Eigen::VectorXd shown, whole;
 };
-/// `of`: by place, the residual's part along what enters there; `size`: what enters, squared.
+/// `of`: by place, the product of the residual with what enters there; `size`: the square of
+/// what enters. Each sine comes from the two before it.
 Power power_of_sines(
     const Eigen::VectorXd& u, const Eigen::VectorXd& of, const Eigen::VectorXd& size,
     double half_width, int count) {
@@ -132,22 +138,14 @@ void UnknownSearch::along_waves(
       const int centre = static_cast<int>(strongest);
       const int first = std::max(from, centre - kReach);
       const int count = std::min(kSines, centre + kReach + 1) - first;
-      Eigen::MatrixXd columns(readings_.count(), count);
       std::vector<Order> order;
-      for (int j = 0; j < count; ++j) {
-        for (Eigen::Index row = 0; row < readings_.count(); ++row) {
-          columns(row, j) = stage[row] * simulation::box_sine(
-                                             u[readings_.place_of(row)], kHalfWidth, first + j);
-        }
-        order.push_back({first + j, -1, -1});
-      }
+      const Eigen::MatrixXd columns =
+          columns_along(basis_of(u, kHalfWidth, count, first), stage, first, order);
       score(trial, columns, order, {kHalfWidth, {1.0, 2.5}, centre});
       shown.segment(first, count).setZero();
     }
-    // Any other wave could as well have been the one: each is as likely before.
-    const double others = std::max(0.0, (kSines - from) / kCell / kTried - 1);
-    const auto each = static_cast<double>(trial.all.size());
-    trial.all.insert(trial.all.end(), static_cast<std::size_t>(others * each), kImpossible);
+    // Any other wave could as well have been the one, and was as likely before.
+    trial.price = std::log(std::max(1.0, (kSines - from) / kCell / kTried));
   });
 }
 
@@ -345,7 +343,7 @@ void UnknownSearch::take(Trial trial) {
   if (keeps_) tried_.push_back(std::move(trial.tried));
   if (trial.all.empty()) return;
   UnknownCandidate& own = trial.best;
-  own.evidence = log_mean_exp(trial.all);
+  own.evidence = log_mean_exp(trial.all) - trial.price;
   own.cost = trial.top - own.evidence;
   if (own.kind == UnknownKind::kSmooth) {
     // Of many smooth functions only the best enters a fit; the columns of all would be the

@@ -30,8 +30,8 @@ class UnknownSearch {
       const Eigen::MatrixXd& stage, int functions,
       const std::vector<Box>& boxes = boxes_along());
 
-  /// Waves of the covariate that are shorter than the sines that `along` has, which end with
-  /// number `from`: the strongest are tried, at the price of all.
+  /// Waves of the covariate that are shorter than those of `along`, which has the first `from`
+  /// sines. Only the strongest are scored; the evidence pays for having chosen among all.
   void along_waves(
       const std::string& name, const std::string& enters, const Eigen::VectorXd& covariate,
       const Eigen::VectorXd& stage, int from);
@@ -77,6 +77,7 @@ class UnknownSearch {
     UnknownCandidate best;
     double top = -1e300;
     std::vector<double> all;            // evidence of each box, length and scale
+    double price = 0.0;                 // log evidence, for others that were not scored
     std::array<double, 2> range{0, 0};  // of its covariate
     RigRival tried;                     // only where it is kept
   };
@@ -88,6 +89,11 @@ class UnknownSearch {
     return std::sqrt(projector_.squares() / projector_.freedom());
   }
 
+  /// Each function of the basis times each column of the stage, readings x any. `basis`: places
+  /// x functions, from number `first` on, which `order` gets for each column.
+  [[nodiscard]] Eigen::MatrixXd columns_along(
+      const Eigen::MatrixXd& basis, const Eigen::MatrixXd& stage, int first,
+      std::vector<Order>& order) const;
   /// `score` tries it, later, maybe on another thread: all that it needs it has copied.
   void ask(
       std::vector<std::string> covariates, const std::string& enters, UnknownKind kind,
