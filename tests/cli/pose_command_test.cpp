@@ -54,9 +54,7 @@ class PoseCommand : public ::testing::Test {
 };
 
 TEST_F(PoseCommand, SixFiguresArePlaceAndTurn) {
-  Eigen::VectorXd q(6);
-  q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
-  const geometry::Pose<double> X = made_.at(q);
+  const geometry::Pose<double> X = made_.at(testing::open_joints());
   const Eigen::Vector3d turn_deg = geometry::kDegPerRad * geometry::rotation_vector(X.R);
   const std::string place = fmt::format("{:.6f},{:.6f},{:.6f}", X.p[0], X.p[1], X.p[2]);
   const std::string pose =

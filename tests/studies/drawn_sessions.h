@@ -17,6 +17,7 @@
 #include "session/trials.h"
 #include "studies/plausibility.h"
 #include "tests/support/simulated.h"
+#include "tests/support/told.h"
 
 namespace sixdial::studies {
 
@@ -84,11 +85,6 @@ inline session::Session changed(session::Session session, const Change& change) 
 inline Change rigid(double turn_rad, const Vector2d& shift_mm) {
   const Eigen::Rotation2Dd turn(turn_rad);
   return [turn, shift_mm](const Vector2d& p) -> Vector2d { return turn * p + shift_mm; };
-}
-
-inline const Warning* told(const std::vector<Warning>& warnings, std::string_view code) {
-  const auto found = std::ranges::find(warnings, code, &Warning::code);
-  return found == warnings.end() ? nullptr : &*found;
 }
 
 inline std::string text_of(const Warning& warning, const std::string& part) {

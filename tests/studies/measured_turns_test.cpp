@@ -17,6 +17,7 @@
 #include "studies/plausibility.h"
 #include "studies/plausibility_of_fit.h"
 #include "tests/support/pose_session.h"
+#include "tests/support/told.h"
 
 namespace sixdial::studies {
 namespace {
@@ -25,11 +26,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 using testing::PoseSession;
-
-const Warning* told(const std::vector<Warning>& warnings, std::string_view code) {
-  const auto found = std::ranges::find(warnings, code, &Warning::code);
-  return found == warnings.end() ? nullptr : &*found;
-}
 
 /// The turn of one sample is another one by `off_deg` about an axis that lies anyhow.
 void slip(session::Session& session, std::size_t row, double off_deg) {

@@ -14,7 +14,7 @@
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
 #include "studies/extended_command.h"
-#include "tests/support/pose_session.h"
+#include "tests/support/calibrated_poses.h"
 
 namespace sixdial::studies {
 namespace {
@@ -28,35 +28,21 @@ constexpr int kPoints = 6;
 constexpr double kReached_mm = 0.3;  // the calibrated robot; the wrong frame is off by radians
 constexpr double kReached_rad = 6e-4;
 
-class PlansWithTurns : public ::testing::Test {
+class PlansWithTurns : public testing::CalibratedPoses {
  protected:
-  static void SetUpTestSuite() {
-    made_once = new PoseSession(testing::pose_session());
-    found_once = new CalibrationResult(calibrate(made_once->session, {.method = "lm"}));
-  }
-  static void TearDownTestSuite() {
-    delete made_once;
-    delete found_once;
-    made_once = nullptr;
-    found_once = nullptr;
-  }
-  static const geometry::Rig& rig() { return made_once->session.rig; }
+  static const geometry::Rig& rig() { return poses->session.rig; }
   static calibration::CompensationModel model() {
-    return compensation_model(*found_once, rig(), CompensateBy::kKinematics);
+    return compensation_model(*calibrated, rig(), CompensateBy::kKinematics);
   }
 
   /// Places and turns that the true robot can take, as a plan file without joint values.
   static std::string plan_file() {
     std::mt19937_64 random(31);
-    std::uniform_real_distribution<double> draw(-0.5, 0.5);
     std::string text =
         "set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,target_ry_deg,"
         "target_rz_deg\n";
     for (int i = 0; i < kPoints; ++i) {
-      VectorXd q(6);
-      q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
-      for (double& each : q) each += draw(random);
-      const geometry::Pose<double> X = made_once->at(q);
+      const geometry::Pose<double> X = poses->at(testing::any_open_joints(random));
       const Vector3d turn_deg = geometry::kDegPerRad * geometry::rotation_vector(X.R);
       text += fmt::format(
           "G1,{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f}\n", i, X.p[0], X.p[1], X.p[2],
@@ -79,18 +65,13 @@ class PlansWithTurns : public ::testing::Test {
 
   static void expect_reached(const session::Plan& commanded) {
     for (const session::PlanPoint& point : commanded.points) {
-      const geometry::Pose<double> there = made_once->at(point.q);
+      const geometry::Pose<double> there = poses->at(point.q);
       const Matrix3d asked = geometry::turned_by<double>(*point.target_turn_rad);
       EXPECT_LT((there.p - point.target_mm).norm(), kReached_mm);
       EXPECT_LT(geometry::turn_between(there.R, asked), kReached_rad);
     }
   }
-
-  static PoseSession* made_once;
-  static CalibrationResult* found_once;
 };
-PoseSession* PlansWithTurns::made_once = nullptr;
-CalibrationResult* PlansWithTurns::found_once = nullptr;
 
 /// How far these parameters have the tool turned from what the point asks for [rad].
 double off_by(
@@ -112,7 +93,7 @@ TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
   }
   expect_reached(compensated_plan(read, model(), rig()));
   // The same is known before anything is fitted.
-  const geometry::Rig before = rig_of_turns(made_once->session);
+  const geometry::Rig before = rig_of_turns(poses->session);
   EXPECT_LT((before.robot.nominal - probes.robot.nominal).norm(), 1e-6);
   // Only the tool's frame is another one.
   for (Eigen::Index i = 0; i < rig().robot.nominal.size(); ++i) {
@@ -142,12 +123,12 @@ TEST_F(PlansWithTurns, AreNotCommandedNearJointValuesOfAnotherPose) {
 }
 
 TEST_F(PlansWithTurns, OfAnExtendedModelMeanTheSameFrame) {
-  const VectorXd v = found_once->identified();
-  const VectorXd nominal = found_once->nominal();
+  const VectorXd v = calibrated->identified();
+  const VectorXd nominal = calibrated->nominal();
   const ExtendedFit fit{
       .model = {v.begin(), v.end()},
       .nominal = std::vector<double>(nominal.begin(), nominal.end()),
-      .measured_joints = found_once->measured_joints,
+      .measured_joints = calibrated->measured_joints,
       .turns = true};
   const ExtendedCommand command(fit, rig());
   const session::Plan read = read_by(rig_of_turns(rig(), command.without_causes()));

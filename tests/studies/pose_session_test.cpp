@@ -1,6 +1,4 @@
 // Sessions of poses: the turn of the tool is found with the rest, and commanded.
-#include "tests/support/pose_session.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,12 +10,12 @@
 #include "report/documents/compensation_json.h"
 #include "report/words/compensation_words.h"
 #include "report/words/warning_words.h"
-#include "session/bundle.h"
 #include "session/sample_layout.h"
 #include "studies/calibrate.h"
 #include "studies/compensate.h"
 #include "studies/extended_command.h"
-#include "tests/support/rig_for_tests.h"
+#include "tests/support/calibrated_poses.h"
+#include "tests/support/told.h"
 
 namespace sixdial::studies {
 namespace {
@@ -29,82 +27,45 @@ using geometry::kDegPerRad;
 using ::testing::HasSubstr;
 using testing::PoseSession;
 
-const Warning* told(const std::vector<Warning>& warnings, std::string_view code) {
-  const auto found = std::ranges::find(warnings, code, &Warning::code);
-  return found == warnings.end() ? nullptr : &*found;
-}
-
-/// Written as files and read again, as a user's are.
-session::Session through_files(const session::Session& session) {
-  const testing::TempDirectory directory;
-  const auto folder = directory.path() / "poses";
-  session::write_bundle(session, folder);
-  return session::read_bundle(folder.string());
-}
-
-class OfPoses : public ::testing::Test {
+class OfPoses : public testing::CalibratedPoses {
  protected:
-  static void SetUpTestSuite() {
-    made_once = new PoseSession(testing::pose_session());
-    made_once->session = through_files(made_once->session);
-    found_once = new CalibrationResult(calibrate(made_once->session, {.method = "lm"}));
-  }
-  static void TearDownTestSuite() {
-    delete made_once;
-    delete found_once;
-    made_once = nullptr;
-    found_once = nullptr;
-  }
-
   /// x, y, z [mm] and the rotation vector [deg] of the true tool at some joint values.
   static std::vector<double> target_at(const VectorXd& q) {
-    const geometry::Pose<double> X = made_once->at(q);
+    const geometry::Pose<double> X = poses->at(q);
     const Vector3d turn_deg = kDegPerRad * geometry::rotation_vector(X.R);
     return {X.p[0], X.p[1], X.p[2], turn_deg[0], turn_deg[1], turn_deg[2]};
   }
-  static VectorXd any_joints(std::mt19937_64& random) {
-    std::uniform_real_distribution<double> draw(-0.5, 0.5);
-    VectorXd q(6);
-    q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
-    for (double& each : q) each += draw(random);
-    return q;
-  }
-
-  static PoseSession* made_once;
-  static CalibrationResult* found_once;
 };
-PoseSession* OfPoses::made_once = nullptr;
-CalibrationResult* OfPoses::found_once = nullptr;
 
 TEST_F(OfPoses, TheProbesFrameIsRegisteredAndTheRestFitted) {
-  const Warning* registered = told(*found_once->warnings, "tool_turn_registered");
+  const Warning* registered = told(*calibrated->warnings, "tool_turn_registered");
   ASSERT_NE(registered, nullptr);
   EXPECT_GT(std::get<double>(registered->parts.at("turn")), 100.0);
   EXPECT_THAT(
       report::warning_line(*registered), HasSubstr("half of the turns fit the nominal robot"));
-  EXPECT_TRUE(is_clean(*found_once->warnings));
-  EXPECT_EQ(found_once->assessment->space, "poses");
-  EXPECT_EQ(found_once->assessment->readings, 360);
-  ASSERT_TRUE(found_once->turn_errors);
-  ASSERT_EQ(found_once->turn_errors->size(), 2U);
-  const TurnErrors& g2 = found_once->turn_errors->at(1);
+  EXPECT_TRUE(is_clean(*calibrated->warnings));
+  EXPECT_EQ(calibrated->assessment->space, "poses");
+  EXPECT_EQ(calibrated->assessment->readings, 360);
+  ASSERT_TRUE(calibrated->turn_errors);
+  ASSERT_EQ(calibrated->turn_errors->size(), 2U);
+  const TurnErrors& g2 = calibrated->turn_errors->at(1);
   EXPECT_EQ(g2.set, "G2");
   EXPECT_EQ(g2.poses, 30);
   EXPECT_GT(g2.before_mean_rad, 5e-4);
   // Three parts of 4e-5 rad: their length is 6.4e-5 rad in the mean.
   EXPECT_LT(g2.mean_rad, 1e-4);
   EXPECT_GT(g2.mean_rad, 4e-5);
-  EXPECT_LT(found_once->method("lm")->g2->mean_mm, 0.05);
+  EXPECT_LT(calibrated->method("lm")->g2->mean_mm, 0.05);
 }
 
 TEST_F(OfPoses, ParametersAreTheTrueOnesWithinTheirDeviations) {
   int told_of = 0;
-  for (std::size_t i = 0; i < found_once->parameters.size(); ++i) {
-    const ParameterRow& row = found_once->parameters[i];
+  for (std::size_t i = 0; i < calibrated->parameters.size(); ++i) {
+    const ParameterRow& row = calibrated->parameters[i];
     if (row.fixed || row.partly_held) continue;
     ++told_of;
     EXPECT_LT(
-        std::abs(row.identified - made_once->truth[static_cast<Eigen::Index>(i)]), 4.5 * row.sd)
+        std::abs(row.identified - poses->truth[static_cast<Eigen::Index>(i)]), 4.5 * row.sd)
         << row.name;
   }
   EXPECT_GT(told_of, 20);
@@ -112,34 +73,34 @@ TEST_F(OfPoses, ParametersAreTheTrueOnesWithinTheirDeviations) {
 
 TEST_F(OfPoses, PlaceAndTurnAreReachedAsWellAsIsSaid) {
   const auto model =
-      compensation_model(*found_once, made_once->session.rig, CompensateBy::kKinematics);
+      compensation_model(*calibrated, poses->session.rig, CompensateBy::kKinematics);
   const auto nominal =
-      compensation_model(*found_once, made_once->session.rig, CompensateBy::kBefore);
+      compensation_model(*calibrated, poses->session.rig, CompensateBy::kBefore);
   std::mt19937_64 random(9);
   constexpr int kTargets = 20;
   double place = 0.0, said_place = 0.0, turn = 0.0, said_turn = 0.0, before = 0.0;
   for (int i = 0; i < kTargets; ++i) {
-    const std::vector<double> figures = target_at(any_joints(random));
-    const GivenTarget given = given_target(made_once->session, figures);
+    const std::vector<double> figures = target_at(testing::any_open_joints(random));
+    const GivenTarget given = given_target(poses->session, figures);
     ASSERT_TRUE(given.turn);
     const CommandedTarget at =
         compensated_target(model, CompensateBy::kKinematics, given, geometry::WorkingMode(0));
     EXPECT_LT(at.closure_mm, 1e-8);
     ASSERT_TRUE(at.closure_rad);
     EXPECT_LT(*at.closure_rad, 1e-10);
-    const auto known = target_uncertainty(*found_once, made_once->session.rig, at);
+    const auto known = target_uncertainty(*calibrated, poses->session.rig, at);
     ASSERT_TRUE(known && known->turn_sd_rad);
     const VectorXd q = Eigen::Map<const VectorXd>(at.theta_rad.data(), 6);
-    const geometry::Pose<double> there = made_once->at(q);
+    const geometry::Pose<double> there = poses->at(q);
     place += (there.p - given.p_mm).squaredNorm() / kTargets;
     said_place += std::pow(known->position_sd_mm, 2) / kTargets;
     turn += std::pow(geometry::turn_between(there.R, *given.target().R), 2) / kTargets;
     said_turn += std::pow(*known->turn_sd_rad, 2) / kTargets;
     const CommandedTarget plain =
         compensated_target(nominal, CompensateBy::kBefore, given, geometry::WorkingMode(0));
-    EXPECT_FALSE(target_uncertainty(*found_once, made_once->session.rig, plain));
+    EXPECT_FALSE(target_uncertainty(*calibrated, poses->session.rig, plain));
     const VectorXd q_plain = Eigen::Map<const VectorXd>(plain.theta_rad.data(), 6);
-    before += (made_once->at(q_plain).p - given.p_mm).squaredNorm() / kTargets;
+    before += (poses->at(q_plain).p - given.p_mm).squaredNorm() / kTargets;
   }
   EXPECT_GT(std::sqrt(before), 0.5);
   EXPECT_LT(std::sqrt(place), 0.05);
@@ -152,7 +113,7 @@ TEST_F(OfPoses, PlaceAndTurnAreReachedAsWellAsIsSaid) {
 }
 
 TEST_F(OfPoses, AnglesMeanWhatTheRigFileSays) {
-  session::Session session = made_once->session;
+  session::Session session = poses->session;
   session.rig.instrument.orientation = "intrinsic zyx";
   const GivenTarget given = given_target(session, {500, 200, 300, 90, 20, -30});
   Matrix3d R = Matrix3d::Identity();
@@ -165,17 +126,17 @@ TEST_F(OfPoses, AnglesMeanWhatTheRigFileSays) {
 
 TEST_F(OfPoses, ThreeFiguresLeaveTheToolTurnedAsItComes) {
   const auto model =
-      compensation_model(*found_once, made_once->session.rig, CompensateBy::kKinematics);
+      compensation_model(*calibrated, poses->session.rig, CompensateBy::kKinematics);
   std::mt19937_64 random(4);
-  std::vector<double> figures = target_at(any_joints(random));
+  std::vector<double> figures = target_at(testing::any_open_joints(random));
   figures.resize(3);
   const CommandedTarget at = compensated_target(
-      model, CompensateBy::kKinematics, given_target(made_once->session, figures),
+      model, CompensateBy::kKinematics, given_target(poses->session, figures),
       geometry::WorkingMode(0));
   EXPECT_FALSE(at.turn || at.closure_rad);
   const VectorXd q = Eigen::Map<const VectorXd>(at.theta_rad.data(), 6);
-  EXPECT_LT((made_once->at(q).p - at.target_mm).norm(), 0.1);
-  const auto known = target_uncertainty(*found_once, made_once->session.rig, at);
+  EXPECT_LT((poses->at(q).p - at.target_mm).norm(), 0.1);
+  const auto known = target_uncertainty(*calibrated, poses->session.rig, at);
   ASSERT_TRUE(known);
   EXPECT_FALSE(known->turn_sd_rad);
 }
@@ -184,7 +145,7 @@ TEST_F(OfPoses, APlansTurnsAreCommandedNearItsJointValues) {
   std::mt19937_64 random(21);
   session::Plan plan;
   for (int i = 0; i < 4; ++i) {
-    const VectorXd q = any_joints(random);
+    const VectorXd q = testing::any_open_joints(random);
     const std::vector<double> figures = target_at(q);
     session::PlanPoint point;
     point.set = "G1";
@@ -195,14 +156,14 @@ TEST_F(OfPoses, APlansTurnsAreCommandedNearItsJointValues) {
     point.q[5] += 0.01;
     plan.points.push_back(point);
   }
-  const geometry::Rig& rig = made_once->session.rig;
+  const geometry::Rig& rig = poses->session.rig;
   const session::Plan read =
       session::parse_plan(session::plan_csv(plan, session::layout_of(rig)), "plan.csv", rig);
-  check_commands_turns(made_once->session, read);
-  const auto model = compensation_model(*found_once, rig, CompensateBy::kKinematics);
+  check_commands_turns(poses->session, read);
+  const auto model = compensation_model(*calibrated, rig, CompensateBy::kKinematics);
   const session::Plan commanded = compensated_plan(read, model, rig);
   for (std::size_t i = 0; i < 4; ++i) {
-    const geometry::Pose<double> there = made_once->at(commanded.points[i].q);
+    const geometry::Pose<double> there = poses->at(commanded.points[i].q);
     const Vector3d turn = *plan.points[i].target_turn_rad;
     EXPECT_LT((there.p - plan.points[i].target_mm).norm(), 0.1);
     EXPECT_LT(geometry::turn_between(there.R, geometry::turned_by<double>(turn)), 2e-4);
@@ -228,12 +189,13 @@ ExtendedFit with_gain_at_joint_2(const CalibrationResult& found, double gain) {
 }
 
 TEST_F(OfPoses, CausesMoveAndTurnTheCommand) {
-  const geometry::Rig& rig = made_once->session.rig;
+  const geometry::Rig& rig = poses->session.rig;
   constexpr double kGain = 2e-3;
-  const ExtendedCommand command(with_gain_at_joint_2(*found_once, kGain), rig);
+  const ExtendedCommand command(with_gain_at_joint_2(*calibrated, kGain), rig);
   std::mt19937_64 random(17);
   for (int i = 0; i < 5; ++i) {
-    const GivenTarget given = given_target(made_once->session, target_at(any_joints(random)));
+    const GivenTarget given =
+        given_target(poses->session, target_at(testing::any_open_joints(random)));
     const auto found = command.solve(given.target(), geometry::WorkingMode(0), {});
     ASSERT_TRUE(found) << found.error().message;
     // The joint that is told q stands at q (1 + gain): the calibrated arm is at the target
@@ -242,16 +204,17 @@ TEST_F(OfPoses, CausesMoveAndTurnTheCommand) {
     stands[1] *= 1.0 + kGain;
     std::vector<geometry::Pose<double>> X(rig.robot.model->frames.size());
     ASSERT_TRUE(
-        rig.robot.model->forward(found_once->identified(), stands, rig.robot.assembly, X));
+        rig.robot.model->forward(calibrated->identified(), stands, rig.robot.assembly, X));
     EXPECT_LT((X[0].p - given.p_mm).norm(), 1e-6);
     EXPECT_LT(geometry::turn_between(X[0].R, *given.target().R), 1e-8);
   }
 }
 
 TEST_F(OfPoses, AnExtendedModelKnowsItsTargetsByTheSameLaw) {
-  const geometry::Rig& rig = made_once->session.rig;
+  const geometry::Rig& rig = poses->session.rig;
   std::mt19937_64 random(18);
-  const GivenTarget given = given_target(made_once->session, target_at(any_joints(random)));
+  const GivenTarget given =
+      given_target(poses->session, target_at(testing::any_open_joints(random)));
   const auto uncertainty = [&](const ExtendedFit& fit) {
     const ExtendedCommand command(fit, rig);
     const auto found = command.solve(given.target(), geometry::WorkingMode(0), {});
@@ -263,8 +226,8 @@ TEST_F(OfPoses, AnExtendedModelKnowsItsTargetsByTheSameLaw) {
             {})
         .value();
   };
-  const TargetUncertainty alone = uncertainty(with_gain_at_joint_2(*found_once, 0.0));
-  CalibrationResult plain = *found_once;
+  const TargetUncertainty alone = uncertainty(with_gain_at_joint_2(*calibrated, 0.0));
+  CalibrationResult plain = *calibrated;
   plain.assessment.reset();  // without what it says of smooth errors
   const auto model = compensation_model(plain, rig, CompensateBy::kKinematics);
   const auto same = target_uncertainty(
@@ -274,9 +237,9 @@ TEST_F(OfPoses, AnExtendedModelKnowsItsTargetsByTheSameLaw) {
   EXPECT_LT(std::abs(alone.position_sd_mm / same->position_sd_mm - 1.0), 1e-4);
   EXPECT_LT(std::abs(*alone.turn_sd_rad / *same->turn_sd_rad - 1.0), 1e-4);
   // A gain that is known to 1e-4 only: the place is less well known.
-  const TargetUncertainty with_cause = uncertainty(with_gain_at_joint_2(*found_once, 1e-3));
+  const TargetUncertainty with_cause = uncertainty(with_gain_at_joint_2(*calibrated, 1e-3));
   EXPECT_GT(with_cause.position_sd_mm, 1.2 * alone.position_sd_mm);
-  ExtendedFit early = with_gain_at_joint_2(*found_once, 1e-3);
+  ExtendedFit early = with_gain_at_joint_2(*calibrated, 1e-3);
   early.covariance.reset();
   const ExtendedCommand command(early, rig);
   const auto found = command.solve(given.target(), geometry::WorkingMode(0), {});
@@ -288,12 +251,13 @@ TEST_F(OfPoses, AnExtendedModelKnowsItsTargetsByTheSameLaw) {
 
 TEST_F(OfPoses, DocumentAndWordsSayBothWithTheirUnits) {
   const auto model =
-      compensation_model(*found_once, made_once->session.rig, CompensateBy::kKinematics);
+      compensation_model(*calibrated, poses->session.rig, CompensateBy::kKinematics);
   std::mt19937_64 random(2);
-  const GivenTarget given = given_target(made_once->session, target_at(any_joints(random)));
+  const GivenTarget given =
+      given_target(poses->session, target_at(testing::any_open_joints(random)));
   CommandedTarget at =
       compensated_target(model, CompensateBy::kKinematics, given, geometry::WorkingMode(0));
-  at.uncertainty = target_uncertainty(*found_once, made_once->session.rig, at);
+  at.uncertainty = target_uncertainty(*calibrated, poses->session.rig, at);
   const Json json = report::to_json(at);
   EXPECT_EQ(json["turn"]["orientation"], "rotation vector");
   EXPECT_EQ(json["joints"][3], "q4_rad");
@@ -304,8 +268,8 @@ TEST_F(OfPoses, DocumentAndWordsSayBothWithTheirUnits) {
   EXPECT_THAT(text, HasSubstr(") mm turned by ("));
   EXPECT_THAT(text, HasSubstr(") deg, rotation vector"));
   EXPECT_THAT(text, HasSubstr("expanded uncertainty, k = 2"));
-  const CalibrationResult again = report::calibration_from_json(report::to_json(*found_once));
-  EXPECT_EQ(again.turn_errors->at(1).mean_rad, found_once->turn_errors->at(1).mean_rad);
+  const CalibrationResult again = report::calibration_from_json(report::to_json(*calibrated));
+  EXPECT_EQ(again.turn_errors->at(1).mean_rad, calibrated->turn_errors->at(1).mean_rad);
 }
 
 /// The message of what is refused.
@@ -321,12 +285,12 @@ std::string refused(const Function& function) {
 
 TEST_F(OfPoses, ATurnThatNothingTellsOfIsRefusedWithTheReason) {
   const std::vector<double> six{500, 0, 300, 10, 20, 30};
-  session::Session positions = made_once->session;
+  session::Session positions = poses->session;
   positions.rig.instrument.kind = "position";
   EXPECT_THAT(
       refused([&] { static_cast<void>(given_target(positions, six)); }),
       HasSubstr("kind = \"position\""));
-  session::Session delta = made_once->session;
+  session::Session delta = poses->session;
   delta.rig.robot.model = geometry::find_robot_kind("linear_delta")->example();
   delta.rig.robot.nominal = delta.rig.robot.model->nominal;
   EXPECT_THAT(
@@ -336,7 +300,7 @@ TEST_F(OfPoses, ATurnThatNothingTellsOfIsRefusedWithTheReason) {
   EXPECT_THAT(
       refused([&] { static_cast<void>(given_target(point.session, six)); }),
       HasSubstr("tool = \"frame\""));
-  session::Session lost = made_once->session;
+  session::Session lost = poses->session;
   for (session::Sample& sample : lost.samples) {
     session::set_turn(sample, session::layout_of(lost.rig), std::nullopt);
   }
@@ -345,12 +309,12 @@ TEST_F(OfPoses, ATurnThatNothingTellsOfIsRefusedWithTheReason) {
       HasSubstr("no measured turn of the session is used"));
   EXPECT_THAT(
       refused([&] {
-        static_cast<void>(given_target(made_once->session, {500, 0}));
+        static_cast<void>(given_target(poses->session, {500, 0}));
       }),
       HasSubstr("x,y,z in mm"));
   EXPECT_THAT(
       refused([&] {
-        static_cast<void>(given_target(made_once->session, {1, 2, 3, 4, 5}));
+        static_cast<void>(given_target(poses->session, {1, 2, 3, 4, 5}));
       }),
       HasSubstr("5 figures"));
 }
@@ -399,10 +363,7 @@ TEST(TurnsOfASession, ATrackerThatStandsElsewhereHasItsTurnsInItsOwnFrame) {
   ASSERT_TRUE(result.frame);
   EXPECT_LT(result.turn_errors->at(1).mean_rad, 1e-4);
   // Targets are meant in the rig file's frame, turns as well.
-  std::mt19937_64 random(6);
-  VectorXd q(6);
-  q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
-  const geometry::Pose<double> X = made.at(q);
+  const geometry::Pose<double> X = made.at(testing::open_joints());
   const Vector3d turn_deg = kDegPerRad * geometry::rotation_vector(X.R);
   const GivenTarget given = given_target(
       made.session, {X.p[0], X.p[1], X.p[2], turn_deg[0], turn_deg[1], turn_deg[2]});

@@ -97,6 +97,20 @@ inline PoseSession pose_session(const PoseCase& of = {}) {
   return made;
 }
 
+/// Joint values of the arm of pose_session() about which its workspace is wide open.
+inline Eigen::VectorXd open_joints() {
+  Eigen::VectorXd q(6);
+  q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
+  return q;
+}
+/// Drawn within half a radian of these.
+inline Eigen::VectorXd any_open_joints(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> draw(-0.5, 0.5);
+  Eigen::VectorXd q = open_joints();
+  for (double& each : q) each += draw(random);
+  return q;
+}
+
 /// The same session from an instrument whose frame stands elsewhere: p -> R p + t.
 inline void seen_from(
     session::Session& session, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
