@@ -172,7 +172,9 @@ class Diagnoser {
     const auto confirm = [&](OwnCurve& curve, bool on_g1) {
       curve.on_g1 = on_g1;
       const auto own = std::ranges::find_if(seen, [&](const UnknownCandidate& each) {
-        return each.enters == curve.smooth.enters && each.covariates == curve.smooth.covariates;
+        return each.enters == curve.smooth.enters &&
+               each.covariates == curve.smooth.covariates &&
+               same_wave(curve, sine_length(each.kernel));
       });
       if (own != seen.end()) curve.g2_log_odds = own->evidence;
       curve.confirmed = curve.on_g1 && curve.g2_log_odds > kConfirms && curve.certain();
@@ -184,9 +186,17 @@ class Diagnoser {
     }
     for (JointCurve& curve : joints) {
       confirm(curve, std::ranges::any_of(alone_->joint_curves, [&](const JointCurve& each) {
-                return each.place.joint == curve.place.joint;
+                return each.place.joint == curve.place.joint && same_wave(curve, each.period);
               }));
     }
+  }
+
+  /// Whether a curve of other samples has the same strongest wave, or as this one none.
+  [[nodiscard]] static bool same_wave(const OwnCurve& curve, std::optional<double> other) {
+    constexpr double kTold = 1.5;  // waves over the range that may be the same one
+    const auto& own = curve.period;
+    if (!own || !other) return own.has_value() == other.has_value();
+    return std::abs(curve.smooth.kernel.range() * (1 / *own - 1 / *other)) < kTold;
   }
 
   void describe_remainder() {
@@ -275,12 +285,16 @@ class Diagnoser {
   void add_dependence() {
     const auto left = score_unknown(readings_, found().extended);
     for (const UnknownCandidate& first : score_unknown(as_read(), found().baseline)) {
+      // A joint's curve and its waves depend on the same: the best of them counts, the first.
+      const auto same = [&](const auto& other) {
+        return other.covariates == first.covariates && other.enters == first.enters;
+      };
+      if (std::ranges::any_of(result_.dependence, same)) continue;
       Dependence each{first.covariates, first.enters, first.evidence, 0.0, first.rms_mm, 0.0};
-      for (const UnknownCandidate& second : left) {
-        if (second.covariates == first.covariates && second.enters == first.enters) {
-          each.log_odds_after = second.evidence;
-          each.rms_after_mm = second.rms_mm;
-        }
+      const auto second = std::ranges::find_if(left, same);
+      if (second != left.end()) {
+        each.log_odds_after = second->evidence;
+        each.rms_after_mm = second->rms_mm;
       }
       result_.dependence.push_back(std::move(each));
     }

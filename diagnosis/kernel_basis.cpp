@@ -35,6 +35,11 @@ Eigen::MatrixXd basis_of(const Eigen::VectorXd& u, double half_width, int count,
   return basis;
 }
 
+std::optional<double> sine_length(const Kernel& kernel) {
+  if (kernel.wave < 0) return std::nullopt;
+  return 2 * kernel.half_width * kernel.range() / (kernel.wave + 1);
+}
+
 Eigen::VectorXd kernel_values(const Kernel& kernel, double at) {
   const double middle = (kernel.low + kernel.high) / 2;
   const double half = (kernel.high - kernel.low) / 2;

@@ -28,8 +28,12 @@ struct Kernel {
   double half_width = 0.0;       // of the box, in half ranges
   std::vector<int> functions{};  // that have a column
   Eigen::VectorXd size{};        // what the basis function of each column is multiplied by
+  int wave = -1;                 // of a wave: the sine around which it stands (Box::wave)
+  [[nodiscard]] double range() const { return high - low; }
 };
 
+/// Length of the sine around which a wave stands, in the covariate's unit; empty: no wave.
+[[nodiscard]] std::optional<double> sine_length(const Kernel& kernel);
 /// Covariate scaled to [-1, 1]; empty if it does not vary.
 [[nodiscard]] std::optional<Eigen::VectorXd> scaled(const Eigen::VectorXd& values);
 /// The sines of a box from number `first` on, samples x count.

@@ -16,6 +16,7 @@
 #include "diagnosis/growing.h"
 #include "diagnosis/joint_curve.h"
 #include "diagnosis/own_curve.h"
+#include "diagnosis/rig_known.h"
 #include "diagnosis/shareable.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/tied_sets.h"
@@ -371,6 +372,9 @@ NamedCauses name_causes_on_this_rig(Readings& readings, const NamingSettings& se
     return name_causes_with_noise(readings, settings);
   }
   opened.rig_geometry = -odds;
+  RigKnown known = rig_known(readings, opened.extended);
+  readings = readings.allowing_rig_by(std::move(known.of_a_workshop));
+  opened.extended = std::move(known.fit);
   return opened;
 }
 

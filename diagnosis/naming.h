@@ -66,7 +66,9 @@ struct OwnCurve {
   double evidence = 0.0;                       // log evidence lost without it
   double half_span = 0.0, half_span_sd = 0.0;  // over the readings that were taken
   double rms = 0.0;                            // about its mean
-  Eigen::VectorXd in_readings_mm{};            // what it does to each
+  /// Length of its wave, in the unit of what it goes by; empty: its strongest part is none.
+  std::optional<double> period{};
+  Eigen::VectorXd in_readings_mm{};  // what it does to each
   std::vector<Rival> tied_with{};
   bool tied_with_nothing = false;
   std::vector<std::string> tied_with_unknown{};  // as Finding's
@@ -90,8 +92,6 @@ struct DialCurve : OwnCurve {
 };
 /// Of one joint over its own value [rad, or mm of a prismatic one].
 struct JointCurve : OwnCurve {
-  /// Of its strongest wave, in the joint's unit; empty: longer than the range that was seen.
-  std::optional<double> period{};
   /// The best that the same joint's error does as a function of another joint's value: what
   /// flexibility alone gains. Log evidence, as that of the first part in `own_evidence`.
   double sham_evidence = 0.0;
@@ -114,7 +114,7 @@ struct NamedCauses {
   std::vector<UnknownCandidate> unknown;
   std::vector<UnknownCandidate> unknown_rivals;
   /// The rig file claims exactness that the readings contradict, by this log evidence. What it
-  /// claims is then known to within Readings::rig_allowance in all that follows.
+  /// claims is then known to within what rig_known.h says in all that follows.
   std::optional<double> rig_geometry;
   /// What the dials' makers allow, as far as it shows: part of the fit, and no finding.
   std::vector<UnknownCandidate> background;

@@ -165,12 +165,13 @@ void weigh(
   curve.left_out = found.fit.left_out();
 }
 
-/// Frequency, in radians a half range, at which a function of one covariate is strongest, near
-/// that of its sine number `sine`: sines of a box lie coarse beside each other.
-double strongest_frequency(const Kernel& kernel, const Eigen::VectorXd& u, int sine) {
+/// Frequency, in radians a half range, at which a wave is strongest: sines of a box lie coarse
+/// beside each other. Empty where that is no peak near its sine.
+std::optional<double> strongest_frequency(const Kernel& kernel, const Eigen::VectorXd& u) {
   constexpr int kPoints = 4000;
-  constexpr int kSteps = 60;      // to either side
-  constexpr double kReach = 1.5;  // sines
+  constexpr int kSteps = 120;     // to either side
+  constexpr double kReach = 3.0;  // sines
+  const int sine = kernel.wave;
   const double apart = std::numbers::pi / (2 * kernel.half_width);
   const double high = (kernel.high - kernel.low) / 2;
   Eigen::VectorXd at = Eigen::VectorXd::LinSpaced(kPoints, -1.0, 1.0);
@@ -180,21 +181,23 @@ double strongest_frequency(const Kernel& kernel, const Eigen::VectorXd& u, int s
     return fade * fade * kernel_values(kernel, kernel.low + (1 + each) * high).dot(u);
   });
   double best = 0.0;
-  double frequency = (sine + 1) * apart;
+  int at_step = 0;
+  std::optional<double> frequency;
   for (int step = -kSteps; step <= kSteps; ++step) {
     const double tried = (sine + 1 + kReach * step / kSteps) * apart;
     const double power = std::hypot(
         value.dot((tried * at.array()).cos().matrix()),
         value.dot((tried * at.array()).sin().matrix()));
-    if (power <= best) continue;
+    if (power <= best || !(tried > 0.0)) continue;
     best = power;
+    at_step = step;
     frequency = tried;
   }
-  return frequency;
+  return std::abs(at_step) < kSteps ? frequency : std::nullopt;
 }
 
-/// Length of the strongest wave of these smooth functions, in their covariate's unit; empty
-/// where it is not shorter than the range of the covariate.
+/// Length of the wave that is the strongest of these smooth functions, in their covariate's
+/// unit; empty where another function is, that has no wave length of its own.
 std::optional<double> strongest_period(
     const Explanation& found, const Readings& readings, const std::vector<std::size_t>& group) {
   double strongest = 0.0;
@@ -203,16 +206,14 @@ std::optional<double> strongest_period(
     const Kernel& kernel = found.unknown[i].kernel;
     const auto [first, own] = place_of_columns(readings, found, i);
     const Eigen::VectorXd u = found.fit.u.segment(first, own);
-    Eigen::Index which = 0;
     const double size =
-        kernel.size.cwiseProduct(u).cwiseAbs().maxCoeff(&which) / std::sqrt(kernel.half_width);
+        kernel.size.cwiseProduct(u).cwiseAbs().maxCoeff() / std::sqrt(kernel.half_width);
     if (size <= strongest) continue;
     strongest = size;
-    const double frequency =
-        strongest_frequency(kernel, u, kernel.functions[static_cast<std::size_t>(which)]);
-    const double range = kernel.high - kernel.low;
-    const double length = std::numbers::pi * range / frequency;
-    period = length < range ? std::optional(length) : std::nullopt;
+    period.reset();
+    if (kernel.wave < 0) continue;
+    const auto frequency = strongest_frequency(kernel, u);
+    if (frequency) period = std::numbers::pi * kernel.range() / *frequency;
   }
   return period;
 }

@@ -152,7 +152,16 @@ Readings Readings::with_noise(std::vector<double> of_dials) const {
 
 Readings Readings::allowing_rig(std::optional<double> of_a_workshop) const {
   Readings result = *this;
-  result.rig_allowance_ = of_a_workshop;
+  result.rig_allowance_.reset();
+  result.kept_ = std::make_shared<Kept>();
+  if (!of_a_workshop) return result;
+  const std::size_t claimed = simulation::claimed_quantities(model_->rig()).size();
+  return result.allowing_rig_by(std::vector<double>(claimed, *of_a_workshop));
+}
+
+Readings Readings::allowing_rig_by(std::vector<double> of_a_workshop) const {
+  Readings result = *this;
+  result.rig_allowance_ = std::move(of_a_workshop);
   result.kept_ = std::make_shared<Kept>();
   return result;
 }
@@ -160,10 +169,12 @@ Readings Readings::allowing_rig(std::optional<double> of_a_workshop) const {
 std::vector<simulation::RigQuantity> Readings::rig_quantities() const {
   if (of_ != Of::kDials) return {};
   auto result = simulation::stated_quantities(model_->rig());
-  if (!rig_allowance_ || *rig_allowance_ == 0.0) return result;
+  if (!rig_allowance_) return result;
+  std::size_t k = 0;
   for (simulation::RigQuantity& each : simulation::claimed_quantities(model_->rig())) {
-    each.sd *= *rig_allowance_;
-    result.push_back(std::move(each));
+    each.times = rig_allowance_->at(k++);
+    each.sd *= each.times;
+    if (each.sd > 0.0) result.push_back(std::move(each));
   }
   return result;
 }
@@ -205,9 +216,9 @@ Readings Readings::with_joints_bent(
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) trial.reading[dial].reset();
-  return Readings(*model_, std::move(trials), counts_)
-      .with_noise(noise_of_dial_)
-      .allowing_rig(rig_allowance_);
+  Readings result = Readings(*model_, std::move(trials), counts_).with_noise(noise_of_dial_);
+  result.rig_allowance_ = rig_allowance_;
+  return result;
 }
 
 Readings Readings::counting(std::vector<bool> counts) const {

@@ -94,9 +94,11 @@ class Readings {
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
   /// The same session, on a rig whose file claims more than holds: what it gives as exact is
   /// known to so many times what a workshop knows (simulation/rig_quantities.h).
-  [[nodiscard]] Readings allowing_rig(std::optional<double> of_a_workshop) const;
   /// 0: all that the file gives as exact is. Empty: nobody has asked.
-  [[nodiscard]] std::optional<double> rig_allowance() const { return rig_allowance_; }
+  [[nodiscard]] Readings allowing_rig(std::optional<double> of_a_workshop) const;
+  /// The same, one number for each of simulation::claimed_quantities, in their order.
+  [[nodiscard]] Readings allowing_rig_by(std::vector<double> of_a_workshop) const;
+  [[nodiscard]] bool has_rig_allowance() const { return rig_allowance_.has_value(); }
   /// The quantities behind the first columns of nuisance(), with their standard deviations.
   [[nodiscard]] std::vector<simulation::RigQuantity> rig_quantities() const;
   /// Directions of travel and of plungers depend on where the tool was: set it again after a
@@ -210,7 +212,7 @@ class Readings {
   std::vector<double> row_sd_mm_;  // of positions, as the instrument says
   simulation::ModelVector nominal_;
   double rig_noise_mm_ = 0.0;
-  std::optional<double> rig_allowance_;
+  std::optional<std::vector<double>> rig_allowance_;  // of each claimed quantity
   std::vector<std::shared_ptr<const ScatterColumns>> shareable_;
 };
 

@@ -14,8 +14,8 @@ std::vector<RigSeen> rig_as_seen(const Readings& readings, const JointFit& fit) 
     if (k >= fit.known) break;
     const double of_known = each.sd / fit.known_sd_mm;  // u is in standard deviations x this mm
     result.push_back(
-        {each.name, each.unit, fit.u[k] * of_known, fit.u_sd_mm[k] * of_known, each.sd,
-         each.stated});
+        {each.name, each.unit, fit.u[k] * of_known, fit.u_sd_mm[k] * of_known,
+         each.sd / each.times, each.stated});
     ++k;
   }
   return result;

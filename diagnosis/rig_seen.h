@@ -13,7 +13,7 @@ struct RigSeen {
   std::string name, unit;  // of simulation::RigQuantity
   double off = 0.0;        // from what the file says, in the unit
   double sd = 0.0;         // standard deviation of that
-  double known_sd = 0.0;   // what was known before: stated, or taken where `stated` is false
+  double known_sd = 0.0;   // what was known before: stated, or what a workshop knows
   bool stated = false;
   /// Off by more than it was known to: |off| / known_sd.
   [[nodiscard]] double ratio() const;

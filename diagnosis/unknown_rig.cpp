@@ -74,7 +74,7 @@ void along_background(
 }
 
 void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& fit) {
-  if (readings.rig_allowance()) return;  // part of every fit, or ruled out
+  if (readings.has_rig_allowance()) return;  // part of every fit, or ruled out
   search.rig_geometry(
       rig_columns(readings, fit.model, simulation::claimed_quantities(readings.model().rig())));
 }

@@ -329,7 +329,7 @@ void UnknownSearch::score(
       const Eigen::VectorXd size = spread * found.best_scale;
       const std::vector<Eigen::Index> which = prominent(columns, size);
       best.columns = scaled_columns(columns, size, which);
-      best.kernel = {trial.range[0], trial.range[1], box.half_width, {}, size(which)};
+      best.kernel = {trial.range[0], trial.range[1], box.half_width, {}, size(which), box.wave};
       for (const Eigen::Index j : which) {
         if (static_cast<std::size_t>(j) >= order.size()) break;
         best.kernel.functions.push_back(order[static_cast<std::size_t>(j)][0]);

@@ -90,8 +90,12 @@ class Lister {
     const bool stated = sd.value_or(0.0) > 0.0;
     if (stated != stated_) return;
     result_.push_back(
-        {std::move(name), std::string(effect.parameters[0].unit), stated ? *sd : of_a_workshop,
-         stated, place, &effect});
+        {.name = std::move(name),
+         .unit = std::string(effect.parameters[0].unit),
+         .sd = stated ? *sd : of_a_workshop,
+         .stated = stated,
+         .place = place,
+         .effect = &effect});
   }
   [[nodiscard]] std::vector<RigQuantity> take() { return std::move(result_); }
 

@@ -19,6 +19,7 @@ struct RigQuantity {
   std::string unit;  // "mm" or "rad"
   double sd = 0.0;   // in it: stated, or what a workshop knows
   bool stated = false;
+  double times = 1.0;  // sd is so many times what was known before the readings
   Place place{};
   const Effect* effect = nullptr;  // one parameter: by how much it is off
 };

@@ -67,7 +67,8 @@ class ExtendedCommand {
   [[nodiscard]] calibration::CompensationModel without_causes() const;
 
   /// How well robot and causes know where they put the tool at these joint values; empty where
-  /// the diagnosis says nothing of it. What a residual model learned is not in it.
+  /// the diagnosis says nothing of it. Neither what a residual model learned is in it, nor how
+  /// well the error curve of a joint is known.
   [[nodiscard]] std::optional<TargetUncertainty> uncertainty(
       const CommandedTarget& commanded, const CommandMoment& moment) const;
 
