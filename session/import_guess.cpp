@@ -242,9 +242,10 @@ class Guesser {
       return "day and month cannot be told apart; write times as 2026-11-30 10:09:25";
     }
     if (each.role.what != What::kTime) return "";
-    return each.values.numbers > 0
-               ? "numbers that are no seconds since 1970; nothing says when they begin"
-               : "its cells are no times that are known";
+    return each.values.numbers > 0 ? "numbers that are no seconds since 1970: damaged by a "
+                                     "spreadsheet, or counted from a "
+                                     "begin that the file does not say"
+                                   : "its cells are no times that are known";
   }
 
   void others() {

@@ -21,12 +21,13 @@ constexpr std::array kSeparators{';', '\t', '|', ',', ' '};
 constexpr std::size_t kJudged = 50;  // lines that say what the format is
 constexpr std::size_t kMostCells = 20'000'000;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
+std::string_view stripped(std::string_view text, std::string_view blanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
+std::string_view trimmed(std::string_view text) { return stripped(text, " \t\r"); }
+std::string_view without_blanks_at_ends(std::string_view line) { return stripped(line, " \r"); }
 
 /// UTF-8 without a byte order mark; UTF-16 with one is turned into it.
 std::string as_text(std::string_view bytes, std::vector<std::string>& notes) {
@@ -84,10 +85,12 @@ std::vector<Line> lines_of(std::string_view text, int skip) {
   int number = 0;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
-    const std::string_view line = trimmed(text.substr(0, end));
+    const std::string_view line = text.substr(0, end);
+    const std::string_view seen = trimmed(line);
     ++number;
-    if (number > skip && !line.empty() && !line.starts_with('#')) {
-      lines.push_back({line, number});
+    if (number > skip && !seen.empty() && !seen.starts_with('#')) {
+      // A tab at an end of the line stands beside an empty cell.
+      lines.push_back({without_blanks_at_ends(line), number});
     }
     if (end == std::string_view::npos) break;
     text.remove_prefix(end + 1);
@@ -162,6 +165,9 @@ class TextTable {
           has_header_ ? "the first line has names"
                       : "there is no header: columns are named 1, 2, ...");
     }
+    for (const std::string& cell : cells) {
+      unnamed_ = has_header_ && cell.empty() ? unnamed_ + 1 : 0;
+    }
     for (std::size_t i = 0; i < cells.size(); ++i) {
       table_.names.push_back(
           has_header_ && !cells[i].empty() ? cells[i] : std::to_string(i + 1));
@@ -177,7 +183,7 @@ class TextTable {
     cells.resize(std::max(cells.size(), table_.names.size()));
     if (!is_units) {
       if (cells.size() != table_.names.size()) return false;
-      std::size_t measures = 0;
+      std::size_t of_session = 0;
       std::size_t known = 0;
       std::size_t others = 0;
       for (const std::string& cell : cells) {
@@ -185,9 +191,11 @@ class TextTable {
         if (number_in(cell, table_.decimal) && cell != "1") return false;
         const ImportUnit* unit = find_import_unit(cell);
         (unit == nullptr ? others : known) += 1;
-        measures += unit != nullptr && unit->kind != UnitKind::kOther ? 1U : 0U;
+        const bool measures = unit != nullptr && (unit->kind == UnitKind::kLength ||
+                                                  unit->kind == UnitKind::kAngle);
+        of_session += measures ? 1U : 0U;
       }
-      if (measures == 0 || others > known) return false;
+      if (of_session == 0 || others > known) return false;
     }
     cells.resize(table_.names.size());
     std::string list;
@@ -204,6 +212,8 @@ class TextTable {
   void row(const Line& line) {
     std::vector<std::string> cells = cells_of(line.text, separator_);
     while (cells.size() > table_.names.size() && cells.back().empty()) cells.pop_back();
+    const std::size_t named = table_.names.size() - unnamed_;
+    if (cells.size() >= named) cells.resize(std::max(cells.size(), table_.names.size()));
     const bool one_more = cells.size() == table_.names.size() + 1;
     if (separator_ == ' ' && one_more && join_time(cells)) ++joined_;
     if (cells.size() != table_.names.size()) {
@@ -233,6 +243,7 @@ class TextTable {
   ImportTable& table_;
   char separator_;
   bool has_header_ = false;
+  std::size_t unnamed_ = 0;  // columns at the end that the header has no name for
   int joined_ = 0;
   int odd_ = 0;
   int first_odd_ = 0;

@@ -117,7 +117,7 @@ NameWithUnit unit_in_name(std::string_view whole) {
   const std::string_view name = trimmed(whole);
   const auto found = [&](std::size_t end_of_base, std::string_view text, bool certain) {
     return NameWithUnit{
-        std::string(trimmed(name.substr(0, end_of_base))), std::string(trimmed(text)),
+        std::string(trimmed(name.substr(0, end_of_base))), std::string(without_brackets(text)),
         find_import_unit(text), certain};
   };
   const std::size_t bracket = last_bracket(name);
