@@ -344,7 +344,10 @@ Section limits_section(const DiagnosisResult& result) {
       "which "
       "it would have got its right name, each in four of five cases. Between the two it is "
       "seen, "
-      "but not told from others. A cause that was not found is smaller than the first figure.");
+      "but not told from others. A cause that was not found is smaller than the first figure. "
+      "At no "
+      "plausible size: it would have to be more than 50 times the size to expect, so that this "
+      "session cannot show it.");
   Table table{.id = "detection_limits", .caption = "Limits of each cause on this session"};
   table.columns = {
       column("cause", "cause"),
@@ -357,6 +360,7 @@ Section limits_section(const DiagnosisResult& result) {
   for (const studies::Limit& each : result.limits) {
     const auto size = [&](double value) -> Cell {
       if (!std::isfinite(value)) return std::string("at no size");
+      if (is_beyond_plausible(each, value)) return std::string(kAtNoPlausibleSize);
       return quantity_in_words(value, std::nan(""), each.unit);
     };
     constexpr double kPercent = 100.0;
