@@ -35,7 +35,7 @@ int number(const std::cmatch& parts, std::size_t group) {
 std::optional<ImportedTime> calendar_time(std::string_view cell) {
   static const std::regex kPattern(fmt::format("{}(?:[T ] *|, *){}{}", kDate, kClock, kZone));
   std::cmatch parts;
-  if (!matches(cell, kPattern, &parts)) return std::nullopt;
+  if (cell.find(':') == cell.npos || !matches(cell, kPattern, &parts)) return std::nullopt;
   const bool year_first = parts[1].matched;
   const std::chrono::year_month_day date(
       std::chrono::year(number(parts, year_first ? 1 : 7)),
