@@ -266,7 +266,7 @@ std::optional<report::Figure> signature_figure(const FoundCause& cause) {
 std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
   report::Figure figure;
   figure.id = "left_by_covariate";
-  figure.title = "What is left by joint angle, position, time, temperature and reading";
+  figure.title = "What is left by joint value, position, time, temperature and reading";
   const double noise_mm = result.noise.sigma_mm;
   const bool causes = std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit);
   say_left(figure, causes, !result.unexplained.depends_on.empty());

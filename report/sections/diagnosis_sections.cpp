@@ -91,7 +91,7 @@ Table ties_of(const FoundCause& cause) {
   table.notes.emplace_back(
       "Odds below about 12 to 1 leave it open. Poses at which the two differ tell them apart: "
       "other "
-      "working modes, a wider range of joint angles, both sides of approach.");
+      "working modes, a wider range of joint values, both sides of approach.");
   return table;
 }
 
@@ -266,7 +266,7 @@ Section gain_section(const DiagnosisResult& result) {
   const studies::JudgedOn& on = result.judged_on;
   section.blocks.emplace_back(fmt::format(
       "Every model was fitted to {} samples and judged by {} others{}. ANFIS is a network that "
-      "learns from the joint angles what is left.",
+      "learns from the joint values what is left.",
       on.fitted_samples, on.samples,
       on.held_out_by_program ? ", every third, as the session has no G2" : " (G2)"));
   section.blocks.emplace_back(gain_table(result));

@@ -93,7 +93,7 @@ TEST(GantryDiagnosis, SpeaksOfTravelInMillimetres) {
     for (const report::Block& block : section.blocks) {
       const auto* figure = std::get_if<report::Figure>(&block);
       if (figure == nullptr) continue;
-      titles += figure->here + '\n';
+      titles += figure->title + '|' + figure->here + '\n';
       for (const report::Panel& panel : figure->panels) {
         titles += panel.title + '|' + panel.x.label + '|' + panel.y.label + '\n';
       }
