@@ -129,7 +129,7 @@ TEST(DiagnosisDocument, WhyNotTestableIsACodeAndOfOldDocumentsTheOldWords) {
        {std::pair{"dial columns", diagnosis::WhyNotTestable::kNoDials},
         {"time_utc", diagnosis::WhyNotTestable::kNoTime},
         {"points approached from both sides", diagnosis::WhyNotTestable::kOneApproach},
-        {"other poses: more working modes, a wider range of joint values",
+        {"other poses: more working modes, a wider range of joint angles",
          diagnosis::WhyNotTestable::kAbsorbed}}) {
     each["needs"] = words;
     EXPECT_EQ(diagnosis_from_json(document).not_testable[0].why, why) << words;
