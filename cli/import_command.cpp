@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "cli/cli.h"
 #include "session/bundle.h"
 #include "session/csv.h"
 #include "session/import.h"
+#include "session/live_channels.h"
+#include "session/rig_file.h"
+#include "session/sample_layout.h"
 
 namespace sixdial::cli {
 namespace {
@@ -18,12 +22,34 @@ struct ImportCommand {
   bool guess = false;
 };
 
+/// The rig that the map will name: beside the map, as the import looks for it, else where the
+/// command was given. Empty: there is none.
+std::optional<session::SampleLayout> layout_of_rig(const ImportCommand& command) {
+  const auto beside_map = std::filesystem::path(command.output).parent_path() / command.rig;
+  for (const std::filesystem::path& path : {beside_map, std::filesystem::path(command.rig)}) {
+    std::error_code none;
+    if (command.rig.empty() || !std::filesystem::is_regular_file(path, none)) continue;
+    return session::layout_of(session::as_instrument(session::read_rig_file(path.string())));
+  }
+  return std::nullopt;
+}
+
 service::ExitCode guess(Cli& cli, const ImportCommand& command) {
-  const std::string text = session::guessed_map(command.files.front(), command.rig);
+  const std::string& file = command.files.front();
+  const auto layout = layout_of_rig(command);
+  const session::FirstMap map = session::guessed_map(
+      {file, session::read_file(file)}, command.rig, layout ? &*layout : nullptr);
+  for (const std::string& open : map.open) cli.console.note("look: " + open);
+  if (!layout) {
+    cli.console.note(
+        command.rig.empty()
+            ? "look: without --rig nothing is known of the robot's joints and the instrument"
+            : fmt::format("look: there is no rig file {} yet", command.rig));
+  }
   if (command.output.empty()) {
-    cli.console.print_data(text);
+    cli.console.print_data(map.text);
   } else {
-    session::write_file(command.output, text);
+    session::write_file(command.output, map.text);
     cli.console.note(fmt::format("a first map is in {}: look at every line", command.output));
   }
   return service::ExitCode::kOk;

@@ -12,6 +12,9 @@
 #include "geometry/units.h"
 #include "session/csv.h"
 #include "session/data_error.h"
+#include "session/import_guess.h"
+#include "session/import_roles.h"
+#include "session/import_time.h"
 #include "session/live_channels.h"
 #include "session/rig_file.h"
 #include "session/rig_write.h"
@@ -57,31 +60,14 @@ std::string name_from_path(const std::string& file, int parts) {
   return name;
 }
 
-/// ISO 8601, seconds since 1970, or 14 digits YYYYMMDDhhmmss.
-std::string time_of(const std::string& cell, char decimal) {
-  if (from_iso8601(cell)) return cell;
-  if (cell.size() == 14 && cell.find_first_not_of("0123456789") == std::string::npos) {
-    const std::string iso = fmt::format(
-        "{}-{}-{}T{}:{}:{}.000Z", cell.substr(0, 4), cell.substr(4, 2), cell.substr(6, 2),
-        cell.substr(8, 2), cell.substr(10, 2), cell.substr(12, 2));
-    return from_iso8601(iso) ? iso : "";
-  }
-  constexpr double kFirst_s = 6e8;  // 1989
-  constexpr double kLast_s = 5e9;   // 2128
-  const bool scientific = cell.find_first_of("eE") != std::string::npos;
-  const auto seconds = number_in(cell, decimal);
-  if (scientific || !seconds || *seconds < kFirst_s || *seconds > kLast_s) return "";
-  const auto ms = static_cast<std::int64_t>(std::llround(*seconds * 1000.0));
-  return to_iso8601(TimePoint(std::chrono::milliseconds(ms)));
-}
-
 class Importer {
  public:
   explicit Importer(const ImportMap& map)
-      : map_(map), rig_(as_instrument(parse_rig(map.rig_toml, map.file))) {
-    const SampleLayout layout = layout_of(rig_);
-    for (std::size_t i = 0; i < layout.joints.size(); ++i) {
-      const Joint& joint = layout.joints[i];
+      : map_(map),
+        rig_(as_instrument(parse_rig(map.rig_toml, map.file))),
+        layout_(layout_of(rig_)) {
+    for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+      const Joint& joint = layout_.joints[i];
       const std::string number = fmt::format("q{}", i + 1);
       int found = 0;
       for (const MapColumn& column : map.columns) {
@@ -94,15 +80,25 @@ class Importer {
           }
         }
       }
-      if (found == 1) continue;
-      refuse(
-          joint.column(),
-          found == 0 ? "no [[column]] gives this joint" : "several [[column]] give this joint");
+      if (found == 0) missing_joints_.push_back(joint.column());
+      if (found > 1) {
+        throw DataError(
+            map_.file, Mistake{
+                           0, 0, joint.column(), "several [[column]] give this joint",
+                           "the map names each joint once"});
+      }
     }
     odd_.resize(map.columns.size());
+    left_out_.no_value.resize(map.columns.size());
   }
 
   void take(const ImportTable& table) {
+    if (!missing_joints_.empty()) {
+      throw DataError(map_.file, joints_missing(missing_joints_, map_, layout_, table));
+    }
+    if (auto mistake = nothing_measured(map_, layout_, table)) {
+      throw DataError(map_.file, std::move(*mistake));
+    }
     std::vector<std::size_t> at;
     for (const MapColumn& column : map_.columns) {
       if (column.value || (!column.number && column.from == kFile)) {
@@ -119,7 +115,13 @@ class Importer {
       if (found == table.names.end()) no_such_column(table, column);
       at.push_back(static_cast<std::size_t>(found - table.names.begin()));
     }
-    for (const std::string& note : table.notes) note_once(table.file + ": " + note);
+    std::vector<std::string> notes = table.notes;
+    factors_.assign(map_.columns.size(), 1.0);
+    for (std::size_t k = 0; k < map_.columns.size(); ++k) {
+      if (at[k] == table.names.size()) continue;
+      factors_[k] = stated_factor(map_.columns[k], table, at[k], notes);
+    }
+    for (const std::string& note : notes) note_once(table.file + ": " + note);
     const std::string of_file = name_from_path(table.file, map_.file_parts);
     for (std::size_t i = 0; i < table.rows.size(); ++i) {
       take_row(table, i, at, of_file);
@@ -128,20 +130,19 @@ class Importer {
 
   Imported finish(const std::string& file, const std::string& hashes) {
     for (std::size_t k = 0; k < odd_.size(); ++k) tell_odd(k);
-    if (left_out_ > 0) {
+    const std::size_t left_out = left_out_.without_joint + left_out_.without_measured;
+    if (left_out > 0) {
       note_once(fmt::format(
-          "{} {} left out: no value of every joint, or nothing measured", left_out_,
-          left_out_ == 1 ? "row is" : "rows are"));
+          "{} {} left out: no value of every joint, or nothing measured", left_out,
+          left_out == 1 ? "row is" : "rows are"));
     }
-    if (rows_.empty()) {
-      throw DataError(file, Mistake{0, 0, "", "no row is left", "look at the map's columns"});
-    }
+    if (rows_.empty()) throw DataError(file, no_row_left(map_, left_out_));
     Imported result;
     result.session_csv = csv();
     result.rig_toml =
         add_sockets() ? write_rig(rig_, traceability_of(map_.rig_toml)) : map_.rig_toml;
     result.rows = rows_.size();
-    result.left_out = static_cast<std::size_t>(left_out_);
+    result.left_out = left_out;
     result.notes = notes_;
     result.record = "# Where this session comes from.\nnotes = [\n";
     for (const std::string& note : notes_) result.record += "  " + toml_string(note) + ",\n";
@@ -150,19 +151,12 @@ class Importer {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& field, std::string what) const {
-    throw DataError(
-        map_.file, Mistake{0, 0, field, std::move(what), "the map names each joint once"});
-  }
   [[noreturn]] static void no_such_column(const ImportTable& table, const MapColumn& column) {
-    std::string names;
-    for (const std::string& name : table.names) names += (names.empty() ? "" : ", ") + name;
     throw DataError(
-        table.file, Mistake{
-                        1, 1, column.from, "the map's column is not there",
-                        fmt::format(
-                            "the file has {}: {}{}", table.names.size(), names.substr(0, 400),
-                            names.size() > 400 ? " ..." : "")});
+        table.file,
+        Mistake{
+            1, 1, column.from, "the map's column is not there",
+            fmt::format("the file has {}: {}", table.names.size(), names_in_words(table))});
   }
 
   void note_once(const std::string& note) {
@@ -182,9 +176,12 @@ class Importer {
       return "";
     }
     if (column.to == "time_utc") {
-      std::string time = time_of(cell, decimal_mark);
-      if (time.empty()) is_odd(k, cell, line);
-      return time;
+      const auto time = time_in(cell, decimal_mark);
+      if (!time) is_odd(k, cell, line);
+      if (time && time->zone_assumed) {
+        note_once(fmt::format("column {}: times without a zone are taken as UTC", column.from));
+      }
+      return time ? time->utc : "";
     }
     if (column.is_text) return cell;
     const auto number = number_in(cell, decimal_mark);
@@ -192,7 +189,7 @@ class Importer {
       is_odd(k, cell, line);
       return "";
     }
-    const double value = *number * column.factor + column.offset;
+    const double value = *number * column.factor * factors_[k] + column.offset;
     if (std::isfinite(value)) return decimal(value, kDigits);
     is_odd(k, cell, line);
     return "";
@@ -215,24 +212,21 @@ class Importer {
         row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
       }
       const std::string& value = row.cells.back();
+      if (value.empty()) ++left_out_.no_value[k];
       if (const auto unit = joint_unit_.find(column.to); unit != joint_unit_.end()) {
         joints = joints && !value.empty();
         row.joints.push_back(value.empty() ? 0.0 : parse_number(value).value * unit->second);
-      } else if (measures(column.to) && !value.empty()) {
+      } else if (is_measured(column.to) && !value.empty()) {
         measured = true;
       }
     }
+    ++left_out_.rows;
     if (!joints || !measured) {
-      ++left_out_;
+      ++(joints ? left_out_.without_measured : left_out_.without_joint);
       return;
     }
     whole_position(row);
     rows_.push_back(std::move(row));
-  }
-
-  static bool measures(const std::string& to) {
-    return to != "set" && to != "time_utc" && to != "temperature_c" &&
-           !to.starts_with("target_") && !to.starts_with("approach") && !to.starts_with("sd_");
   }
 
   /// x, y and z are there together, or not at all; so are the numbers of a turn.
@@ -264,11 +258,15 @@ class Importer {
     if (odd.count == 0) return;
     const MapColumn& column = map_.columns[k];
     const bool time = column.to == "time_utc";
-    note_once(fmt::format(
-        "column {}: {} of {} values {}, such as {} in line {}; left empty", column.from,
-        odd.count, rows_.size() + static_cast<std::size_t>(left_out_),
-        time ? "are no time (damaged by a spreadsheet?)" : "are no number", shown(odd.example),
-        odd.first_line));
+    std::string said = fmt::format(
+        "column {}: {} of {} values {}, such as {} in line {}", column.from, odd.count,
+        left_out_.rows,
+        !time                           ? "are no number"
+        : is_doubtful_date(odd.example) ? "are times whose day and month cannot be told apart"
+                                        : "are no time (damaged by a spreadsheet?)",
+        shown(odd.example), odd.first_line);
+    left_out_.odd.push_back(said);
+    note_once(said + "; left empty");
   }
 
   /// Number of the pose that each row stands in: rows whose joints agree.
@@ -366,10 +364,13 @@ class Importer {
 
   const ImportMap& map_;
   geometry::Rig rig_;
+  SampleLayout layout_;
+  std::vector<std::string> missing_joints_;  // that no [[column]] gives
+  std::vector<double> factors_;  // by column of the map: what the file says of units
   std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
-  int left_out_ = 0;
+  LeftOut left_out_;
   std::vector<std::string> notes_;
 };
 

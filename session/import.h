@@ -11,11 +11,14 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "session/import_table.h"
 
 namespace sixdial::session {
+
+struct SampleLayout;
 
 struct MapColumn {
   std::string from{};  // a name, or "file" (the last parts of its path)
@@ -24,6 +27,9 @@ struct MapColumn {
   std::string to{};     // a column of session.csv
   double factor = 1.0;  // value = cell * factor + offset, in the unit of `to`
   double offset = 0.0;
+  std::string unit{};  // of the file, as the map says it; part of `factor`
+  bool has_scale =
+      false;  // the map says unit, factor or offset: what the file says is not used
   std::vector<std::string> missing{};  // texts that mean that there is nothing
   std::optional<double> value{};       // the same in every row, instead of `from`
   bool is_text = false;                // `to` holds text (socket, set)
@@ -75,9 +81,18 @@ struct NamedText {
 };
 [[nodiscard]] Imported import_texts(const std::vector<NamedText>& files, const ImportMap& map);
 
+struct FirstMap {
+  std::string text{};  // map.toml
+  /// What the file does not say and somebody has to look at: "no unit is in the file; ...".
+  std::vector<std::string> open{};
+};
 /// A first map for a file: which column is most likely what, and by which sign it was taken for
-/// that. `rig_file`: to name in it; may be empty.
-[[nodiscard]] std::string guessed_map(const std::string& file, const std::string& rig_file);
-[[nodiscard]] std::string guessed_map(const NamedText& file, const std::string& rig_file);
+/// that. `rig_file`: to name in it; may be empty. `layout` of that rig; null: not known.
+[[nodiscard]] FirstMap guessed_map(
+    const NamedText& file, const std::string& rig_file, const SampleLayout* layout = nullptr);
+
+/// What a value in `unit` is times in the unit of `to` ("q1_rad", "deg": 0.01745...). Empty:
+/// there is no such unit, or it is of another kind.
+[[nodiscard]] std::optional<double> factor_to(const std::string& to, std::string_view unit);
 
 }  // namespace sixdial::session

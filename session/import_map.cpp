@@ -2,15 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <string_view>
 #include <utility>
 
-#include "geometry/units.h"
 #include "session/csv.h"
 #include "session/import.h"
+#include "session/import_units.h"
 #include "session/rig_file.h"
 #include "session/rig_write.h"
 #include "session/toml_checks.h"
@@ -19,28 +18,6 @@
 
 namespace sixdial::session {
 namespace {
-
-struct Unit {
-  std::string_view name;
-  std::string_view kind;  // "mm" or "rad"
-  double in_stored;       // one of it, in mm or rad
-};
-constexpr std::array kUnits{
-    Unit{"mm", "mm", 1.0},     Unit{"m", "mm", 1000.0},
-    Unit{"cm", "mm", 10.0},    Unit{"um", "mm", 1e-3},
-    Unit{"in", "mm", 25.4},    Unit{"rad", "rad", 1.0},
-    Unit{"mrad", "rad", 1e-3}, Unit{"deg", "rad", geometry::kRadPerDeg}};
-
-const Unit* find_unit(std::string_view name) {
-  const auto* const found = std::ranges::find(kUnits, name, &Unit::name);
-  return found == kUnits.end() ? nullptr : found;
-}
-
-/// The unit at the end of a column of session.csv: "q1_rad" is in rad.
-const Unit* unit_of(std::string_view column) {
-  const std::size_t last = column.rfind('_');
-  return last == std::string_view::npos ? nullptr : find_unit(column.substr(last + 1));
-}
 
 bool holds_text(const std::string& to) {
   return to == "set" || to == "socket" || to == "time_utc";
@@ -143,7 +120,7 @@ class MapReader : TomlChecks {
           word(*from, where, "decimal", {"point", "comma"}) == "comma" ? ',' : '.';
     }
     map.format.header = flag(*from, "header");
-    map.format.units_row = flag(*from, "units_row").value_or(false);
+    map.format.units_row = flag(*from, "units_row");
     map.format.skip_lines = whole(*from, "skip_lines").value_or(0);
     map.file_parts = std::max(1, whole(*from, "file_parts").value_or(1));
     map.side_by_side = word(*from, where, "together", {"rows", "columns"}) == "columns";
@@ -206,6 +183,8 @@ class MapReader : TomlChecks {
     column.to = text(from, where, "to", "");
     check_target(from, column.to, map);
     column.is_text = holds_text(column.to);
+    column.has_scale = from.get("unit") != nullptr || from.get("factor") != nullptr ||
+                       from.get("offset") != nullptr;
     if (from.get("factor") != nullptr) {
       column.factor = number(from, where, "factor").value_or(1.0);
     }
@@ -246,23 +225,32 @@ class MapReader : TomlChecks {
   void read_unit(const toml::table& from, MapColumn& column) {
     const toml::node* node = from.get("unit");
     if (node == nullptr) return;
-    const std::string given = text(from, "[[column]]", "unit", "");
-    const Unit* unit = find_unit(given);
-    const Unit* wanted = unit_of(column.to);
-    if (unit == nullptr || wanted == nullptr || unit->kind != wanted->kind) {
+    column.unit = text(from, "[[column]]", "unit", "");
+    const auto factor = factor_to(column.to, column.unit);
+    if (!factor) {
       fault(
           node->source(), "unit",
-          shown(given) + " does not turn into the unit of " + shown(column.to),
-          "use mm, m, cm, um, in for a length, rad, mrad, deg for an angle");
+          shown(column.unit) + " does not turn into the unit of " + shown(column.to),
+          fmt::format("use {}", kMapUnits));
       return;
     }
-    column.factor *= unit->in_stored / wanted->in_stored;
+    column.factor *= *factor;
   }
 
   Beside text_beside_;
 };
 
 }  // namespace
+
+std::optional<double> factor_to(const std::string& to, std::string_view unit_text) {
+  const ImportUnit* unit = find_import_unit(unit_text);
+  const std::size_t last = to.rfind('_');
+  if (unit == nullptr || last == std::string::npos) return std::nullopt;
+  const ImportUnit* wanted = find_import_unit(to.substr(last + 1));
+  const bool measures = unit->kind == UnitKind::kLength || unit->kind == UnitKind::kAngle;
+  if (wanted == nullptr || !measures || unit->kind != wanted->kind) return std::nullopt;
+  return unit->in_stored / wanted->in_stored;
+}
 
 ImportMap read_import_map(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();

@@ -11,6 +11,8 @@
 
 #include "session/csv.h"
 #include "session/data_error.h"
+#include "session/import_time.h"
+#include "session/import_units.h"
 
 namespace sixdial::session {
 namespace {
@@ -19,12 +21,13 @@ constexpr std::array kSeparators{';', '\t', '|', ',', ' '};
 constexpr std::size_t kJudged = 50;  // lines that say what the format is
 constexpr std::size_t kMostCells = 20'000'000;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
+std::string_view stripped(std::string_view text, std::string_view blanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
+std::string_view trimmed(std::string_view text) { return stripped(text, " \t\r"); }
+std::string_view without_blanks_at_ends(std::string_view line) { return stripped(line, " \r"); }
 
 /// UTF-8 without a byte order mark; UTF-16 with one is turned into it.
 std::string as_text(std::string_view bytes, std::vector<std::string>& notes) {
@@ -82,10 +85,12 @@ std::vector<Line> lines_of(std::string_view text, int skip) {
   int number = 0;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
-    const std::string_view line = trimmed(text.substr(0, end));
+    const std::string_view line = text.substr(0, end);
+    const std::string_view seen = trimmed(line);
     ++number;
-    if (number > skip && !line.empty() && !line.starts_with('#')) {
-      lines.push_back({line, number});
+    if (number > skip && !seen.empty() && !seen.starts_with('#')) {
+      // A tab at an end of the line stands beside an empty cell.
+      lines.push_back({without_blanks_at_ends(line), number});
     }
     if (end == std::string_view::npos) break;
     text.remove_prefix(end + 1);
@@ -130,6 +135,120 @@ char decimal_of(const std::vector<Line>& lines, char separator) {
   return commas > points ? ',' : '.';
 }
 
+/// "2026-11-30", "10:09:25" are one time stamp, where blanks separate the columns.
+bool join_time(std::vector<std::string>& cells) {
+  for (std::size_t i = 0; i + 1 < cells.size(); ++i) {
+    if (!is_date_alone(cells[i]) || !is_time_of_day(cells[i + 1])) continue;
+    cells[i] += ' ' + cells[i + 1];
+    cells.erase(cells.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    return true;
+  }
+  return false;
+}
+
+/// Lines of a text as rows of as many cells as there are names.
+class TextTable {
+ public:
+  TextTable(ImportTable& table, char separator) : table_(table), separator_(separator) {}
+
+  /// True: the line was one of names.
+  bool header(const Line& line, std::optional<bool> is_header) {
+    std::vector<std::string> cells = cells_of(line.text, separator_);
+    const bool numbers = std::ranges::all_of(cells, [&](const std::string& cell) {
+      return cell.empty() || number_in(cell, table_.decimal) || time_in(cell, table_.decimal) ||
+             is_date_alone(cell) || is_time_of_day(cell);
+    });
+    has_header_ = is_header.value_or(!numbers);
+    if (!has_header_ && separator_ == ' ') join_time(cells);
+    if (!is_header) {
+      table_.notes.emplace_back(
+          has_header_ ? "the first line has names"
+                      : "there is no header: columns are named 1, 2, ...");
+    }
+    for (const std::string& cell : cells) {
+      unnamed_ = has_header_ && cell.empty() ? unnamed_ + 1 : 0;
+    }
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      table_.names.push_back(
+          has_header_ && !cells[i].empty() ? cells[i] : std::to_string(i + 1));
+    }
+    return has_header_;
+  }
+
+  /// True: the line beneath the header was one of units. Without being told, it is taken for
+  /// one where no cell is a number and one at least is the unit of a length or an angle.
+  bool units(const Line& line, std::optional<bool> is_units) {
+    std::vector<std::string> cells = cells_of(line.text, separator_);
+    while (cells.size() > table_.names.size() && cells.back().empty()) cells.pop_back();
+    cells.resize(std::max(cells.size(), table_.names.size()));
+    if (!is_units) {
+      if (cells.size() != table_.names.size()) return false;
+      std::size_t of_session = 0;
+      std::size_t known = 0;
+      std::size_t others = 0;
+      for (const std::string& cell : cells) {
+        if (cell.empty()) continue;
+        if (number_in(cell, table_.decimal) && cell != "1") return false;
+        const ImportUnit* unit = find_import_unit(cell);
+        (unit == nullptr ? others : known) += 1;
+        const bool measures = unit != nullptr && (unit->kind == UnitKind::kLength ||
+                                                  unit->kind == UnitKind::kAngle);
+        of_session += measures ? 1U : 0U;
+      }
+      if (of_session == 0 || others > known) return false;
+    }
+    cells.resize(table_.names.size());
+    std::string list;
+    for (const std::string& cell : cells) {
+      if (!cell.empty() && list.size() < kMostListed) list += (list.empty() ? "" : ", ") + cell;
+    }
+    table_.notes.push_back(fmt::format(
+        "line {} is a row of units ({}), not of values", line.number,
+        list.empty() ? "all empty" : list));
+    table_.units = std::move(cells);
+    return true;
+  }
+
+  void row(const Line& line) {
+    std::vector<std::string> cells = cells_of(line.text, separator_);
+    while (cells.size() > table_.names.size() && cells.back().empty()) cells.pop_back();
+    const std::size_t named = table_.names.size() - unnamed_;
+    if (cells.size() >= named) cells.resize(std::max(cells.size(), table_.names.size()));
+    const bool one_more = cells.size() == table_.names.size() + 1;
+    if (separator_ == ' ' && one_more && join_time(cells)) ++joined_;
+    if (cells.size() != table_.names.size()) {
+      if (odd_++ == 0) first_odd_ = line.number;
+      return;
+    }
+    table_.rows.push_back(std::move(cells));
+    table_.lines.push_back(line.number);
+  }
+
+  void tell() {
+    if (joined_ > 0) {
+      table_.notes.push_back(fmt::format(
+          "blanks separate the columns: date and time of {} {} were taken for one column",
+          joined_, joined_ == 1 ? "row" : "rows"));
+    }
+    if (odd_ == 0) return;
+    table_.notes.push_back(fmt::format(
+        "{} {} not {} columns and {} left out, the first in line {}", odd_,
+        odd_ == 1 ? "row has" : "rows have", table_.names.size(), odd_ == 1 ? "is" : "are",
+        first_odd_));
+  }
+
+ private:
+  static constexpr std::size_t kMostListed = 80;  // characters of a list of units
+
+  ImportTable& table_;
+  char separator_;
+  bool has_header_ = false;
+  std::size_t unnamed_ = 0;  // columns at the end that the header has no name for
+  int joined_ = 0;
+  int odd_ = 0;
+  int first_odd_ = 0;
+};
+
 ImportTable text_table(
     const std::string& text, const std::string& file, const TableFormat& format,
     std::vector<std::string> notes) {
@@ -143,41 +262,19 @@ ImportTable text_table(
   if (!format.separator || !format.decimal) {
     table.notes.push_back(fmt::format(
         "read with separator {} and decimal {}",
-        separator == '\t' ? std::string("tab") : fmt::format("'{}'", separator),
+        separator == '\t'  ? std::string("tab")
+        : separator == ' ' ? std::string("' ' (blanks)")
+                           : fmt::format("'{}'", separator),
         table.decimal == ',' ? "comma" : "point"));
   }
-  const std::vector<std::string> first = cells_of(lines[0].text, separator);
-  const bool numbers = std::ranges::all_of(first, [&](const std::string& cell) {
-    return cell.empty() || number_in(cell, table.decimal);
-  });
-  const bool header = format.header.value_or(!numbers);
-  if (!format.header) {
-    table.notes.emplace_back(
-        header ? "the first line has names"
-               : "there is no header: columns are named 1, 2, ...");
+  TextTable rows(table, separator);
+  std::size_t next = rows.header(lines[0], format.header) ? 1 : 0;
+  const bool may_have_units = format.units_row.value_or(next == 1);
+  if (may_have_units && next < lines.size() && rows.units(lines[next], format.units_row)) {
+    ++next;
   }
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    table.names.push_back(header && !first[i].empty() ? first[i] : std::to_string(i + 1));
-  }
-  int odd = 0;
-  int first_odd = 0;
-  for (std::size_t i = (header ? 1U : 0U) + (format.units_row ? 1U : 0U); i < lines.size();
-       ++i) {
-    std::vector<std::string> cells = cells_of(lines[i].text, separator);
-    while (cells.size() > table.names.size() && cells.back().empty()) cells.pop_back();
-    if (cells.size() != table.names.size()) {
-      if (odd++ == 0) first_odd = lines[i].number;
-      continue;
-    }
-    table.rows.push_back(std::move(cells));
-    table.lines.push_back(lines[i].number);
-  }
-  if (odd > 0) {
-    table.notes.push_back(fmt::format(
-        "{} {} not {} columns and {} left out, the first in line {}", odd,
-        odd == 1 ? "row has" : "rows have", table.names.size(), odd == 1 ? "is" : "are",
-        first_odd));
-  }
+  for (; next < lines.size(); ++next) rows.row(lines[next]);
+  rows.tell();
   return table;
 }
 

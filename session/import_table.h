@@ -21,7 +21,7 @@ struct TableFormat {
   std::optional<char> decimal{};    // '.' or ','; empty: found out
   std::optional<bool> header{};     // empty: found out
   int skip_lines = 0;               // above the header
-  bool units_row = false;           // one line below it
+  std::optional<bool> units_row{};  // one line below it; empty: found out
 };
 
 struct ImportTable {
@@ -29,6 +29,9 @@ struct ImportTable {
   std::vector<std::string> names{};
   std::vector<std::vector<std::string>> rows{};  // each as long as `names`
   std::vector<int> lines{};  // of the file, from 1; 0: a record of a YAML file
+  /// What a row of units beneath the header says of each column, as it stands there; none at
+  /// all: there is no such row.
+  std::vector<std::string> units{};
   char decimal = '.';
   std::vector<std::string> notes{};  // what was found out, and what was odd
 };

@@ -62,19 +62,40 @@ std::string bare(std::string_view text, std::span<const FoundParameter> found) {
   if (each == found.end()) return "";
   if (each->unit == "1") return fmt::format("{:.0f}", each->value);
   const Shown shown = as_read(each->unit);
-  const std::string_view digits = text.size() > name.size() ? text.substr(name.size()) : ":.3g";
+  if (text.size() == name.size()) return in_digits(each->value * shown.factor, 3) + shown.unit;
+  const std::string_view digits = text.substr(name.size());
   return fmt::format(
       fmt::runtime(fmt::format("{{{}}}{{}}", digits)), each->value * shown.factor, shown.unit);
 }
 
 }  // namespace
 
+std::string in_digits(double value, int digits) {
+  constexpr double kLeast = 1e-9;  // below, and from kMost on, an exponent is easier to read
+  constexpr double kMost = 1e12;
+  const std::string rounded = fmt::format("{:.{}e}", value, digits - 1);
+  const std::size_t at = rounded.find('e');
+  const double size = std::abs(value);
+  if (at == std::string::npos || size < kLeast || size >= kMost) {
+    return fmt::format("{:.{}g}", value, digits);
+  }
+  const int power = std::stoi(rounded.substr(at + 1));
+  // The rounded number in full: "4.45e+04" is 44500.
+  std::string text =
+      fmt::format("{:.{}f}", std::stod(rounded), std::max(0, digits - 1 - power));
+  if (text.find('.') != std::string::npos) {  // as {:g} has it, no zeros at the end
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+  }
+  return text;
+}
+
 std::string quantity_in_words(double value, double sd, std::string_view unit) {
   const Shown shown = as_read(unit);
   const double size = value * shown.factor;
   const double uncertain = sd * shown.factor;
   if (!std::isfinite(uncertain) || !(uncertain > 0.0)) {
-    return fmt::format("{:.3g}{}", size, shown.unit);
+    return in_digits(size, 3) + shown.unit;
   }
   const double expanded = geometry::kCoverage * uncertain;
   const int decimals = decimals_of(expanded);

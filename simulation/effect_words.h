@@ -13,6 +13,9 @@ namespace sixdial::simulation {
 /// angles in degrees, shares in %. Standard deviation not finite: three digits of the value.
 [[nodiscard]] std::string quantity_in_words(double value, double sd, std::string_view unit);
 
+/// So many significant digits without an exponent: 44523 in three is "44500", 0.0000316 stays.
+[[nodiscard]] std::string in_digits(double value, int digits);
+
 /// One parameter of an effect as it was found.
 struct FoundParameter {
   std::string_view name;

@@ -186,11 +186,17 @@ Eigen::VectorXd DiagnosisCurves::by_row(const Eigen::VectorXd& by_trial) const {
   return result;
 }
 
-Eigen::VectorXd DiagnosisCurves::joint_deg(int joint) const {
+bool DiagnosisCurves::slides(int joint) const {
+  const auto& joints = data_.readings.model().rig().robot.model->joints;
+  return joints[static_cast<std::size_t>(joint)].kind == geometry::JointKind::kPrismatic;
+}
+
+Eigen::VectorXd DiagnosisCurves::joint_values(int joint) const {
   const auto& trials = data_.readings.trials();
+  const double in_shown = slides(joint) ? 1.0 : geometry::kDegPerRad;
   Eigen::VectorXd result(std::ssize(trials));
   for (Eigen::Index t = 0; t < result.size(); ++t) {
-    result[t] = trials[static_cast<std::size_t>(t)].q[joint] * geometry::kDegPerRad;
+    result[t] = trials[static_cast<std::size_t>(t)].q[joint] * in_shown;
   }
   return result;
 }
@@ -208,8 +214,9 @@ Eigen::VectorXd DiagnosisCurves::on_axis(const Along& along) const {
   const auto n = std::ssize(data_.readings.trials());
   switch (along.axis) {
     case CurveAxis::kJointAngle:
+    case CurveAxis::kJointSlide:
     case CurveAxis::kOtherJoint:
-      return joint_deg(along.joint);
+      return joint_values(along.joint);
     case CurveAxis::kToolX:
       return known_.x_mm;
     case CurveAxis::kToolY:
@@ -248,17 +255,21 @@ SignatureCurve DiagnosisCurves::joint_curve(
     const ActiveEffect& effect, const Shape& shape, const Part& part) const {
   const int joint = effect.place.joint;
   const Eigen::VectorXd column = angle_column(data_, joint);
+  const bool sliding = slides(joint);
+  const double in_shown = sliding ? 1.0 : geometry::kDegPerRad;
   const Eigen::VectorXd& weight = data_.after.weight;
   const Eigen::VectorXd measured =
-      by_trial(data_.readings, column, weight, part.measured) * geometry::kDegPerRad;
-  const Eigen::VectorXd model =
-      by_trial(data_.readings, column, weight, part.model) * geometry::kDegPerRad;
+      by_trial(data_.readings, column, weight, part.measured) * in_shown;
+  const Eigen::VectorXd model = by_trial(data_.readings, column, weight, part.model) * in_shown;
   SignatureCurve curve{
-      .quantity = Quantity::kJointAngleError,
+      .quantity = sliding ? Quantity::kJointSlideError : Quantity::kJointAngleError,
       .joint = joint,
       .along = {shape.against, joint_of(effect.place, shape.against)},
       .is_function = shape.is_function,
       .panels = {{}}};
+  if (sliding && curve.along.axis == CurveAxis::kJointAngle) {
+    curve.along.axis = CurveAxis::kJointSlide;
+  }
   const Eigen::VectorXd x = on_axis(curve.along);
   std::vector<CurveGroup>& groups = curve.panels[0].groups;
   if (shape.groups != Shape::Groups::kJointApproach) {

@@ -59,7 +59,9 @@ class DiagnosisCurves {
   [[nodiscard]] Part part_of(std::size_t i) const;
   [[nodiscard]] Eigen::Index trial_of(Eigen::Index row) const;
   [[nodiscard]] Eigen::VectorXd by_row(const Eigen::VectorXd& by_trial) const;
-  [[nodiscard]] Eigen::VectorXd joint_deg(int joint) const;
+  [[nodiscard]] bool slides(int joint) const;
+  /// Its value by trial [deg]; of a sliding joint [mm].
+  [[nodiscard]] Eigen::VectorXd joint_values(int joint) const;
   [[nodiscard]] Eigen::VectorXd force_n(int axis) const;
   /// The number of each sample on an axis.
   [[nodiscard]] Eigen::VectorXd on_axis(const Along& along) const;

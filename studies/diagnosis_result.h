@@ -57,6 +57,7 @@ struct Rival {
 /// What is drawn along an axis, or what residuals are sorted by.
 enum class CurveAxis {
   kJointAngle,        // [deg]
+  kJointSlide,        // value of a sliding joint [mm]
   kToolX,             // [mm]
   kToolY,             // [mm]
   kToolZ,             // [mm]
@@ -78,13 +79,14 @@ enum class CurveAxis {
 };
 struct Along {
   CurveAxis axis = CurveAxis::kSample;
-  int joint = -1;  // of kJointAngle
+  int joint = -1;  // of kJointAngle, kJointSlide and kOtherJoint
   friend bool operator==(const Along&, const Along&) = default;
 };
 
 /// The quantity in which a cause shows.
 enum class Quantity {
   kJointAngleError,  // [deg]
+  kJointSlideError,  // of a sliding joint [mm]
   kToolShift,        // [mm]
   kResidual,         // of a dial [mm]
   kReading,          // of a dial [mm]
@@ -112,7 +114,7 @@ struct CurvePanel {
 /// How a cause shows, ready to be drawn.
 struct SignatureCurve {
   Quantity quantity = Quantity::kResidual;
-  int joint = -1;  // of kJointAngleError
+  int joint = -1;  // of kJointAngleError and kJointSlideError
   Along along{};
   bool is_function = false;  // of what it is drawn against: its fit is a line, not a cloud
   std::vector<CurvePanel> panels{};

@@ -12,7 +12,8 @@ std::vector<LeftAlong> DiagnosisCurves::left_along() const {
   LeftSorter sorter(data_);
   const auto joints = static_cast<int>(readings.trials().front().q.size());
   for (int joint = 0; joint < joints; ++joint) {
-    sorter.by_number({CurveAxis::kJointAngle, joint}, by_row(joint_deg(joint)));
+    const CurveAxis axis = slides(joint) ? CurveAxis::kJointSlide : CurveAxis::kJointAngle;
+    sorter.by_number({axis, joint}, by_row(joint_values(joint)));
   }
   for (const CurveAxis axis :
        {CurveAxis::kToolX, CurveAxis::kToolY, CurveAxis::kToolZ, CurveAxis::kTime,

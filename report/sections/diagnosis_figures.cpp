@@ -8,6 +8,7 @@
 #include "report/text.h"
 #include "report/words/diagnosis_axes.h"
 #include "report/words/diagnosis_words.h"
+#include "simulation/effect_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -55,7 +56,7 @@ SignatureWords words_of(const SignatureCurve& curve) {
       .as_it_came = curve.quantity == studies::Quantity::kReading,
       .quantity = quantity_name(curve),
       .unit = std::string(quantity_unit(curve.quantity)),
-      .covariate = axis_name(curve.along),
+      .covariate = axis_in_words(curve.along),
       .covariate_unit = std::string(axis_unit(curve.along))};
 }
 
@@ -139,7 +140,7 @@ struct LeftSeries {
 
 Panel left_panel(const studies::LeftAlong& along, bool causes, double noise_mm) {
   Panel panel;
-  panel.title = axis_name(along.along);
+  panel.title = axis_in_words(along.along);
   panel.x = {.label = panel.title, .unit = std::string(axis_unit(along.along))};
   panel.y = {.label = "left, rms", .unit = "mm", .low = 0.0};
   LeftSeries series;
@@ -172,7 +173,7 @@ report::Table left_table(const DiagnosisResult& result) {
     if (!is_number(along.along.axis)) continue;
     for (const studies::LeftInClass& each : along.classes) {
       table.rows.push_back(
-          {axis_name(along.along), std::string(axis_unit(along.along)),
+          {axis_in_words(along.along), std::string(axis_unit(along.along)),
            class_name(along.along.axis, each), report::whole(each.readings),
            cell(each.before_mm), cell(each.after_mm)});
     }
@@ -180,7 +181,7 @@ report::Table left_table(const DiagnosisResult& result) {
   return table;
 }
 
-/// The class that keeps most, with the causes: "0.0031 mm (theta2 -12 to 4 deg)".
+/// The class that keeps most, with the causes: "0.0031 mm (angle of joint 2 -12 to 4 deg)".
 std::string worst_in_words(const DiagnosisResult& result) {
   double worst_mm = 0.0;
   std::string where;
@@ -190,7 +191,7 @@ std::string worst_in_words(const DiagnosisResult& result) {
       if (!(each.after_mm > worst_mm)) continue;
       worst_mm = each.after_mm;
       where = fmt::format(
-          "{} {} {}", axis_name(along.along), class_name(along.along.axis, each),
+          "{} {} {}", axis_in_words(along.along), class_name(along.along.axis, each),
           axis_unit(along.along));
     }
   }
@@ -255,16 +256,17 @@ std::optional<report::Figure> signature_figure(const FoundCause& cause) {
       "The points follow the fitted cause over the whole range and scatter about it evenly.";
   const std::string how_large = size_in_words(cause);
   figure.here = fmt::format(
-      "{}. The fitted cause reaches {:.3g} {}; {} points scatter about it by {:.2g} {} (rms).",
-      capital(how_large.empty() ? named(cause) : how_large), spread.largest_model, said.unit,
-      spread.count, spread.rms(), said.unit);
+      "{}. The fitted cause reaches {} {}; {} points scatter about it by {} {} (rms).",
+      capital(how_large.empty() ? named(cause) : how_large),
+      simulation::in_digits(spread.largest_model, 3), said.unit, spread.count,
+      simulation::in_digits(spread.rms(), 2), said.unit);
   return figure;
 }
 
 std::optional<report::Figure> left_figure(const DiagnosisResult& result) {
   report::Figure figure;
   figure.id = "left_by_covariate";
-  figure.title = "What is left by joint angle, position, time, temperature and reading";
+  figure.title = "What is left by joint value, position, time, temperature and reading";
   const double noise_mm = result.noise.sigma_mm;
   const bool causes = std::ranges::any_of(result.causes, &studies::FoundCause::is_in_fit);
   say_left(figure, causes, !result.unexplained.depends_on.empty());

@@ -91,7 +91,7 @@ Table ties_of(const FoundCause& cause) {
   table.notes.emplace_back(
       "Odds below about 12 to 1 leave it open. Poses at which the two differ tell them apart: "
       "other "
-      "working modes, a wider range of joint angles, both sides of approach.");
+      "working modes, a wider range of joint values, both sides of approach.");
   return table;
 }
 
@@ -266,7 +266,7 @@ Section gain_section(const DiagnosisResult& result) {
   const studies::JudgedOn& on = result.judged_on;
   section.blocks.emplace_back(fmt::format(
       "Every model was fitted to {} samples and judged by {} others{}. ANFIS is a network that "
-      "learns from the joint angles what is left.",
+      "learns from the joint values what is left.",
       on.fitted_samples, on.samples,
       on.held_out_by_program ? ", every third, as the session has no G2" : " (G2)"));
   section.blocks.emplace_back(gain_table(result));
@@ -344,7 +344,10 @@ Section limits_section(const DiagnosisResult& result) {
       "which "
       "it would have got its right name, each in four of five cases. Between the two it is "
       "seen, "
-      "but not told from others. A cause that was not found is smaller than the first figure.");
+      "but not told from others. A cause that was not found is smaller than the first figure. "
+      "At no "
+      "plausible size: it would have to be more than 50 times the size to expect, so that this "
+      "session cannot show it.");
   Table table{.id = "detection_limits", .caption = "Limits of each cause on this session"};
   table.columns = {
       column("cause", "cause"),
@@ -357,6 +360,7 @@ Section limits_section(const DiagnosisResult& result) {
   for (const studies::Limit& each : result.limits) {
     const auto size = [&](double value) -> Cell {
       if (!std::isfinite(value)) return std::string("at no size");
+      if (is_beyond_plausible(each, value)) return std::string(kAtNoPlausibleSize);
       return quantity_in_words(value, std::nan(""), each.unit);
     };
     constexpr double kPercent = 100.0;

@@ -11,6 +11,7 @@
 #include "geometry/coverage.h"
 #include "geometry/units.h"
 #include "report/expanded.h"
+#include "simulation/effect_words.h"
 #include "studies/method_name.h"
 
 namespace sixdial::report {
@@ -38,7 +39,7 @@ std::string condition_words(const studies::IdentifiabilityRow& known) {
 }
 
 /// "0.4", "0.0031": two digits.
-std::string length_words(double mm) { return fmt::format("{:.2g}", mm); }
+std::string length_words(double mm) { return simulation::in_digits(mm, 2); }
 
 std::string parameter_line(const studies::ParameterRow& row) {
   const auto unit = geometry::shown_unit(row.unit);
@@ -123,9 +124,12 @@ std::string effort_line(const studies::CalibrationResult& result) {
         held.empty() ? "" : " and least squares held: ", fmt::join(held, "; "),
         result.inputs.seed, result.seconds);
   }
+  const std::string where =
+      result.above_minimum_mm > 0.0
+          ? fmt::format("{:.2e} mm above the least-squares minimum", result.above_minimum_mm)
+          : std::string("at the least-squares minimum");
   return fmt::format(
-      "{} is {:.2e} mm above the least-squares minimum; seed {}, {:.1f} s", name,
-      std::max(0.0, result.above_minimum_mm), result.inputs.seed, result.seconds);
+      "{} is {}; seed {}, {:.1f} s", name, where, result.inputs.seed, result.seconds);
 }
 
 std::optional<std::string> far_from_noise_line(const calibration::NoiseEstimate& noise) {

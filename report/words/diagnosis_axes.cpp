@@ -18,11 +18,12 @@ using studies::Quantity;
 
 struct AxisWords {
   CurveAxis axis;
-  std::string_view name;  // of kJointAngle what stands before the number of the joint
+  std::string_view name;  // of a joint what stands before its number
   std::string_view unit;
 };
 constexpr std::array kAxes{
     AxisWords{CurveAxis::kJointAngle, "theta", "deg"},
+    AxisWords{CurveAxis::kJointSlide, "slide", "mm"},
     AxisWords{CurveAxis::kToolX, "x", "mm"},
     AxisWords{CurveAxis::kToolY, "y", "mm"},
     AxisWords{CurveAxis::kToolZ, "z", "mm"},
@@ -44,11 +45,12 @@ constexpr std::array kAxes{
 
 struct QuantityWords {
   Quantity quantity;
-  std::string_view name;  // of kJointAngleError what stands before the number of the joint
+  std::string_view name;  // of a joint what stands before its number
   std::string_view unit;
 };
 constexpr std::array kQuantities{
     QuantityWords{Quantity::kJointAngleError, "angle error of joint ", "deg"},
+    QuantityWords{Quantity::kJointSlideError, "travel error of joint ", "mm"},
     QuantityWords{Quantity::kToolShift, "shift of the tool", "mm"},
     QuantityWords{Quantity::kResidual, "residual", "mm"},
     QuantityWords{Quantity::kReading, "reading", "mm"}};
@@ -140,7 +142,12 @@ bool range_from(std::string_view name, LeftInClass& each) {
 }
 
 bool has_joint(CurveAxis axis) {
-  return axis == CurveAxis::kJointAngle || axis == CurveAxis::kOtherJoint;
+  return axis == CurveAxis::kJointAngle || axis == CurveAxis::kJointSlide ||
+         axis == CurveAxis::kOtherJoint;
+}
+
+bool has_joint(Quantity quantity) {
+  return quantity == Quantity::kJointAngleError || quantity == Quantity::kJointSlideError;
 }
 
 }  // namespace
@@ -148,6 +155,16 @@ bool has_joint(CurveAxis axis) {
 std::string axis_name(const Along& along) {
   const std::string name(words_of(along.axis).name);
   return has_joint(along.axis) ? name + std::to_string(along.joint + 1) : name;
+}
+
+std::string axis_in_words(const Along& along) {
+  if (along.axis == CurveAxis::kJointAngle) {
+    return fmt::format("angle of joint {}", along.joint + 1);
+  }
+  if (along.axis == CurveAxis::kJointSlide) {
+    return fmt::format("travel of joint {}", along.joint + 1);
+  }
+  return axis_name(along);
 }
 
 std::optional<Along> axis_from(std::string_view name) {
@@ -170,13 +187,12 @@ bool is_number(CurveAxis axis) {
 
 std::string quantity_name(const studies::SignatureCurve& curve) {
   const std::string name(words_of(curve.quantity).name);
-  return curve.quantity == Quantity::kJointAngleError ? name + std::to_string(curve.joint + 1)
-                                                      : name;
+  return has_joint(curve.quantity) ? name + std::to_string(curve.joint + 1) : name;
 }
 
 bool quantity_from(std::string_view name, studies::SignatureCurve& curve) {
   for (const QuantityWords& each : kQuantities) {
-    const bool of_joint = each.quantity == Quantity::kJointAngleError;
+    const bool of_joint = has_joint(each.quantity);
     const auto joint = of_joint ? index_after(each.name, name) : std::nullopt;
     if (of_joint ? !joint : each.name != name) continue;
     curve.quantity = each.quantity;

@@ -14,8 +14,10 @@ namespace sixdial::report {
 /// Between the names of a list: "x, y".
 inline constexpr std::string_view kBetween = ", ";
 
-/// "theta2", "the other coordinate of the tool".
+/// "theta2", "slide3", "the other coordinate of the tool": as the document has it.
 [[nodiscard]] std::string axis_name(const studies::Along& along);
+/// The same for people: "angle of joint 2", whatever the robot calls its joints.
+[[nodiscard]] std::string axis_in_words(const studies::Along& along);
 [[nodiscard]] std::optional<studies::Along> axis_from(std::string_view name);
 /// "deg", "mm"; empty for kinds and for the number of a sample.
 [[nodiscard]] std::string_view axis_unit(const studies::Along& along);

@@ -66,20 +66,27 @@ std::size_t shown_width(const std::string& text) {
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
-/// "0.00150 to 0.00167 mm" over the places of a cause; not finite counts as "at no size".
+/// "0.00150 to 0.00167 mm" over the places of a cause; what is not finite, or larger than
+/// anything plausible, is not seen there.
 std::string range_of(const std::vector<const Limit*>& places, double Limit::*size) {
   double low = HUGE_VAL;
   double high = -HUGE_VAL;
   bool never = false;
+  bool implausible = false;
   for (const Limit* each : places) {
     if (!std::isfinite(each->*size)) {
       never = true;
       continue;
     }
+    if (is_beyond_plausible(*each, each->*size)) {
+      never = true;
+      implausible = true;
+      continue;
+    }
     low = std::min(low, each->*size);
     high = std::max(high, each->*size);
   }
-  if (!(high >= low)) return "at no size";
+  if (!(high >= low)) return std::string(implausible ? kAtNoPlausibleSize : "at no size");
   const auto shown = [&](double value) {
     return quantity_in_words(value, std::nan(""), places.front()->unit);
   };
@@ -116,6 +123,7 @@ std::string limits_table(const DiagnosisResult& result) {
   std::string text = fmt::format(
       "\n{:<42}{:<30}{}\n", "this session would have seen", "detected from",
       "named rightly from");
+  bool beyond = false;
   for (const auto& group : by_cause(result.limits)) {
     std::string name = named(group.front()->id);
     if (group.size() > 1) {
@@ -124,8 +132,17 @@ std::string limits_table(const DiagnosisResult& result) {
       name = fmt::format(
           "{} ({})", named(studies::HypothesisId{group.front()->id.cause, ""}), where);
     }
-    text += padded(std::move(name), 42) + padded(range_of(group, &Limit::detect), 30) +
-            range_of(group, &Limit::name) + "\n";
+    const std::string detected = range_of(group, &Limit::detect);
+    const std::string told = range_of(group, &Limit::name);
+    beyond = beyond || detected == kAtNoPlausibleSize || told == kAtNoPlausibleSize;
+    text += padded(std::move(name), 42) + padded(detected, 30) + told + "\n";
+  }
+  if (beyond) {
+    text += wrapped(
+        "At no plausible size: only one of more than 50 times the size to expect would show, "
+        "so "
+        "that this session cannot show it.",
+        "  ");
   }
   return text;
 }

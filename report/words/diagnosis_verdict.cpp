@@ -9,6 +9,7 @@
 #include "diagnosis/thresholds.h"
 #include "report/words/diagnosis_words.h"
 #include "report/words/rig_words.h"
+#include "simulation/effect_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -64,7 +65,7 @@ std::string gain_sentence(const DiagnosisResult& result) {
   const std::string by_network = network == nullptr
                                      ? std::string()
                                      : fmt::format(
-                                           "; a network that learns from the joint angles "
+                                           "; a network that learns from the joint values "
                                            "instead (ANFIS) leaves {}",
                                            millimetres(network->mean_mm));
   if (extended == nullptr || !studies::names_an_effect(result)) {
@@ -141,10 +142,16 @@ std::string noisy_dials_sentence(const DiagnosisResult& result) {
 
 /// "by 5.1 µm (one standard deviation; 95 % interval 4.6 to 5.7 µm)"
 std::string by_micrometres(const diagnosis::ScatterFound& scatter) {
-  constexpr double kUmPerMm = 1000.0;
+  static constexpr double kUmPerMm = 1000.0;
+  const auto um = [](double mm) { return simulation::in_digits(kUmPerMm * mm, 2); };
   return fmt::format(
-      "by {:.2g} µm (one standard deviation; 95 % interval {:.2g} to {:.2g} µm)",
-      kUmPerMm * scatter.sd_mm, kUmPerMm * scatter.low_mm, kUmPerMm * scatter.high_mm);
+      "by {} µm (one standard deviation; 95 % interval {} to {} µm)", um(scatter.sd_mm),
+      um(scatter.low_mm), um(scatter.high_mm));
+}
+
+/// Of a robot that works in space there are three axes.
+std::string_view in_each_axis(const DiagnosisResult& result) {
+  return result.tool_shifts.z_mm ? "in x, in y and in z" : "in x and in y";
 }
 
 /// " Each arrival of the robot is off by ...": what scatters, and how much.
@@ -154,16 +161,16 @@ std::string scatter_sentence(const DiagnosisResult& result) {
   switch (scatter->in) {
     case diagnosis::ScatterIn::kTool:
       return fmt::format(
-          " The robot does not come to the same place twice: each arrival is off {} in x and "
-          "in "
-          "y, and all dials of a sample see the same shift.",
-          by_micrometres(*scatter));
+          " The robot does not come to the same place twice: each arrival is off {} {}, and "
+          "all {} of a sample see the same shift.",
+          by_micrometres(*scatter), in_each_axis(result),
+          result.has_dials ? "dials" : "readings");
     case diagnosis::ScatterIn::kJoints:
       return fmt::format(
           " The joint values that were recorded are not quite where the joints stood: by "
           "chance "
-          "from sample to sample, which moves the tool {} in x and in y.",
-          by_micrometres(*scatter));
+          "from sample to sample, which moves the tool {} {}.",
+          by_micrometres(*scatter), in_each_axis(result));
     case diagnosis::ScatterIn::kReadings:
       return fmt::format(
           " Besides the noise each {} scatters by itself {}.",
@@ -283,7 +290,7 @@ std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
     lines.push_back(
         {"Before repairing anything that these data do not tell apart, measure poses that do: "
          "other "
-         "working modes, a wider range of joint angles, both sides of approach."});
+         "working modes, a wider range of joint values, both sides of approach."});
   }
   if (lines.empty()) {
     lines.push_back(
@@ -309,9 +316,8 @@ std::string chance_sentence(const DiagnosisResult& result) {
            "cause (by formula, none were simulated).";
   }
   return fmt::format(
-      "A share of {:.2g} of all sessions with nothing but noise would look as much like a "
-      "cause.",
-      chance);
+      "A share of {} of all sessions with nothing but noise would look as much like a cause.",
+      simulation::in_digits(chance, 2));
 }
 
 std::vector<std::string> trust(const DiagnosisResult& result) {

@@ -214,6 +214,8 @@ std::string covariate_in_words(const std::string& covariate) {
   const auto known = diagnosis::dependence_from(covariate);
   if (!known) return covariate;  // of another version of this program
   switch (known->on) {
+    case DependsOn::kJointAngle:
+      return fmt::format("the value of joint {}", known->joint + 1);
     case DependsOn::kReading:
       return "the reading of dial " + known->dial;
     case DependsOn::kCuboidAngle:
@@ -284,7 +286,12 @@ NotTestableWords not_testable_in_words(
         "on these poses the fitted parameters ({}) imitate all but {} % of it",
         fmt::join(limit->absorbed_by, ", "), fmt::format("{:f}", left).substr(0, 4));
   }
-  return {std::move(reason), "other poses: more working modes, a wider range of joint angles"};
+  return {std::move(reason), "other poses: more working modes, a wider range of joint values"};
+}
+
+bool is_beyond_plausible(const studies::Limit& limit, double size) {
+  constexpr double kMostTimes = 50.0;  // the text beside the table says so, too
+  return limit.plausible > 0.0 && size > kMostTimes * limit.plausible;
 }
 
 std::string reason_without_limit(const studies::Limit& limit) {

@@ -46,7 +46,7 @@ struct CauseTexts {
 /// "calibrated", "extended + ANFIS", "without joint_backlash@joint2": its name in documents.
 [[nodiscard]] std::string gain_row_name(const studies::GainRow& row);
 
-/// "theta2", "the reading of dial E", "the side that joint 2 arrives from".
+/// "the value of joint 2", "the reading of dial E", "the side that joint 2 arrives from".
 [[nodiscard]] std::string covariate_in_words(const std::string& covariate);
 /// "x, y and time". Of many that do about as well, the likeliest three: "x, y, time or one of
 /// 12 other quantities".
@@ -61,6 +61,10 @@ struct NotTestableWords {
     const studies::DiagnosisResult& result, const studies::NotTestable& each);
 /// The same without figures, so that places with the same reason have the same words.
 [[nodiscard]] std::string why_not_testable(diagnosis::WhyNotTestable why);
+/// A limit that is so many times the size to expect that no rig has it: the session cannot show
+/// the cause.
+inline constexpr std::string_view kAtNoPlausibleSize = "at no plausible size";
+[[nodiscard]] bool is_beyond_plausible(const studies::Limit& limit, double size);
 /// Why a limit has no size; empty where it has both.
 [[nodiscard]] std::string reason_without_limit(const studies::Limit& limit);
 

@@ -8,6 +8,7 @@
 
 #include "geometry/coverage.h"
 #include "geometry/units.h"
+#include "simulation/effect_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -29,8 +30,8 @@ std::string socket_lines(const studies::SocketPlanFigures& figures) {
   }
   for (const studies::PlannedDistance& each : figures.distances) {
     text += fmt::format(
-        "{} to {}: {:.3f} mm, known to {:.3g} mm\n", each.first, each.second, each.mm,
-        each.sd_mm);
+        "{} to {}: {:.3f} mm, known to {} mm\n", each.first, each.second, each.mm,
+        simulation::in_digits(each.sd_mm, 3));
     constexpr double kNear_mm = 20.0;  // places are given to a few centimetres
     if (std::abs(each.places_mm - each.mm) > kNear_mm) {
       text += fmt::format(
@@ -94,7 +95,9 @@ std::string separation_text(const studies::SeparationFigures& figures) {
                                          name_of(figures.separates));
   if (!figures.rival) {
     text += figures.size_assumed
-                ? fmt::format(" (taken as {:.3g} {}).", *figures.size_assumed, figures.unit)
+                ? fmt::format(
+                      " (taken as {} {}).", simulation::in_digits(*figures.size_assumed, 3),
+                      figures.unit)
                 : std::string(".");
   }
   return text + fmt::format(
@@ -124,7 +127,8 @@ std::string rig_check_text(const studies::RigCheckFigures& figures) {
   for (const studies::RigCheckQuantity& each : figures.quantities) {
     stated = stated || each.stated;
     if (each.left > kHardly) {
-      hardly.push_back(fmt::format("{} ({:.3g} {})", each.name, each.sd, each.unit));
+      hardly.push_back(
+          fmt::format("{} ({} {})", each.name, simulation::in_digits(each.sd, 3), each.unit));
     }
   }
   if (!stated) {
@@ -145,9 +149,9 @@ std::string rig_check_text(const studies::RigCheckFigures& figures) {
 std::string socket_plan_text(const studies::SocketPlanFigures& figures) {
   std::string text = socket_lines(figures);
   text += fmt::format(
-      "With a ball that comes back to within {:.3g} mm (standard deviation of a "
+      "With a ball that comes back to within {} mm (standard deviation of a "
       "coordinate{}):\n",
-      figures.seat_sd_mm,
+      simulation::in_digits(figures.seat_sd_mm, 3),
       figures.seat_sd_assumed ? ", assumed: sixdial plan sockets ... --seat-sd says it" : "");
   for (const studies::SocketStage& stage : figures.stages) {
     text += fmt::format(

@@ -8,6 +8,7 @@
 
 #include "report/text.h"
 #include "report/words/wrapped.h"
+#include "simulation/effect_words.h"
 
 namespace sixdial::report {
 namespace {
@@ -291,7 +292,16 @@ const Words* words_of(std::string_view code) {
 
 std::string plain(double value) {
   return value == std::floor(value) && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value)
-                                                             : fmt::format("{:.4g}", value);
+                                                             : simulation::in_digits(value, 4);
+}
+
+/// By a form of {fmt}; "g" and ".2g" without an exponent.
+std::string formed(double value, std::string_view form) {
+  if (form == "g") return simulation::in_digits(value, 6);
+  if (form.size() == 3 && form[0] == '.' && form[2] == 'g') {
+    return simulation::in_digits(value, form[1] - '0');
+  }
+  return fmt::format(fmt::runtime(fmt::format("{{:{}}}", form)), value);
 }
 
 /// A brace's text for "name", "name:form", "name:one|many" or "name|one|many"; false: there is
@@ -315,7 +325,7 @@ bool fill(std::string_view brace, const Warning& warning, std::string& out) {
     if (with_number) out += plain(*number) + " ";
     out += *number == 1.0 ? form.substr(0, bar) : form.substr(bar + 1);
   } else if (!form.empty()) {
-    out += fmt::format(fmt::runtime(fmt::format("{{:{}}}", form)), *number);
+    out += formed(*number, form);
   } else {
     out += plain(*number);
   }

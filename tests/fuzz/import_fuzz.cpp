@@ -9,6 +9,7 @@
 #include "session/bundle.h"
 #include "session/import.h"
 #include "session/rig_file.h"
+#include "session/sample_layout.h"
 
 namespace {
 
@@ -53,9 +54,19 @@ void check_table(const NamedText& file) {
     expect(!error.mistakes.empty());
     return;
   }
-  const std::string guessed = guessed_map(file, "rig.toml");
-  // Without any column that it knows there is no map yet; a name may hold "[[column]]", too.
-  if (guessed.find("\n[[column]]\n") != std::string::npos) static_cast<void>(map_of(guessed));
+  static const SampleLayout layout = layout_of(parse_rig(rig_text(), "rig.toml"));
+  for (const SampleLayout* rig : {static_cast<const SampleLayout*>(nullptr), &layout}) {
+    const std::string guessed = guessed_map(file, "rig.toml", rig).text;
+    // Without any column that it knows there is no map yet; a name may hold "[[column]]", too.
+    if (guessed.find("\n[[column]]\n") == std::string::npos) continue;
+    const ImportMap map = map_of(guessed);
+    if (rig == nullptr) continue;
+    try {
+      expect(import_texts({file}, map).rows > 0);
+    } catch (const DataError& error) {
+      expect(!error.mistakes.empty());
+    }
+  }
 }
 
 }  // namespace

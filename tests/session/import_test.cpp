@@ -301,7 +301,7 @@ TEST_F(Importing, GuessesAFirstMapAndSaysWhy) {
       "g.csv",
       "joint_1;joint_2;meas_x;meas_y;meas_z;std_x;note\n"
       "90,5;-12;512,25;3,5;-4;0,01;ok\n10;20;300;2;1;0,01;ok\n");
-  const std::string guessed = guessed_map(file, "rig.toml");
+  const std::string guessed = guessed_map({file, read_file(file)}, "rig.toml").text;
   EXPECT_THAT(guessed, HasSubstr("to = \"q1_rad\"\nunit = \"deg\""));
   EXPECT_THAT(guessed, HasSubstr("values up to 90.5 are degrees"));
   EXPECT_THAT(guessed, HasSubstr("to = \"x_mm\"\nunit = \"mm\""));

@@ -178,12 +178,13 @@ TEST(DiagnosisDocument, EveryAxisGroupAndClassIsFoundAgainByItsName) {
   int axes = 0;
   for (int i = 0; i <= static_cast<int>(CurveAxis::kDial); ++i) {
     const auto axis = static_cast<CurveAxis>(i);
-    const bool of_joint = axis == CurveAxis::kJointAngle || axis == CurveAxis::kOtherJoint;
+    const bool of_joint = axis == CurveAxis::kJointAngle || axis == CurveAxis::kJointSlide ||
+                          axis == CurveAxis::kOtherJoint;
     const studies::Along along{axis, of_joint ? 3 : -1};
     EXPECT_EQ(axis_from(axis_name(along)), along) << axis_name(along);
     ++axes;
   }
-  EXPECT_EQ(axes, 19);
+  EXPECT_EQ(axes, 20);
   EXPECT_EQ(axis_from("theta0"), std::nullopt);
   for (int i = 0; i <= static_cast<int>(studies::CurveGroupOf::kPlungerOut); ++i) {
     const auto group = static_cast<studies::CurveGroupOf>(i);
