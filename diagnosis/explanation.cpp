@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calibration/crew.h"
+#include "diagnosis/possible_sizes.h"
 #include "diagnosis/thresholds.h"
 
 namespace sixdial::diagnosis {
@@ -25,7 +26,6 @@ double prior_cost(std::size_t hypotheses) {
 /// no effect is refused for its size: somebody may have typed 57 for 75. But a share of a half
 /// or more takes away what it is a share of, which explains anything that always reads zero.
 double implausibility(const ActiveEffect& active) {
-  if (active.effect->never_negative && active.x.front() < 0) return kNever;
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -111,8 +111,10 @@ Explanation Search::explained(
       fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
   for (const Chosen& each : result.chosen) result.evidence -= each.cost;
-  for (const ActiveEffect& each : result.fit.effects) {
-    result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
+  for (std::size_t i = 0; i < result.fit.effects.size(); ++i) {
+    const ActiveEffect& each = result.fit.effects[i];
+    const bool possible = sizes_are_possible(result.fit, i) && !out_of_range(readings_, each);
+    result.evidence -= possible ? implausibility(each) : kNever;
   }
   for (const UnknownCandidate& each : result.unknown) {
     result.evidence -= each.cost + (each.is_background() ? 0.0 : settings_.name_preference);
