@@ -9,6 +9,7 @@
 #include "calibration/crew.h"
 #include "diagnosis/possible_sizes.h"
 #include "diagnosis/thresholds.h"
+#include "simulation/weight.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -72,6 +73,15 @@ bool out_of_range(const Readings& readings, const ActiveEffect& active) {
          active.x.back() > *high * (1 + kAtTheEdge);
 }
 
+/// Unequal masses without the name that they belong to would take its place.
+bool lacks_its_name(const UnknownCandidate& each, const std::vector<Chosen>& chosen) {
+  if (each.kind != UnknownKind::kMasses) return false;
+  return std::ranges::none_of(chosen, [&](const Chosen& name) {
+    const Hypothesis& own = name.candidate.hypothesis;
+    return own.effect == simulation::compliance_under_weight() && own.place.name == each.enters;
+  });
+}
+
 }  // namespace
 
 std::size_t Explanation::unknown_findings() const {
@@ -105,6 +115,7 @@ std::vector<Candidate> Search::scored_with_gross(const Explanation& with) const 
 Explanation Search::explained(
     const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
     std::vector<UnknownCandidate> unknown, bool afresh) const {
+  std::erase_if(unknown, [&](const auto& each) { return lacks_its_name(each, chosen); });
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
   const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
