@@ -62,8 +62,10 @@ class NeverNegative : public testing::TestWithParam<Forbidden> {
 TEST_P(NeverNegative, IsNotNamedWithTheOtherSign) {
   for (const std::uint64_t seed : {41U, 42U, 43U}) {
     const NamedCauses found = found_with(-4.0, seed);
-    // Something is wrong, and is told in other words.
-    EXPECT_FALSE(found.findings.empty() && found.unknown.empty()) << "seed " << seed;
+    // Something is wrong, and is told in other words, or as noise.
+    const bool told = !found.findings.empty() || !found.unknown.empty();
+    EXPECT_TRUE(told || found.extended.shared || found.extended.s_mm > 2 * kNoise_mm)
+        << "seed " << seed;
     for (const Finding& each : found.findings) EXPECT_NE(each.hypothesis.name(), name());
   }
 }
