@@ -70,16 +70,18 @@ Eigen::MatrixXd covariance_with_structure(
 
 JointFit command_fit(const Readings& readings, const NamedCauses& named) {
   const JointFit& extended = named.extended;
-  JointFit fit = named.unknown.empty() ? extended
-                                       : fit_jointly(
-                                             readings, extended.model, extended.effects,
-                                             nullptr, named.dial_columns(readings.count()));
+  // Masses that only the readings know cannot be commanded by, as nothing smooth can.
+  const bool all_has_names = named.unknown.empty() && named.masses.empty();
+  JointFit fit = all_has_names ? extended
+                               : fit_jointly(
+                                     readings, extended.model, extended.effects, nullptr,
+                                     named.dial_columns(readings.count()));
   // The curves become a part of the model; beside them only what the dials do stays random:
   // curves of dials too, as far as the readings leave them open.
   fit = with_curves(
       readings, fit, named.curves(), random_columns(readings.count(), named.background),
       named.dial_columns(readings.count()));
-  const bool same = named.unknown.empty() && named.joint_curves.empty();
+  const bool same = all_has_names && named.joint_curves.empty();
   const JointFit& structured = same ? fit : extended;
   const Eigen::MatrixXd curves = error_curves(readings);
   const Eigen::MatrixXd unnamed = unnamed_columns(readings, fit);

@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::string_view kJoint = "theta";
 constexpr std::string_view kApproach = "approach";
+constexpr std::string_view kWeight = "weight";
 constexpr std::string_view kDial = "dial ";
 constexpr std::string_view kReading = " reading";
 constexpr std::array kPlain{
@@ -39,6 +40,8 @@ std::string dependence_name(const DependsOnWhat& what) {
       return std::string(kJoint) + std::to_string(what.joint + 1);
     case DependsOn::kApproach:
       return std::string(kApproach) + std::to_string(what.joint + 1);
+    case DependsOn::kWeight:
+      return std::string(kWeight) + std::to_string(what.joint + 1);
     case DependsOn::kReading:
       return std::string(kDial) + what.dial + std::string(kReading);
     default:
@@ -55,7 +58,9 @@ std::optional<DependsOnWhat> dependence_from(std::string_view name) {
     if (plain == name) return DependsOnWhat{.on = on};
   }
   for (const auto& [on, prefix] :
-       {std::pair{DependsOn::kJointAngle, kJoint}, {DependsOn::kApproach, kApproach}}) {
+       {std::pair{DependsOn::kJointAngle, kJoint},
+        {DependsOn::kApproach, kApproach},
+        {DependsOn::kWeight, kWeight}}) {
     if (const auto joint = joint_of(prefix, name)) {
       return DependsOnWhat{.on = on, .joint = *joint};
     }

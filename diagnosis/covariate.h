@@ -21,16 +21,17 @@ enum class DependsOn {
   kTime,
   kTemperature,
   kApproach,  // side that a joint arrives from
+  kWeight,    // that a joint carries
   kReading,   // of one dial
 };
 struct DependsOnWhat {
   DependsOn on = DependsOn::kTime;
-  int joint = -1;      // of kJointAngle and kApproach, from 0
+  int joint = -1;      // of kJointAngle, kApproach and kWeight, from 0
   std::string dial{};  // of kReading: its id
 };
 
-/// "x", "z", "gamma", "time", "temperature", "approach2", "dial C reading"; "theta" and the
-/// number of a joint.
+/// "x", "z", "gamma", "time", "temperature", "approach2", "weight2", "dial C reading"; "theta"
+/// and the number of a joint.
 [[nodiscard]] std::string dependence_name(const DependsOnWhat& what);
 /// Empty: no name of these.
 [[nodiscard]] std::optional<DependsOnWhat> dependence_from(std::string_view name);

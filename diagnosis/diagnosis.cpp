@@ -12,6 +12,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/command_fit.h"
 #include "diagnosis/drawn_samples.h"
+#include "diagnosis/held_out.h"
 #include "diagnosis/judging.h"
 #include "diagnosis/thresholds.h"
 
@@ -237,6 +238,11 @@ class Diagnoser {
       how.table = settings_.with_gain;
       study_ = study_gain(question, how, stop_);
       result_.gain = study_.rows;
+      for (std::size_t i = 0; i < study_.g2_log_odds.size(); ++i) {
+        against_.push_back(speaks_against(
+            question.explained.judged, study_.extended, study_.without[i],
+            study_.g2_log_odds[i]));
+      }
       if (settings_.with_gain && !stop_.stop_requested()) {
         result_.choice = cross_validated(question, how, stop_);
         result_.on_top = trained_on(as_read(), result_.commanding, settings_.seed, stop_);
@@ -339,6 +345,11 @@ class Diagnoser {
                       alone_->findings.begin(), alone_->findings.end(),
                       [&](const Finding& each) { return shares_a_name(each, cause.finding); });
     if (i < study_.g2_log_odds.size()) cause.g2_log_odds = study_.g2_log_odds[i];
+    if (i < against_.size() && against_[i]) {
+      // What is not where it must show may as well be nothing, and these odds say so.
+      cause.finding.tied_with_nothing = true;
+      cause.finding.evidence = cause.g2_log_odds;
+    }
     // G2 is asked with and without the name, not with something smooth in its place.
     const bool its_own = cause.finding.tied_with_unknown.empty();
     cause.confirmed =
@@ -392,6 +403,7 @@ class Diagnoser {
   bool enough_g1_ = false;
   std::optional<NamedCauses> alone_;  // what G1 alone shows
   GainStudy study_;                   // what G2 shows
+  std::vector<bool> against_;         // by cause: G2 does not show what it must
 };
 
 }  // namespace

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "calibration/crew.h"
+#include "diagnosis/possible_sizes.h"
 #include "diagnosis/thresholds.h"
+#include "simulation/weight.h"
 
 namespace sixdial::diagnosis {
 namespace {
@@ -25,7 +27,6 @@ double prior_cost(std::size_t hypotheses) {
 /// no effect is refused for its size: somebody may have typed 57 for 75. But a share of a half
 /// or more takes away what it is a share of, which explains anything that always reads zero.
 double implausibility(const ActiveEffect& active) {
-  if (active.effect->never_negative && active.x.front() < 0) return kNever;
   double sum = 0.0;
   for (int i = 0; i < linear_count(*active.effect); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -72,6 +73,15 @@ bool out_of_range(const Readings& readings, const ActiveEffect& active) {
          active.x.back() > *high * (1 + kAtTheEdge);
 }
 
+/// Unequal masses without the name that they belong to would take its place.
+bool lacks_its_name(const UnknownCandidate& each, const std::vector<Chosen>& chosen) {
+  if (each.kind != UnknownKind::kMasses) return false;
+  return std::ranges::none_of(chosen, [&](const Chosen& name) {
+    const Hypothesis& own = name.candidate.hypothesis;
+    return own.effect == simulation::compliance_under_weight() && own.place.name == each.enters;
+  });
+}
+
 }  // namespace
 
 std::size_t Explanation::unknown_findings() const {
@@ -105,14 +115,17 @@ std::vector<Candidate> Search::scored_with_gross(const Explanation& with) const 
 Explanation Search::explained(
     const JointFit& from, std::vector<Chosen> chosen, std::vector<ActiveEffect> sizes,
     std::vector<UnknownCandidate> unknown, bool afresh) const {
+  std::erase_if(unknown, [&](const auto& each) { return lacks_its_name(each, chosen); });
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
   const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
       fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
   for (const Chosen& each : result.chosen) result.evidence -= each.cost;
-  for (const ActiveEffect& each : result.fit.effects) {
-    result.evidence -= out_of_range(readings_, each) ? kNever : implausibility(each);
+  for (std::size_t i = 0; i < result.fit.effects.size(); ++i) {
+    const ActiveEffect& each = result.fit.effects[i];
+    const bool possible = sizes_are_possible(result.fit, i) && !out_of_range(readings_, each);
+    result.evidence -= possible ? implausibility(each) : kNever;
   }
   for (const UnknownCandidate& each : result.unknown) {
     result.evidence -= each.cost + (each.is_background() ? 0.0 : settings_.name_preference);

@@ -118,6 +118,8 @@ struct NamedCauses {
   std::optional<double> rig_geometry;
   /// What the dials' makers allow, as far as it shows: part of the fit, and no finding.
   std::vector<UnknownCandidate> background;
+  /// Unequal masses behind joints that give under weight: part of `extended`, and no finding.
+  std::vector<UnknownCandidate> masses;
   /// Part of the fit as well, and a finding each; not among `unknown`.
   std::vector<DialCurve> dial_curves;
   std::vector<JointCurve> joint_curves;

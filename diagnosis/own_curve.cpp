@@ -317,7 +317,9 @@ void tell_smooth_apart(
   }
   for (std::size_t i = 0; i < found.unknown.size(); ++i) {
     const UnknownCandidate& each = found.unknown[i];
-    if (each.is_background()) {
+    if (each.kind == UnknownKind::kMasses) {
+      result.masses.push_back(each);
+    } else if (each.is_background()) {
       result.background.push_back(each);
     } else if (!named.contains(i)) {
       result.unknown.push_back(each);

@@ -395,6 +395,7 @@ std::vector<UnknownCandidate> score_unknown(const Readings& readings, const Join
     along_background(search, readings, simulated);
     along_rig(search, readings, fit);
   }
+  along_masses(search, readings, fit, extended, simulated);
   return search.ranked();
 }
 

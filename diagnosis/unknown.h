@@ -18,12 +18,14 @@ enum class UnknownKind {
   kSmooth,       // a smooth function of its covariates
   kDialCurves,   // of each dial's own reading, all dials at once, within their makers' limits
   kDialHabits,   // effects that every dial has some of (Effect::within_accuracy), likewise
+  kMasses,       // what unequal masses add to the sag of a joint whose name is weight
   kRigGeometry,  // places and sizes that the rig file claims exactly
 };
 
-/// No fault: dials are as good as their makers say.
+/// No fault: dials are as good as their makers say, and no arm's masses are alike.
 [[nodiscard]] constexpr bool is_background(UnknownKind kind) {
-  return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits;
+  return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits ||
+         kind == UnknownKind::kMasses;
 }
 
 struct UnknownCandidate {
@@ -64,10 +66,11 @@ struct RigRival {
   UnknownKind kind = UnknownKind::kDialCurves;
   std::vector<RandomBox> boxes;
 };
-/// Curves and habits of the dials, and the rig where its file claims to be exact.
+/// Curves and habits of the dials, the rig where its file claims to be exact, and the masses
+/// that a joint carries which gives under weight.
 [[nodiscard]] std::vector<RigRival> rig_rivals(const Readings& readings, const JointFit& fit);
 
-/// What the makers of the dials allow alone (is_background), best first.
+/// What is no fault by itself (is_background), best first.
 [[nodiscard]] std::vector<UnknownCandidate> score_background(
     const Readings& readings, const JointFit& fit);
 /// The error of one joint's value as a smooth function of each joint's value: of its own first.

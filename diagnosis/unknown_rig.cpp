@@ -80,20 +80,26 @@ void along_rig(UnknownSearch& search, const Readings& readings, const JointFit& 
 }
 
 std::vector<UnknownCandidate> score_background(const Readings& readings, const JointFit& fit) {
-  if (!readings.has_dials()) return {};
+  if (!readings.has_dials() && !gives_under_weight(fit)) return {};
   UnknownSearch search(readings, fit);
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
-  along_background(search, readings, readings.simulate(fit.model, extended));
+  const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+  if (readings.has_dials()) along_background(search, readings, simulated);
+  along_masses(search, readings, fit, extended, simulated);
   return search.ranked();
 }
 
 std::vector<RigRival> rig_rivals(const Readings& readings, const JointFit& fit) {
-  if (!readings.has_dials()) return {};
+  if (!readings.has_dials() && !gives_under_weight(fit)) return {};
   UnknownSearch search(readings, fit);
   search.keep_tried();
   const simulation::ExtendedModel extended(readings.model(), fit.effects);
-  along_background(search, readings, readings.simulate(fit.model, extended));
-  along_rig(search, readings, fit);
+  const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
+  if (readings.has_dials()) {
+    along_background(search, readings, simulated);
+    along_rig(search, readings, fit);
+  }
+  along_masses(search, readings, fit, extended, simulated);
   return search.tried();
 }
 

@@ -231,6 +231,16 @@ void UnknownSearch::dial_habit(
   });
 }
 
+void UnknownSearch::masses(
+    int joint, const std::string& enters, const Eigen::MatrixXd& columns, double size) {
+  if (columns.cols() == 0) return;
+  const double most = size / projector_sigma_mm();
+  ask({dependence_name({.on = DependsOn::kWeight, .joint = joint})}, enters,
+      UnknownKind::kMasses, [=, this](Trial& trial) {
+        score(trial, columns, {}, {1.0, {0.0}}, most);
+      });
+}
+
 void UnknownSearch::rig_geometry(const Eigen::MatrixXd& columns) {
   if (columns.cols() == 0) return;
   const double most = kMostOfAWorkshop / projector_sigma_mm();

@@ -48,6 +48,11 @@ class UnknownSearch {
   /// What every dial has some of, a column a dial for one mm of it.
   void dial_habit(const std::string& name, const Eigen::MatrixXd& columns, double limit_mm);
 
+  /// What the masses behind a joint do beyond equal ones, a column for one rad/m each; no more
+  /// than `size` [rad/m].
+  void masses(
+      int joint, const std::string& enters, const Eigen::MatrixXd& columns, double size);
+
   /// All that the rig file claims to know exactly, each as well as a workshop knows it.
   void rig_geometry(const Eigen::MatrixXd& columns);
 
@@ -123,6 +128,11 @@ class UnknownSearch {
 /// What the rig's dials may do within their makers' limits.
 void along_background(
     UnknownSearch& search, const Readings& readings, const Eigen::VectorXd& simulated_mm);
+/// Whether a joint of this fit gives under weight; and what unequal masses do there.
+[[nodiscard]] bool gives_under_weight(const JointFit& fit);
+void along_masses(
+    UnknownSearch& search, const Readings& readings, const JointFit& fit,
+    const simulation::ExtendedModel& extended, const Eigen::VectorXd& simulated_mm);
 /// A dial's own reading at each trial, its mean where it has none. As simulated: a function of
 /// the measured one would explain its own noise, n log(k) of evidence for any dial that is
 /// called k times less sensitive than it is.

@@ -22,6 +22,14 @@ class Weight {
   /// Of joint values that have no pose nothing is set.
   void take(const Eigen::VectorXd& q, geometry::Assembly assembly, Circumstance& sample);
 
+  /// The same moments, of masses that are not equal: joints x any [m for a unit of weight]. One
+  /// column for a mass at each frame, then three for one that lies off each frame, along its
+  /// axes, by a share of the longest link that ends there: together the linear parameters that
+  /// the torque of gravity has in the links' masses and centres of mass. Empty where nothing
+  /// would be set, or there is no pose.
+  [[nodiscard]] Eigen::MatrixXd of_each_mass(
+      const Eigen::VectorXd& q, geometry::Assembly assembly);
+
  private:
   [[nodiscard]] Eigen::MatrixXd along(const Eigen::Vector3d& down, Eigen::Index joints) const;
 
@@ -30,5 +38,8 @@ class Weight {
   Eigen::VectorXd v_;
   geometry::Frames frames_;
 };
+
+/// The effect that scales these moments, with equal masses. Not null.
+[[nodiscard]] const Effect* compliance_under_weight();
 
 }  // namespace sixdial::simulation

@@ -31,6 +31,12 @@ std::string odds_text(double log_odds) {
 
 std::string found_line(const FoundCause& cause) {
   const std::string size = size_in_words(cause);
+  if (cause.is_doubtful() && cause.tied_with.front().log_odds < 0) {
+    return fmt::format(
+        "Perhaps {}: {}. The points that were not fitted do not show it, though they must if "
+        "it has this size.",
+        named(cause), size);
+  }
   if (cause.is_doubtful()) {
     return fmt::format(
         "Perhaps {}: {}. Too weak to be sure (odds of {} to 1 that there is anything).",

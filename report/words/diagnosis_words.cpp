@@ -222,6 +222,8 @@ std::string covariate_in_words(const std::string& covariate) {
       return "the cuboid's angle";
     case DependsOn::kApproach:
       return fmt::format("the side that joint {} arrives from", known->joint + 1);
+    case DependsOn::kWeight:
+      return fmt::format("how the masses that joint {} carries are spread", known->joint + 1);
     default:
       return covariate;
   }

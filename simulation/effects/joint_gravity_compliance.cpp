@@ -5,6 +5,7 @@
 
 #include "simulation/effect.h"
 #include "simulation/effect_in_code.h"
+#include "simulation/weight.h"
 
 namespace sixdial::simulation {
 namespace {
@@ -114,5 +115,7 @@ constinit const EffectInCode joint_gravity_compliance_in_code{
       if (!carries_links(place)) return {.joints = "q[{joint}] += {1} * weight[{joint}][1]"};
       return {.joints = "q[{joint}] += {0} * weight[{joint}][0] + {1} * weight[{joint}][1]"};
     }};
+
+const Effect* compliance_under_weight() { return &joint_gravity_compliance; }
 
 }  // namespace sixdial::simulation

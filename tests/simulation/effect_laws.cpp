@@ -1,5 +1,6 @@
 #include "tests/simulation/effect_laws.h"
 
+#include <algorithm>
 #include <set>
 
 #include "simulation/effect_words.h"
@@ -141,6 +142,10 @@ EffectLaws::Complaints EffectLaws::says_what_it_is(
     if (here.unit.empty() || !(here.sigma > 0)) result.push_back(name + " lacks unit or size");
     if (here.name != own.name) result.push_back(name + " changes its name by place");
     if (!names.insert(own.name).second) result.push_back(name + " is there twice");
+  }
+  if (effect.never_negative &&
+      std::ranges::none_of(effect.parameters, &EffectParameter::never_negative)) {
+    result.emplace_back("it is never negative, but none of its parameters is said to be so");
   }
   if ((effect.needs & kTime) && !effect.in_time) {
     result.emplace_back("it needs the time, but is not said to be in time");

@@ -172,6 +172,10 @@ TEST_F(Laws, FindWhatIsNotSaid) {
       laws_.says_its_size(effect, place_), Contains("b is not in the words of its size"));
   effect.twin = "";
   EXPECT_THAT(laws_.says_what_it_is(effect, place_), Contains("a name or a text is missing"));
+  effect.never_negative = true;
+  EXPECT_THAT(
+      laws_.says_what_it_is(effect, place_),
+      Contains("it is never negative, but none of its parameters is said to be so"));
   effect.needs = kTime;
   EXPECT_THAT(
       laws_.says_what_it_is(effect, place_),
