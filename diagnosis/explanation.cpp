@@ -108,7 +108,7 @@ Explanation Search::explained(
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
   const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
-      fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
+      known_.fit(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
   for (const Chosen& each : result.chosen) result.evidence -= each.cost;
   for (const ActiveEffect& each : result.fit.effects) {
