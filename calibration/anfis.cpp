@@ -7,6 +7,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "calibration/anfis_kernels.h"
+#include "calibration/anfis_rules.h"
+
 namespace sixdial::calibration {
 namespace {
 
@@ -35,17 +38,22 @@ VectorXd clamped(const AnfisModel& model, const Eigen::Ref<const VectorXd>& inpu
   return input.cwiseMax(model.box_low).cwiseMin(model.box_high);
 }
 
+/// Normalised memberships of one input at its standardised value.
+VectorXd shares(const AnfisModel& model, int input, double x) {
+  VectorXd mu(model.functions);
+  for (int k = 0; k < model.functions; ++k) {
+    mu[k] = membership_of(
+        model.kind, x, model.centre(k, input), model.width(k, input),
+        model.slope.size() > 0 ? model.slope(k, input) : 0.0);
+  }
+  return mu / std::max(mu.sum(), 1e-300);
+}
+
 /// Normalised rule strengths (36) at a standardised input.
 VectorXd strengths(const AnfisModel& model, const VectorXd& x) {
   VectorXd w = VectorXd::Ones(1);
   for (int i = 0; i < model.inputs; ++i) {
-    VectorXd mu(model.functions);
-    for (int k = 0; k < model.functions; ++k) {
-      mu[k] = membership_of(
-          model.kind, x[i], model.centre(k, i), model.width(k, i),
-          model.slope.size() > 0 ? model.slope(k, i) : 0.0);
-    }
-    mu /= std::max(mu.sum(), 1e-300);
+    const VectorXd mu = shares(model, i, x[i]);
     VectorXd next(w.size() * mu.size());
     for (Eigen::Index k = 0; k < mu.size(); ++k) {
       next.segment(k * w.size(), w.size()) = mu[k] * w;
@@ -57,6 +65,63 @@ VectorXd strengths(const AnfisModel& model, const VectorXd& x) {
 
 VectorXd standardised(const AnfisModel& model, const VectorXd& input) {
   return (input - model.input_mean).cwiseQuotient(model.input_scale);
+}
+
+/// Samples in the kernels' layout (anfis_kernels.h).
+struct KernelSamples {
+  Eigen::Index count;
+  MatrixXd x;   // padded x (1 + inputs), ones first
+  MatrixXd nu;  // padded x (inputs * functions)
+  [[nodiscard]] int padded() const { return static_cast<int>(x.rows()); }
+};
+
+KernelSamples in_kernel_layout(const AnfisModel& model, const MatrixXd& inputs) {
+  const int padded = padded_size(static_cast<int>(inputs.rows()));
+  KernelSamples result{
+      inputs.rows(), MatrixXd::Zero(padded, model.inputs + 1),
+      MatrixXd::Zero(padded, static_cast<Eigen::Index>(model.inputs) * model.functions)};
+  for (Eigen::Index a = 0; a < inputs.rows(); ++a) {
+    const VectorXd x = standardised(model, clamped(model, inputs.row(a).transpose()));
+    result.x(a, 0) = 1.0;
+    result.x.row(a).tail(model.inputs) = x.transpose();
+    for (int i = 0; i < model.inputs; ++i) {
+      result.nu.row(a).segment(
+          static_cast<Eigen::Index>(i) * model.functions, model.functions) =
+          shares(model, i, x[i]).transpose();
+    }
+  }
+  return result;
+}
+
+MatrixXd products_of(const AnfisModel& model, const KernelSamples& samples) {
+  MatrixXd K = MatrixXd::Zero(samples.padded(), samples.padded());
+  anfis_gram_dual(
+      model.inputs, model.functions, samples.padded(), samples.x.data(), samples.nu.data(),
+      K.data());
+  return K.topLeftCorner(samples.count, samples.count);
+}
+
+/// Consequents of few samples by the dual form, (AA' + ridge I) alpha = y, theta = A'alpha,
+/// without A; what they answer there.
+VectorXd refit_dual(
+    AnfisModel& model, const MatrixXd& inputs, const VectorXd& targets, double ridge,
+    VectorXd& theta) {
+  const KernelSamples samples = in_kernel_layout(model, inputs);
+  const Eigen::Index n = samples.count;
+  MatrixXd K = products_of(model, samples);
+  K.diagonal().array() += ridge;
+  const Eigen::LLT<MatrixXd> llt(K);
+  VectorXd alpha = VectorXd::Zero(samples.padded());
+  alpha.head(n) = llt.solve(targets);
+  RuleTables rules(model.inputs, model.functions, samples.padded());
+  rules.set(samples.nu);
+  rules.project(samples.x, alpha, theta);
+  VectorXd learned(samples.padded());
+  rules.answer(samples.x, theta, learned);
+  MatrixXd inverse = MatrixXd::Identity(n, n);  // of L: the trace of K^-1 is its squares
+  llt.matrixL().solveInPlace(inverse);
+  model.effective_parameters = static_cast<double>(n) - ridge * inverse.squaredNorm();
+  return learned.head(n);
 }
 
 }  // namespace
@@ -150,6 +215,10 @@ MatrixXd design_matrix(const AnfisModel& model, const MatrixXd& inputs) {
   return A;
 }
 
+MatrixXd design_products(const AnfisModel& model, const MatrixXd& inputs) {
+  return products_of(model, in_kernel_layout(model, inputs));
+}
+
 AnfisModel refit_consequents(
     const AnfisModel& model, const MatrixXd& inputs, const VectorXd& targets, double ridge,
     double output_margin) {
@@ -157,18 +226,13 @@ AnfisModel refit_consequents(
   if (model.functions == 0) return result;
   result.box_low = inputs.colwise().minCoeff();
   result.box_high = inputs.colwise().maxCoeff();
-  const MatrixXd A = design_matrix(result, inputs);
-  const auto n = A.rows();
-  const auto columns = A.cols();
-  VectorXd theta;
-  if (n <= columns) {  // dual: (AA' + ridge I) alpha = y, theta = A'alpha
-    MatrixXd K = A * A.transpose();
-    K.diagonal().array() += ridge;
-    const Eigen::LLT<MatrixXd> llt(K);
-    theta = A.transpose() * llt.solve(targets);
-    result.effective_parameters =
-        static_cast<double>(n) - ridge * llt.solve(MatrixXd::Identity(n, n)).trace();
+  const Eigen::Index columns = static_cast<Eigen::Index>(model.rules()) * (model.inputs + 1);
+  VectorXd theta(columns);
+  VectorXd learned;
+  if (inputs.rows() <= columns) {
+    learned = refit_dual(result, inputs, targets, ridge, theta);
   } else {
+    const MatrixXd A = design_matrix(result, inputs);
     MatrixXd G = A.transpose() * A;
     G.diagonal().array() += ridge;
     const Eigen::LLT<MatrixXd> llt(G);
@@ -176,6 +240,7 @@ AnfisModel refit_consequents(
     result.effective_parameters =
         static_cast<double>(columns) -
         ridge * llt.solve(MatrixXd::Identity(columns, columns)).trace();
+    learned = A * theta;
   }
   const int per_rule = model.inputs + 1;
   result.consequents.resize(model.rules(), per_rule);
@@ -183,7 +248,6 @@ AnfisModel refit_consequents(
     result.consequents.row(r) = theta.segment(r * per_rule, per_rule).transpose();
   }
   result.ridge = ridge;
-  const VectorXd learned = A * theta;
   const double range = learned.maxCoeff() - learned.minCoeff();
   result.output_low = learned.minCoeff() - output_margin * range;
   result.output_high = learned.maxCoeff() + output_margin * range;

@@ -87,6 +87,10 @@ struct AnfisTraining {
 /// (1 + inputs) + input.
 [[nodiscard]] Eigen::MatrixXd design_matrix(
     const AnfisModel& model, const Eigen::MatrixXd& inputs);
+/// A A' of that matrix, samples x samples, of which the lower triangle is meant; without making
+/// A, which is large where many inputs make many rules.
+[[nodiscard]] Eigen::MatrixXd design_products(
+    const AnfisModel& model, const Eigen::MatrixXd& inputs);
 
 /// Largest grid that is trained; above it the number of rules is refused.
 inline constexpr int kMostRules = 4096;

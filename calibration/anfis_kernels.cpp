@@ -125,56 +125,83 @@ HWY_ATTR void gram_columns(int columns, int padded, const double* A, int ld, dou
   }
 }
 
+/// Takes the first `done` columns of L off N vectors of rows, from `row` on, of C columns from
+/// number j on.
+template <std::size_t C, std::size_t N>
+HWY_INLINE HWY_ATTR void take_off(
+    double* K, std::size_t ld, std::size_t done, std::size_t j, std::size_t row) {
+  const D d;
+  const std::size_t step = hn::Lanes(d);
+  V s[C][N];
+  for (std::size_t c = 0; c < C; ++c) {
+    const double* column = K + (j + c) * ld + row;
+    for (std::size_t v = 0; v < N; ++v) s[c][v] = hn::LoadU(d, column + v * step);
+  }
+  for (std::size_t k = 0; k < done; ++k) {
+    const double* left = K + k * ld;
+    V own[N];
+    for (std::size_t v = 0; v < N; ++v) own[v] = hn::LoadU(d, left + row + v * step);
+    for (std::size_t c = 0; c < C; ++c) {
+      const V factor = hn::Set(d, left[j + c]);
+      for (std::size_t v = 0; v < N; ++v) s[c][v] = hn::NegMulAdd(factor, own[v], s[c][v]);
+    }
+  }
+  for (std::size_t c = 0; c < C; ++c) {
+    double* column = K + (j + c) * ld + row;
+    for (std::size_t v = 0; v < N; ++v) hn::StoreU(s[c][v], d, column + v * step);
+  }
+}
+
+/// The first columns of L taken off C columns from number j on. Four at once read L a quarter
+/// as often.
+template <std::size_t C>
+HWY_INLINE HWY_ATTR void take_off_all(
+    double* K, std::size_t ld, std::size_t done, std::size_t j) {
+  const std::size_t step = hn::Lanes(D());
+  std::size_t row = j / kSamplePad * kSamplePad;
+  for (; row + 3 * step <= ld; row += 3 * step) take_off<C, 3>(K, ld, done, j, row);
+  for (; row < ld; row += step) take_off<C, 1>(K, ld, done, j, row);
+}
+
+/// K becomes its Cholesky factor. False if it is not positive definite.
+HWY_ATTR bool factorise(std::ptrdiff_t n, std::ptrdiff_t ld, double* K) {
+  constexpr std::ptrdiff_t kPanel = 4;
+  const D d;
+  const std::ptrdiff_t step = lanes(d);
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    const std::ptrdiff_t first = j / kPanel * kPanel;
+    const bool whole = first + kPanel <= n;
+    if (whole && j == first) {
+      const auto done = static_cast<std::size_t>(first);
+      take_off_all<kPanel>(K, static_cast<std::size_t>(ld), done, done);
+    }
+    const std::ptrdiff_t top = j / kSamplePad * kSamplePad;
+    double* column = K + j * ld;
+    for (std::ptrdiff_t k = whole ? first : 0; k < j; ++k) {
+      const double* left = K + k * ld;
+      const V factor = hn::Set(d, left[j]);
+      for (std::ptrdiff_t row = top; row < ld; row += step) {
+        const V rest = hn::LoadU(d, column + row);
+        hn::StoreU(hn::NegMulAdd(factor, hn::LoadU(d, left + row), rest), d, column + row);
+      }
+    }
+    if (!(column[j] > 0.0)) return false;
+    const V scale = hn::Set(d, 1.0 / std::sqrt(column[j]));
+    for (std::ptrdiff_t row = top; row < ld; row += step) {
+      hn::StoreU(hn::Mul(hn::LoadU(d, column + row), scale), d, column + row);
+    }
+    for (std::ptrdiff_t row = top; row < j; ++row) column[row] = 0.0;
+    for (std::ptrdiff_t row = n; row < ld; ++row) column[row] = 0.0;
+  }
+  return true;
+}
+
 HWY_ATTR bool cholesky(int size, int leading, double* K, double* b) {
   const D d;
   const std::ptrdiff_t n = size;
   const std::ptrdiff_t ld = leading;
   const std::ptrdiff_t step = lanes(d);
-  for (std::ptrdiff_t j = 0; j < n; ++j) {
-    double* column = K + j * ld;
-    const std::ptrdiff_t top = j / kSamplePad * kSamplePad;
-    std::ptrdiff_t row = top;
-    for (; row + 4 * step <= ld; row += 4 * step) {
-      V s0 = hn::LoadU(d, column + row);
-      V s1 = hn::LoadU(d, column + row + step);
-      V s2 = hn::LoadU(d, column + row + 2 * step);
-      V s3 = hn::LoadU(d, column + row + 3 * step);
-      for (std::ptrdiff_t k = 0; k < j; ++k) {
-        const double* left = K + k * ld;
-        const V factor = hn::Set(d, left[j]);
-        s0 = hn::NegMulAdd(factor, hn::LoadU(d, left + row), s0);
-        s1 = hn::NegMulAdd(factor, hn::LoadU(d, left + row + step), s1);
-        s2 = hn::NegMulAdd(factor, hn::LoadU(d, left + row + 2 * step), s2);
-        s3 = hn::NegMulAdd(factor, hn::LoadU(d, left + row + 3 * step), s3);
-      }
-      hn::StoreU(s0, d, column + row);
-      hn::StoreU(s1, d, column + row + step);
-      hn::StoreU(s2, d, column + row + 2 * step);
-      hn::StoreU(s3, d, column + row + 3 * step);
-    }
-    for (; row < ld; row += step) {
-      V even = hn::LoadU(d, column + row);
-      V odd = hn::Zero(d);
-      std::ptrdiff_t k = 0;
-      for (; k + 2 <= j; k += 2) {
-        const double* left = K + k * ld;
-        even = hn::NegMulAdd(hn::Set(d, left[j]), hn::LoadU(d, left + row), even);
-        odd = hn::NegMulAdd(hn::Set(d, left[ld + j]), hn::LoadU(d, left + ld + row), odd);
-      }
-      if (k < j) {
-        const double* left = K + k * ld;
-        even = hn::NegMulAdd(hn::Set(d, left[j]), hn::LoadU(d, left + row), even);
-      }
-      hn::StoreU(hn::Add(even, odd), d, column + row);
-    }
-    if (!(column[j] > 0.0)) return false;
-    const V scale = hn::Set(d, 1.0 / std::sqrt(column[j]));
-    for (row = top; row < ld; row += step) {
-      hn::StoreU(hn::Mul(hn::LoadU(d, column + row), scale), d, column + row);
-    }
-    for (row = top; row < j; ++row) column[row] = 0.0;
-    for (row = n; row < ld; ++row) column[row] = 0.0;
-  }
+  if (!factorise(n, ld, K)) return false;
   for (std::ptrdiff_t j = 0; j < n; ++j) {  // L y = b
     const double* column = K + j * ld;
     const double y = b[j] / column[j];
@@ -224,43 +251,6 @@ HWY_ATTR void rules(int inputs, int functions, int padded, const double* nu, dou
   }
 }
 
-HWY_ATTR void project(
-    int rule_count, int inputs, int padded, const double* w, const double* x,
-    const double* alpha, double* result) {
-  const D d;
-  const std::ptrdiff_t n = padded;
-  for (std::ptrdiff_t r = 0; r < rule_count; ++r) {
-    for (std::ptrdiff_t c = 0; c <= inputs; ++c) {
-      V sum = hn::Zero(d);
-      for (std::ptrdiff_t a = 0; a < n; a += lanes(d)) {
-        const V wa = hn::Mul(hn::LoadU(d, w + r * n + a), hn::LoadU(d, alpha + a));
-        sum = hn::MulAdd(wa, hn::LoadU(d, x + c * n + a), sum);
-      }
-      result[r * (inputs + 1) + c] = hn::GetLane(hn::SumOfLanes(d, sum));
-    }
-  }
-}
-
-HWY_ATTR void outputs(
-    int rule_count, int inputs, int padded, const double* w, const double* x, const double* B,
-    double* v, double* out) {
-  const D d;
-  const std::ptrdiff_t n = padded;
-  for (std::ptrdiff_t a = 0; a < n; a += lanes(d)) {
-    V total = hn::Zero(d);
-    for (std::ptrdiff_t r = 0; r < rule_count; ++r) {
-      V f = hn::Zero(d);
-      for (std::ptrdiff_t c = 0; c <= inputs; ++c) {
-        f = hn::MulAdd(hn::Set(d, B[r * (inputs + 1) + c]), hn::LoadU(d, x + c * n + a), f);
-      }
-      f = hn::Mul(f, hn::LoadU(d, w + r * n + a));
-      hn::StoreU(f, d, v + r * n + a);
-      total = hn::Add(total, f);
-    }
-    hn::StoreU(total, d, out + a);
-  }
-}
-
 HWY_ATTR double dot_of_three(int padded, const double* a, const double* b, const double* c) {
   const D d;
   V sum = hn::Zero(d);
@@ -269,13 +259,6 @@ HWY_ATTR double dot_of_three(int padded, const double* a, const double* b, const
         hn::MulAdd(hn::Mul(hn::LoadU(d, a + k), hn::LoadU(d, b + k)), hn::LoadU(d, c + k), sum);
   }
   return hn::GetLane(hn::SumOfLanes(d, sum));
-}
-
-HWY_ATTR void add(int padded, double* a, const double* b) {
-  const D d;
-  for (std::ptrdiff_t k = 0; k < padded; k += lanes(d)) {
-    hn::StoreU(hn::Add(hn::LoadU(d, a + k), hn::LoadU(d, b + k)), d, a + k);
-  }
 }
 
 }  // namespace sixdial::calibration::HWY_NAMESPACE
@@ -289,10 +272,7 @@ HWY_EXPORT(gram_dual);
 HWY_EXPORT(gram_columns);
 HWY_EXPORT(cholesky);
 HWY_EXPORT(rules);
-HWY_EXPORT(project);
-HWY_EXPORT(outputs);
 HWY_EXPORT(dot_of_three);
-HWY_EXPORT(add);
 
 void anfis_memberships(
     MembershipKind kind, int functions, int padded, const double* x, const double* centre,
@@ -312,20 +292,9 @@ bool cholesky_solve(int n, int ld, double* K, double* b) {
 void anfis_rules(int inputs, int functions, int padded, const double* nu, double* w) {
   HWY_DYNAMIC_DISPATCH(rules)(inputs, functions, padded, nu, w);
 }
-void anfis_project(
-    int rule_count, int inputs, int padded, const double* w, const double* x,
-    const double* alpha, double* result) {
-  HWY_DYNAMIC_DISPATCH(project)(rule_count, inputs, padded, w, x, alpha, result);
-}
-void anfis_outputs(
-    int rule_count, int inputs, int padded, const double* w, const double* x, const double* B,
-    double* v, double* out) {
-  HWY_DYNAMIC_DISPATCH(outputs)(rule_count, inputs, padded, w, x, B, v, out);
-}
 double dot3(int padded, const double* a, const double* b, const double* c) {
   return HWY_DYNAMIC_DISPATCH(dot_of_three)(padded, a, b, c);
 }
-void add_to(int padded, double* a, const double* b) { HWY_DYNAMIC_DISPATCH(add)(padded, a, b); }
 
 }  // namespace sixdial::calibration
 #endif  // HWY_ONCE

@@ -1,6 +1,7 @@
-// The inner loops of an ANFIS epoch, vectorised over samples. Sample arrays are padded to whole
-// vectors; entry `a` of array `k` is at [k * padded + a]. The padding has one[a] = 0, so it
-// weighs nothing. calibration/anfis.cpp holds the plain formulas that tests compare with.
+// The inner loops of an ANFIS epoch, vectorised over samples; those over all rules:
+// anfis_rules.h. Sample arrays are padded to whole vectors; entry `a` of array `k` is at [k *
+// padded + a]. The padding has one[a] = 0, so it weighs nothing. calibration/anfis.cpp holds
+// the plain formulas that tests compare with.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,20 +48,7 @@ void gram_primal(int columns, int padded, const double* A, int ld, double* G);
 /// Rule outputs: w_r = product of nu, for each rule r (input 0 varies fastest).
 void anfis_rules(int inputs, int functions, int padded, const double* nu, double* w);
 
-/// sum over samples of w_r x_c alpha, for each rule and each of (one, x_1 ..): rules x
-/// (inputs+1), rule-major.
-void anfis_project(
-    int rules, int inputs, int padded, const double* w, const double* x, const double* alpha,
-    double* result);
-
-/// v_r = w_r (B_r . (one, x)) for each rule, and out = sum of v_r (38).
-void anfis_outputs(
-    int rules, int inputs, int padded, const double* w, const double* x, const double* B,
-    double* v, double* out);
-
 /// Dot product of three arrays.
 [[nodiscard]] double dot3(int padded, const double* a, const double* b, const double* c);
-/// a += b.
-void add_to(int padded, double* a, const double* b);
 
 }  // namespace sixdial::calibration

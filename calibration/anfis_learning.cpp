@@ -6,12 +6,13 @@ namespace sixdial::calibration {
 
 AnfisReport learn_anfis(
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets,
-    const AnfisLearning& settings, const std::stop_token& stop) {
+    const AnfisLearning& settings, const std::stop_token& stop, const AnfisSelector* selector) {
   AnfisReport report;
   report.samples = static_cast<int>(inputs.rows());
   AnfisSettings anfis = settings.anfis;
   if (settings.cross_validate) {
-    report.selection = select_anfis(inputs, targets, anfis.kind);
+    report.selection = selector != nullptr ? selector->select(targets)
+                                           : select_anfis(inputs, targets, anfis.kind);
     anfis.functions = report.selection->chosen.functions;
     anfis.ridge = report.selection->chosen.ridge;
     if (anfis.functions == 0) {

@@ -31,10 +31,12 @@ struct AnfisLearning {
   std::uint64_t seed = 1;
 };
 
-/// inputs: samples x inputs; targets: samples [mm].
+/// inputs: samples x inputs; targets: samples [mm]. `selector`: of these inputs, where several
+/// outputs are learned at them; null: their own.
 [[nodiscard]] AnfisReport learn_anfis(
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets,
-    const AnfisLearning& settings, const std::stop_token& stop = {});
+    const AnfisLearning& settings, const std::stop_token& stop = {},
+    const AnfisSelector* selector = nullptr);
 
 /// What networks, one an output, have learned at joint values [mm]: add it to f(v).
 [[nodiscard]] Eigen::VectorXd anfis_correction(

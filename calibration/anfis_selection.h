@@ -33,17 +33,52 @@ struct AnfisSelection {
   AnfisCandidate as_printed;  // the paper's setting, for comparison; never chosen
 };
 
+/// Ridge least squares at one set of samples, each left out in turn. What it rests on is the
+/// same for all targets, and is worked out once.
+class LeaveOneOut {
+ public:
+  /// Of the design, samples x columns.
+  explicit LeaveOneOut(const Eigen::MatrixXd& A);
+  /// Of AA' (its lower triangle), which is the smaller one where there are few samples.
+  [[nodiscard]] static LeaveOneOut of_products(const Eigen::MatrixXd& products);
+
+  /// target - prediction without its pose: samples x ridges. `poses`: rows of each pose
+  /// (pose_groups.h), which are left out together. `effective`: the trace of the hat matrix for
+  /// each ridge.
+  [[nodiscard]] Eigen::MatrixXd errors(
+      const Eigen::VectorXd& targets, const std::vector<double>& ridges,
+      const std::vector<std::vector<int>>& poses, std::vector<double>& effective) const;
+
+ private:
+  LeaveOneOut() = default;
+  bool of_products_ = true;
+  Eigen::MatrixXd vectors_;  // eigenvectors U of AA'; or A V, with those of A'A
+  Eigen::VectorXd values_;
+};
+
+/// Chooses networks for any number of outputs at the same samples.
+class AnfisSelector {
+ public:
+  /// Inputs: samples x inputs.
+  AnfisSelector(
+      const Eigen::MatrixXd& inputs, MembershipKind kind, AnfisSelectionSettings settings = {});
+  /// Targets: samples.
+  [[nodiscard]] AnfisSelection select(const Eigen::VectorXd& targets) const;
+
+ private:
+  AnfisSelectionSettings settings_;
+  std::vector<std::vector<int>> poses_;
+  struct Grid {
+    int functions;
+    LeaveOneOut without_one;
+  };
+  std::vector<Grid> grids_;
+};
+
 /// Inputs: samples x inputs; targets: samples.
 [[nodiscard]] AnfisSelection select_anfis(
     const Eigen::MatrixXd& inputs, const Eigen::VectorXd& targets, MembershipKind kind,
     const AnfisSelectionSettings& settings = {});
-
-/// Leave-one-out errors of ridge least squares, target - prediction without its pose: samples x
-/// ridges. `poses`: rows of each pose (pose_groups.h), which are left out together.
-/// `effective`: the trace of the hat matrix for each ridge.
-[[nodiscard]] Eigen::MatrixXd leave_one_out_errors(
-    const Eigen::MatrixXd& A, const Eigen::VectorXd& targets, const std::vector<double>& ridges,
-    const std::vector<std::vector<int>>& poses, std::vector<double>& effective);
 
 /// The network times `gain`, bounds included.
 [[nodiscard]] AnfisModel scaled(AnfisModel model, double gain);

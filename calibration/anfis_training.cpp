@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "calibration/anfis.h"
+#include "calibration/anfis_kernels.h"
+#include "calibration/anfis_rules.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -28,7 +30,6 @@ class Block {
         padded_(padded_size(n_)),
         inputs_(model.inputs),
         functions_(model.functions),
-        rules_(model.rules()),
         bell_(model.kind == MembershipKind::kBell),
         x_(MatrixXd::Zero(padded_, inputs_ + 1)),
         y_(VectorXd::Zero(padded_)),
@@ -36,8 +37,7 @@ class Block {
         by_centre_(padded_, inputs_ * functions_),
         by_width_(padded_, inputs_ * functions_),
         by_slope_(padded_, bell_ ? inputs_ * functions_ : 0),
-        w_(padded_, rules_),
-        v_(padded_, rules_),
+        rules_(inputs_, functions_, padded_),
         out_(VectorXd::Zero(padded_)) {
     for (int a = 0; a < n_; ++a) {
       x_(a, 0) = 1.0;
@@ -58,23 +58,21 @@ class Block {
           {nu_.col(at).data(), by_centre_.col(at).data(), by_width_.col(at).data(),
            bell_ ? by_slope_.col(at).data() : nullptr});
     }
-    anfis_rules(inputs_, functions_, padded_, nu_.data(), w_.data());
+    rules_.set(nu_);
   }
 
   /// Outputs with consequents B (rule-major); returns the root mean squared error.
   double answer(const VectorXd& B) {
-    anfis_outputs(
-        rules_, inputs_, padded_, w_.data(), x_.data(), B.data(), v_.data(), out_.data());
+    rules_.answer(x_, B, out_);
     return std::sqrt((y_ - out_).head(n_).squaredNorm() / n_);
   }
 
-  int n_, padded_, inputs_, functions_, rules_;
+  int n_, padded_, inputs_, functions_;
   bool bell_;
   MatrixXd x_;  // padded x (1 + inputs), ones first
   VectorXd y_;
   MatrixXd nu_, by_centre_, by_width_, by_slope_;  // padded x (inputs * functions)
-  MatrixXd w_;                                     // padded x rules
-  MatrixXd v_;
+  RuleTables rules_;
   VectorXd out_;
 };
 
@@ -84,11 +82,13 @@ class Trainer {
       : model_(model),
         block_(block),
         ridge_(ridge),
-        columns_(block.rules_ * (block.inputs_ + 1)),
+        rule_count_(model.rules()),
+        columns_(rule_count_ * (block.inputs_ + 1)),
         dual_(block.n_ <= columns_),
         ld_(padded_size(dual_ ? block.n_ : columns_)),
         gram_(MatrixXd::Zero(ld_, ld_)),
         right_(VectorXd::Zero(ld_)),
+        strength_(dual_ ? 0 : block.padded_, dual_ ? 0 : rule_count_),
         design_(dual_ ? 0 : block.padded_, dual_ ? 0 : columns_),
         B_(VectorXd::Zero(columns_)),
         part_(block.padded_),
@@ -103,15 +103,15 @@ class Trainer {
       gram_.diagonal().array() += ridge_;
       right_ = block_.y_;
       if (!cholesky_solve(block_.n_, ld_, gram_.data(), right_.data())) return false;
-      anfis_project(
-          block_.rules_, block_.inputs_, block_.padded_, block_.w_.data(), block_.x_.data(),
-          right_.data(), B_.data());
+      block_.rules_.project(block_.x_, right_, B_);
       return true;
     }
     const int per_rule = block_.inputs_ + 1;
-    for (int r = 0; r < block_.rules_; ++r) {
+    anfis_rules(
+        block_.inputs_, block_.functions_, block_.padded_, block_.nu_.data(), strength_.data());
+    for (int r = 0; r < rule_count_; ++r) {
       for (int c = 0; c < per_rule; ++c) {
-        design_.col(r * per_rule + c) = block_.w_.col(r).cwiseProduct(block_.x_.col(c));
+        design_.col(r * per_rule + c) = strength_.col(r).cwiseProduct(block_.x_.col(c));
       }
     }
     gram_primal(columns_, block_.padded_, design_.data(), ld_, gram_.data());
@@ -130,17 +130,12 @@ class Trainer {
     MatrixXd g_centre(block_.functions_, block_.inputs_);
     MatrixXd g_width = g_centre;
     MatrixXd g_slope = MatrixXd::Zero(g_centre.rows(), g_centre.cols());
-    int stride = 1;
     for (int i = 0; i < block_.inputs_; ++i) {
       for (int k = 0; k < block_.functions_; ++k) {
         // d out / dp = d ln(mu)/dp (sum of the rules that use mu - nu * out)
         const Eigen::Index at = static_cast<Eigen::Index>(i) * block_.functions_ + k;
         part_ = -block_.nu_.col(at).cwiseProduct(block_.out_);
-        for (int r = 0; r < block_.rules_; ++r) {
-          if (r / stride % block_.functions_ == k) {
-            add_to(block_.padded_, part_.data(), block_.v_.col(r).data());
-          }
-        }
+        block_.rules_.add_rules_of(i, k, part_);
         const auto along = [&](const MatrixXd& by) {
           return dot3(block_.padded_, error_.data(), part_.data(), by.col(at).data());
         };
@@ -148,7 +143,6 @@ class Trainer {
         g_width(k, i) = along(block_.by_width_);
         if (block_.bell_) g_slope(k, i) = along(block_.by_slope_);
       }
-      stride *= block_.functions_;
     }
     const double norm =
         std::sqrt(g_centre.squaredNorm() + g_width.squaredNorm() + g_slope.squaredNorm());
@@ -165,11 +159,13 @@ class Trainer {
   const AnfisModel& model_;
   Block& block_;
   double ridge_;
+  int rule_count_;
   int columns_;
   bool dual_;
   int ld_;
   MatrixXd gram_;
   VectorXd right_;
+  MatrixXd strength_;  // padded x rules
   MatrixXd design_;
   VectorXd B_;
   VectorXd part_;

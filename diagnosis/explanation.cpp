@@ -119,7 +119,7 @@ Explanation Search::explained(
   Explanation result{std::move(chosen), std::move(unknown), {}, 0.0};
   const Eigen::MatrixXd random = random_columns(readings_.count(), result.unknown);
   result.fit =
-      fit_jointly(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
+      known_.fit(readings_, from.model, std::move(sizes), afresh ? nullptr : &from, random);
   result.evidence = result.fit.log_likelihood;
   for (const Chosen& each : result.chosen) result.evidence -= each.cost;
   for (std::size_t i = 0; i < result.fit.effects.size(); ++i) {

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "diagnosis/known_fits.h"
 #include "diagnosis/naming.h"
 #include "diagnosis/stand_ins.h"
 #include "diagnosis/thresholds.h"
@@ -34,7 +35,7 @@ struct Explanation {
 
 class Search {
  public:
-  /// `readings` and `settings` must outlive it.
+  /// `readings` and `settings` must outlive it, and stay as they are.
   Search(
       const Readings& readings, const NamingSettings& settings,
       std::vector<Hypothesis> hypotheses)
@@ -107,6 +108,7 @@ class Search {
   const Readings& readings_;
   const NamingSettings& settings_;
   std::vector<Hypothesis> hypotheses_;
+  mutable KnownFits known_;
 };
 
 }  // namespace sixdial::diagnosis

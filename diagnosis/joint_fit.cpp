@@ -52,7 +52,9 @@ void weigh(
   const double n = static_cast<double>(e.size());
   if (fit.weight.size() != e.size()) fit.weight = Eigen::VectorXd::Ones(e.size());
   fit.shift_mm = Eigen::VectorXd::Zero(e.size());
-  for (int pass = 0; pass < 3; ++pass) {
+  constexpr int kPasses = 3;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const bool last = pass + 1 == kPasses;  // only its likelihood is told
     double squares = 0.0;
     double good = 0.0;
     fit.log_likelihood = 0.0;
@@ -73,7 +75,7 @@ void weigh(
       const double z = own_mm / s_mm;
       const double as_good = (1 - fit.gross_share) * density / s_mm * std::exp(-0.5 * z * z);
       fit.weight[i] = as_good / (as_good + as_gross);
-      fit.log_likelihood += std::log(as_good + as_gross);
+      if (last) fit.log_likelihood += std::log(as_good + as_gross);
       squares += fit.weight[i] * std::pow(own_mm / fit.noise[i], 2);
       good += fit.weight[i];
     }

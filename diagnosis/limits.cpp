@@ -9,52 +9,20 @@
 
 #include "calibration/column_products.h"
 #include "calibration/crew.h"
-#include "calibration/random.h"
 #include "diagnosis/absorbers.h"
-#include "diagnosis/drawn_noise.h"
 #include "diagnosis/eliminated.h"
-#include "diagnosis/evidence.h"
+#include "diagnosis/limit_power.h"
 #include "diagnosis/limit_search.h"
 #include "diagnosis/significance.h"
 #include "diagnosis/thresholds.h"
 #include "diagnosis/unknown.h"
-#include "diagnosis/unnamed_rival.h"
 #include "geometry/long_work.h"
 
 namespace sixdial::diagnosis {
 namespace {
 
 constexpr double kPower = 0.8;
-constexpr int kDraws = 160;  // the power is known to 3 %
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t kDirectionStream = 74;
-
-/// A hypothesis' weighted columns at one searched value. What is shared by two, C'PD with P for
-/// all that was fitted, is weighted' x projected: with random columns in the fit, which have
-/// priors, P is no projection of the readings alone, so that P P is not P.
-struct Columns {
-  Eigen::MatrixXd weighted;
-  Eigen::MatrixXd projected;
-  Eigen::MatrixXd noise;    // weighted' x noise, one column a draw
-  Eigen::VectorXd sizes;    // a plausible size of each column's parameter
-  bool one_sided = false;   // none of them can be negative
-  Eigen::MatrixXd normal;   // weighted' x projected
-  Eigen::MatrixXd inverse;  // of it
-  MarginalEvidence evidence;
-  [[nodiscard]] Eigen::VectorXd squares_of_plausible() const {
-    return (normal.diagonal().array() * sizes.array().square()).max(0.0).matrix();
-  }
-};
-
-/// A hypothesis at a few searched values.
-struct Seen {
-  Hypothesis hypothesis;
-  std::vector<Columns> values;
-  double surviving = 1.0;
-  double searched = 1.0;  // values, of which a few are here
-  double tries = 1.0;     // of its search
-  Eigen::VectorXd raw;    // first parameter's column, weighted, not projected
-};
 
 /// What one session can show: each hypothesis against its rivals.
 class LimitStudy {
@@ -66,7 +34,7 @@ class LimitStudy {
         fit_(fit),
         projector_(fit),
         settings_(settings),
-        noise_(projector_, kDraws) {
+        noise_(projector_, kLimitDraws) {
     const simulation::ExtendedModel extended(readings.model(), fit.effects);
     const Eigen::VectorXd simulated = readings.simulate(fit.model, extended);
     all_.resize(hypotheses.size());
@@ -76,8 +44,9 @@ class LimitStudy {
       if (hypotheses[k].effect->exchanges_dials) return;  // no size to be told
       all_[k] = seen_of(hypotheses[k], extended, simulated);
     });
-    std::erase_if(all_, [](const Seen& each) { return each.values.empty(); });
-    for (const Seen& each : all_) needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
+    std::erase_if(all_, [](const SeenEffect& each) { return each.values.empty(); });
+    for (const SeenEffect& each : all_)
+      needs_time_ = needs_time_ || each.hypothesis.effect->in_time;
     if (needs_time_) add_smooth_in_time();
     add_rig_rivals();
     // The prior of one among so many: the search tries all that can be tested.
@@ -129,16 +98,11 @@ class LimitStudy {
     return true;
   }
 
-  /// What does best of its kind, without a name, what one value of an effect does.
-  struct BestUnnamed {
-    const UnnamedRival* of = nullptr;
-    UnnamedRival::Shared shared;
-    double score = 0.0;
-  };
   /// By value of the effect: the best of each kind.
-  [[nodiscard]] std::vector<std::vector<BestUnnamed>> best_unnamed(const Seen& own) const {
+  [[nodiscard]] std::vector<std::vector<BestUnnamed>> best_unnamed(
+      const SeenEffect& own) const {
     std::vector<std::vector<BestUnnamed>> result;
-    for (const Columns& at : own.values) {
+    for (const LimitColumns& at : own.values) {
       std::vector<BestUnnamed>& best = result.emplace_back();
       for (const UnnamedRival& each : unnamed_) {
         if (!is_rival(each.kind(), own.hypothesis)) continue;
@@ -158,10 +122,10 @@ class LimitStudy {
     return result;
   }
 
-  [[nodiscard]] Seen seen_of(
+  [[nodiscard]] SeenEffect seen_of(
       const Hypothesis& each, const simulation::ExtendedModel& extended,
       const Eigen::VectorXd& simulated) const {
-    Seen seen{each, {}, 1.0, 1.0, 1.0, {}};
+    SeenEffect seen{each, {}, 1.0, 1.0, 1.0, {}};
     std::vector<double> values{0.0};
     if (each.effect->searched) {
       values =
@@ -175,7 +139,7 @@ class LimitStudy {
       const Eigen::MatrixXd raw = projector_.whitening()(
           effect_columns(readings_, fit_.model, extended, at_rest(each, value), simulated));
       Eigen::MatrixXd kept(raw.rows(), 0);
-      Columns columns;
+      LimitColumns columns;
       for (Eigen::Index i = 0; i < raw.cols(); ++i) {
         const auto here =
             simulation::parameter_at(*each.effect, each.place, static_cast<int>(i));
@@ -202,7 +166,7 @@ class LimitStudy {
     return seen;
   }
 
-  [[nodiscard]] Limit limit_of(const Seen& own) const {
+  [[nodiscard]] Limit limit_of(const SeenEffect& own) const {
     Limit limit;
     limit.hypothesis = own.hypothesis;
     const auto parameter =
@@ -217,20 +181,11 @@ class LimitStudy {
     return limit;
   }
 
-  /// A rival at the searched value that takes most of the signal over.
-  struct Rival {
-    const Seen* seen;
-    std::vector<const Columns*> at;      // for each value of the one that is there
-    std::vector<Eigen::MatrixXd> cross;  // its columns' x those of the one that is there
-    std::vector<double> cost;            // of its search
-    double evidence = 0.0;               // of a signal that is well seen, at most
-  };
-
   /// Mean over the parameters of an effect, each alone at a size that is named, without noise:
   /// `evidence(x, squares of what is left)`.
   template <typename Evidence>
   [[nodiscard]] double evidence_of_well_seen(
-      const Columns& at, const Evidence& evidence) const {
+      const LimitColumns& at, const Evidence& evidence) const {
     constexpr double kSeen = 40.0;  // squares of a signal that is named, over the noise's
     const double s2 = projector_.squares() / projector_.freedom();
     const Eigen::VectorXd squares = at.squares_of_plausible();  // of each column's signal
@@ -244,125 +199,38 @@ class LimitStudy {
     return sum / static_cast<double>(at.sizes.size());
   }
 
-  void find_sizes(const Seen& own, Limit& limit) const {
-    const std::vector<Rival> rivals = hardest_rivals(own);
-    const std::vector<double> own_cost = held_against(own, own).cost;
-    const std::vector<std::vector<BestUnnamed>> unnamed = best_unnamed(own);
+  void find_sizes(const SeenEffect& own, Limit& limit) const {
+    const LimitPower::Study study{projector_, noise_, settings_, catalogue_, prior_cost_};
+    const LimitPower power(
+        study, own, {held_against(own, own).cost, hardest_rivals(own), best_unnamed(own)});
     double most = 0.0;  // signal of a plausible size, in any direction
-    for (const Columns& each : own.values) {
+    for (const LimitColumns& each : own.values) {
       most = std::max(most, std::sqrt(each.squares_of_plausible().sum()));
     }
     const double s_mm = std::sqrt(projector_.squares() / projector_.freedom());
     const double low = 1e-1 * s_mm / std::max(1e-300, most) * limit.plausible;
     const double high = 1e7 * low;
-    std::vector<int> lost(rivals.size());
     limit.detect = least_size(low, high, [&](double size) {
-      return counted(own, own_cost, rivals, unnamed, size / limit.plausible, lost).detected >=
-             kPower;
+      return power.detected(size / limit.plausible) >= kPower;
     });
-    limit.name = least_size(low, high, [&](double size) {
-      return counted(own, own_cost, rivals, unnamed, size / limit.plausible, lost).named >=
-             kPower;
-    });
+    limit.name = least_size(
+        low, high, [&](double size) { return power.named(size / limit.plausible) >= kPower; });
     limit.name = std::max(limit.name, limit.detect);
     // The rival that most often stands in the way, just below the limit.
     const double near = std::isfinite(limit.name) ? 0.8 * limit.name : high;
-    std::ranges::fill(lost, 0);
-    (void)counted(own, own_cost, rivals, unnamed, near / limit.plausible, lost);
-    const auto worst = std::ranges::max_element(lost);
-    if (worst != lost.end()) {
-      limit.rival = rivals[static_cast<std::size_t>(worst - lost.begin())].seen->hypothesis;
+    if (const LimitRival* worst = power.worst_rival(near / limit.plausible)) {
+      limit.rival = worst->seen->hypothesis;
     }
-  }
-
-  struct Power {
-    double detected = 0.0;  // something is found
-    double named = 0.0;     // for certain, and rightly
-  };
-  /// Of an effect of so many plausible sizes. `lost`: how often each rival was as good.
-  [[nodiscard]] Power counted(
-      const Seen& own, const std::vector<double>& own_cost, const std::vector<Rival>& rivals,
-      const std::vector<std::vector<BestUnnamed>>& unnamed, double times,
-      std::vector<int>& lost) const {
-    Power power;
-    const double implausible = implausibility(times);
-    for (int draw = 0; draw < kDraws; ++draw) {
-      const std::size_t v = static_cast<std::size_t>(draw) % own.values.size();
-      const Columns& at = own.values[v];
-      Eigen::VectorXd x = times * at.sizes.cwiseProduct(direction(at.sizes.size(), draw));
-      if (at.one_sided) x = x.cwiseAbs();
-      const Eigen::VectorXd signal = at.normal * x;
-      const Eigen::VectorXd right = signal + at.noise.col(draw);
-      const double sse = noise_.squares[draw] + 2 * x.dot(at.noise.col(draw)) + x.dot(signal);
-      const double freedom = projector_.freedom();
-      const double evidence = at.evidence(right, sse, freedom) - own_cost[v] - implausible;
-      double best = evidence;
-      double p_value = p_value_of(own, at, right, sse);
-      bool tied = evidence - prior_cost_ < settings_.tie_log_odds;
-      for (std::size_t r = 0; r < rivals.size(); ++r) {
-        const Columns& other = *rivals[r].at[v];
-        const Eigen::VectorXd theirs = rivals[r].cross[v] * x + other.noise.col(draw);
-        const Eigen::VectorXd sizes = other.inverse * theirs;
-        if (other.one_sided && sizes[0] < 0) continue;  // such a size cannot be
-        const double rival = other.evidence(theirs, sse, freedom) - rivals[r].cost[v] -
-                             implausibility(sizes.cwiseQuotient(other.sizes).norm());
-        best = std::max(best, rival);
-        p_value = std::min(p_value, p_value_of(*rivals[r].seen, other, theirs, sse));
-        if (evidence - rival >= settings_.tie_log_odds) continue;
-        tied = true;
-        ++lost[r];
-      }
-      double background = 0.0;  // what the dials do by themselves is no finding
-      for (const BestUnnamed& each : unnamed[v]) {
-        const double rival = each.of->evidence(each.shared, x, draw, sse, freedom);
-        tied = tied || evidence - prior_cost_ - rival < settings_.tie_log_odds;
-        if (is_background(each.of->kind())) background = std::max(background, rival);
-      }
-      // As likely as what dials do by themselves is enough to be told (growing.cpp).
-      const double found = best - prior_cost_;
-      const bool told = is_told(found, p_value);
-      power.detected += told && found >= background;
-      power.named += told && !tied;
-    }
-    power.detected /= kDraws;
-    power.named /= kDraws;
-    return power;
-  }
-
-  /// Chance alone doing as well as these columns at the best value of their search.
-  [[nodiscard]] double p_value_of(
-      const Seen& of, const Columns& at, const Eigen::VectorXd& right, double sse) const {
-    const double explained = std::clamp(right.dot(at.inverse * right), 0.0, sse * (1 - 1e-12));
-    const double gain = -0.5 * projector_.freedom() * std::log1p(-explained / sse);
-    return p_value_of_best(p_value_of_gain(gain, static_cast<int>(right.size())), of.tries);
-  }
-
-  /// Whether the search would take it up (growing.cpp), where no reading is gross: by chance
-  /// alone rarely the best of the whole catalogue.
-  [[nodiscard]] bool is_told(double log_odds, double p_value) const {
-    return log_odds >= settings_.least_log_odds &&
-           p_value_of_best(p_value, catalogue_) <= settings_.false_alarm_level;
-  }
-
-  /// Of a draw: a unit vector, any.
-  [[nodiscard]] static Eigen::VectorXd direction(Eigen::Index count, int draw) {
-    Eigen::VectorXd result(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      result[i] = calibration::random_normal(
-          1, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(draw), 0,
-          kDirectionStream);
-    }
-    return result.normalized();
   }
 
   /// How well a hypothesis explains each value of `own`; of itself, what its search costs.
-  [[nodiscard]] Rival held_against(const Seen& own, const Seen& other) const {
-    Rival rival{&other, {}, {}, {}, -kInfinite};
-    for (const Columns& at : own.values) {
+  [[nodiscard]] LimitRival held_against(const SeenEffect& own, const SeenEffect& other) const {
+    LimitRival rival{&other, {}, {}, {}, -kInfinite};
+    for (const LimitColumns& at : own.values) {
       std::vector<double> evidences;
       std::size_t best = 0;
       rival.cross.emplace_back();
-      for (const Columns& there : other.values) {
+      for (const LimitColumns& there : other.values) {
         Eigen::MatrixXd cross = calibration::column_products(there.weighted, at.projected);
         evidences.push_back(evidence_of_well_seen(at, [&](const auto& x, double sse) {
           return there.evidence(cross * x, sse, projector_.freedom());
@@ -379,16 +247,18 @@ class LimitStudy {
   }
 
   /// The five that explain most of a signal that is well seen.
-  [[nodiscard]] std::vector<Rival> hardest_rivals(const Seen& own) const {
-    std::vector<Rival> result;
-    for (const Seen& other : all_) {
+  [[nodiscard]] std::vector<LimitRival> hardest_rivals(const SeenEffect& own) const {
+    std::vector<LimitRival> result;
+    for (const SeenEffect& other : all_) {
       if (other.hypothesis == own.hypothesis || other.surviving < kLeastSurviving) continue;
       result.push_back(held_against(own, other));
     }
-    std::stable_sort(result.begin(), result.end(), [](const Rival& a, const Rival& b) {
-      return a.evidence != b.evidence ? a.evidence > b.evidence
-                                      : a.seen->hypothesis.name() < b.seen->hypothesis.name();
-    });
+    std::stable_sort(
+        result.begin(), result.end(), [](const LimitRival& a, const LimitRival& b) {
+          return a.evidence != b.evidence
+                     ? a.evidence > b.evidence
+                     : a.seen->hypothesis.name() < b.seen->hypothesis.name();
+        });
     constexpr std::size_t kHardest = 5;
     if (result.size() > kHardest) result.erase(result.begin() + kHardest, result.end());
     return result;
@@ -399,7 +269,7 @@ class LimitStudy {
   Projector projector_;
   const NamingSettings& settings_;
   const DrawnNoise noise_;
-  std::vector<Seen> all_;
+  std::vector<SeenEffect> all_;
   double catalogue_ = 2.0;  // hypotheses that the search tries
   double prior_cost_ = 0.0;
   bool needs_time_ = false;

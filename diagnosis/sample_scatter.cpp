@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/eliminated.h"
 #include "diagnosis/orthonormal.h"
@@ -11,18 +13,36 @@ namespace sixdial::diagnosis {
 namespace {
 
 /// Columns of each block turned so that they are orthogonal there; their squared lengths.
-void turn(
+/// `Small`: holds columns x columns.
+template <class Small>
+void turn_by(
     Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& first_row,
     Eigen::MatrixXd& lambda) {
   const auto blocks = static_cast<Eigen::Index>(first_row.size()) - 1;
   lambda.resize(blocks, columns.cols());
+  Eigen::SelfAdjointEigenSolver<Small> eigen;
+  Eigen::MatrixXd turned;
   for (Eigen::Index b = 0; b < blocks; ++b) {
     const Eigen::Index first = first_row[static_cast<std::size_t>(b)];
     const Eigen::Index rows = first_row[static_cast<std::size_t>(b) + 1] - first;
-    const Eigen::MatrixXd block = columns.middleRows(first, rows);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(block.transpose() * block);
+    auto block = columns.middleRows(first, rows);
+    const Small normal = block.transpose() * block;
+    eigen.compute(normal);
     lambda.row(b) = eigen.eigenvalues().cwiseMax(0.0).transpose();
-    columns.middleRows(first, rows) = block * eigen.eigenvectors();
+    turned.noalias() = block * eigen.eigenvectors();
+    block = turned;
+  }
+}
+
+void turn(
+    Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& first_row,
+    Eigen::MatrixXd& lambda) {
+  constexpr int kFew = 8;  // a thousand small blocks are not worth a thousand allocations
+  using Few = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFew, kFew>;
+  if (columns.cols() <= kFew) {
+    turn_by<Few>(columns, first_row, lambda);
+  } else {
+    turn_by<Eigen::MatrixXd>(columns, first_row, lambda);
   }
 }
 
@@ -239,7 +259,15 @@ std::optional<ScatterSize> scatter_size(
     const LeftOver& left, const ScatterColumns& columns, const ScatterQuestion& asked) {
   const ResidualLikelihood likelihood(left, columns);
   if (!(likelihood.mean_lambda() > 0)) return std::nullopt;
-  const auto value = [&](double log_ratio) { return likelihood.at(std::exp(log_ratio)).value; };
+  // The search comes back to some ratios.
+  std::vector<std::pair<double, ResidualLikelihood::At>> known;
+  const auto at = [&](double log_ratio) {
+    const auto found =
+        std::ranges::find(known, log_ratio, [](const auto& each) { return each.first; });
+    if (found != known.end()) return found->second;
+    return known.emplace_back(log_ratio, likelihood.at(std::exp(log_ratio))).second;
+  };
+  const auto value = [&](double log_ratio) { return at(log_ratio).value; };
   // In logarithms: from a tenth of what is clearly visible up as long as it rises, or near what
   // a similar fit had.
   constexpr double kGrid = 1.2;
@@ -272,7 +300,7 @@ std::optional<ScatterSize> scatter_size(
   most = value(best);
   if (!(most > 0)) return std::nullopt;
   const auto sd = [&](double log_ratio) {
-    return std::exp(0.5 * log_ratio) * likelihood.at(std::exp(log_ratio)).s_mm;
+    return std::exp(0.5 * log_ratio) * at(log_ratio).s_mm;
   };
   ScatterSize size{std::exp(best), most, sd(best), 0.0, 0.0};
   if (!asked.with_interval) return size;

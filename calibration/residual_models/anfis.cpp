@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -96,11 +97,14 @@ TrainedResidual train(
   AnfisLearning learning{
       settings.anfis, cross_validate, settings.holdout_fraction, settings.seed};
   learning.anfis.stop_at_target = !cross_validate;
+  std::optional<AnfisSelector> selector;
+  if (cross_validate) selector.emplace(joints, learning.anfis.kind);
   std::vector<AnfisReport> reports;
   SavedResidual saved;
   save_outputs(residual_mm.cols(), saved);
   for (Eigen::Index k = 0; k < residual_mm.cols(); ++k) {
-    reports.push_back(learn_anfis(joints, residual_mm.col(k), learning, stop));
+    reports.push_back(learn_anfis(
+        joints, residual_mm.col(k), learning, stop, selector ? &*selector : nullptr));
     save(reports.back().model, output_prefix(k), saved);
   }
   TrainedResidual result = load(saved);

@@ -66,7 +66,7 @@ Net fit(
   for (const double width : kWidths) {
     const MatrixXd A = functions_at(x, centres, width);
     std::vector<double> effective;
-    const MatrixXd errors = leave_one_out_errors(A, y, ridges, poses, effective);
+    const MatrixXd errors = LeaveOneOut(A).errors(y, ridges, poses, effective);
     for (std::size_t k = 0; k < ridges.size(); ++k) {
       const double loo = errors.col(static_cast<Eigen::Index>(k)).squaredNorm();
       if (loo >= best.loo) continue;

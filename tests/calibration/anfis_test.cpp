@@ -6,9 +6,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "calibration/anfis_kernels.h"
+#include "calibration/anfis_rules.h"
 #include "calibration/anfis_selection.h"
 #include "calibration/random.h"
 
@@ -120,6 +123,55 @@ TEST(AnfisKernels, GramMatrixOfTheProductFormIsAATransposed) {
     for (int j = 0; j < columns; ++j) {
       for (int i = j; i < columns; ++i) {
         EXPECT_LT(std::abs(G(i, j) - primal(i, j)), kKernel * primal.maxCoeff());
+      }
+    }
+  }
+}
+
+TEST(AnfisRules, TwoTablesDoWhatAllRulesDo) {
+  // 600 samples: more than a kernel takes at once.
+  for (const auto& [inputs, functions, samples] :
+       {std::array{1, 4, 21}, {2, 3, 600}, {3, 2, 40}, {5, 2, 77}, {6, 3, 19}}) {
+    const MatrixXd x = random_inputs(samples, inputs, 6);
+    const AnfisModel model = initial_anfis(x, MembershipKind::kGaussian, functions);
+    const MatrixXd A = design_matrix(model, x);
+    const int padded = padded_size(samples);
+    const int per_rule = inputs + 1;
+    MatrixXd xs = MatrixXd::Zero(padded, per_rule);
+    MatrixXd nu = MatrixXd::Zero(padded, inputs * functions);
+    for (int a = 0; a < samples; ++a) {
+      xs(a, 0) = 1.0;
+      for (int i = 0; i < inputs; ++i) {
+        xs(a, i + 1) = (x(a, i) - model.input_mean[i]) / model.input_scale[i];
+        const VectorXd mu = model.membership(i, x(a, i));
+        nu.row(a).segment(i * functions, functions) = (mu / mu.sum()).transpose();
+      }
+    }
+    RandomSequence random(7);
+    VectorXd alpha = VectorXd::Zero(padded), B(A.cols());
+    for (int a = 0; a < samples; ++a) alpha[a] = random.normal();
+    for (double& each : B) each = random.normal();
+    RuleTables rules(inputs, functions, padded);
+    rules.set(nu);
+    VectorXd projected(A.cols()), out(padded);
+    rules.project(xs, alpha, projected);
+    const VectorXd expected = A.transpose() * alpha.head(samples);
+    EXPECT_LT((projected - expected).norm(), kKernel * expected.norm()) << inputs;
+    rules.answer(xs, B, out);
+    EXPECT_LT((out.head(samples) - A * B).norm(), kKernel * (A * B).norm()) << inputs;
+    // Of the rules that use one function of one input.
+    int stride = 1;
+    for (int i = 0; i < inputs; ++i, stride *= functions) {
+      for (int k = 0; k < functions; ++k) {
+        VectorXd some = VectorXd::Zero(padded);
+        rules.add_rules_of(i, k, some);
+        VectorXd of_rules = VectorXd::Zero(samples);
+        for (int r = 0; r < model.rules(); ++r) {
+          if (r / stride % functions != k) continue;
+          of_rules += A.middleCols(r * per_rule, per_rule) * B.segment(r * per_rule, per_rule);
+        }
+        EXPECT_LT((some.head(samples) - of_rules).norm(), kKernel * (A * B).norm())
+            << inputs << ' ' << i << ' ' << k;
       }
     }
   }
@@ -282,7 +334,7 @@ TEST(AnfisSelection, LeaveOneOutErrorsAreThoseOfLeavingOneOut) {
     const MatrixXd A = design_matrix(initial_anfis(x, MembershipKind::kGaussian, functions), x);
     const std::vector<double> ridges{1e-3, 1e-1};
     std::vector<double> effective;
-    const MatrixXd errors = leave_one_out_errors(A, y, ridges, {}, effective);
+    const MatrixXd errors = LeaveOneOut(A).errors(y, ridges, {}, effective);
     for (std::size_t k = 0; k < 2; ++k) {
       for (const int left : {0, 17, 39}) {
         std::vector<int> rest;
@@ -301,6 +353,21 @@ TEST(AnfisSelection, LeaveOneOutErrorsAreThoseOfLeavingOneOut) {
   }
 }
 
+TEST(AnfisSelection, IsTheSameFromTheProductsOfTheDesign) {
+  const MatrixXd x = random_inputs(40, 3, 13);
+  const AnfisModel model = initial_anfis(x, MembershipKind::kGaussian, 3);
+  const MatrixXd A = design_matrix(model, x);
+  const std::vector<double> ridges{1e-4, 1e-1};
+  const std::vector<std::vector<int>> poses{{0, 1, 2}, {5, 9}};
+  std::vector<double> effective, by_products;
+  const MatrixXd errors = LeaveOneOut(A).errors(smooth(x), ridges, poses, effective);
+  const MatrixXd same = LeaveOneOut::of_products(design_products(model, x))
+                            .errors(smooth(x), ridges, poses, by_products);
+  EXPECT_LT((errors - same).norm(), 1e-8 * errors.norm());
+  EXPECT_NEAR(effective[0], by_products[0], 1e-8);
+  EXPECT_NEAR(effective[1], by_products[1], 1e-8);
+}
+
 TEST(AnfisSelection, LeavesAPoseOutWithAllItsRepeats) {
   const std::vector<std::vector<int>> poses{{0, 1, 2}, {5, 9}, {20}};
   for (const int functions : {2, 6}) {  // primal and dual
@@ -309,7 +376,7 @@ TEST(AnfisSelection, LeavesAPoseOutWithAllItsRepeats) {
     const MatrixXd A = design_matrix(initial_anfis(x, MembershipKind::kGaussian, functions), x);
     const std::vector<double> ridges{1e-2};
     std::vector<double> effective;
-    const MatrixXd errors = leave_one_out_errors(A, y, ridges, poses, effective);
+    const MatrixXd errors = LeaveOneOut(A).errors(y, ridges, poses, effective);
     for (const std::vector<int>& left : poses) {
       std::vector<int> rest;
       for (int i = 0; i < 40; ++i) {
