@@ -70,6 +70,11 @@ WarningPlace place_of(const session::Session& session, const std::vector<TurnLef
 
 }  // namespace
 
+bool may_be_accidents(std::ptrdiff_t far, std::ptrdiff_t turns) {
+  const double most = std::max(1.0, calibration::kMostAccidents * static_cast<double>(turns));
+  return static_cast<double>(far) <= most && turns - far >= kFewestTurns;
+}
+
 std::optional<Warning> leave_out_slipped_turns(
     session::Session& session, std::span<const simulation::Trial> g1,
     const calibration::IdentifySettings& settings) {
@@ -101,7 +106,7 @@ std::optional<Warning> leave_out_slipped_turns(
       Severity::kNote,
       place_of(session, far),
       {{"most", geometry::kDegPerRad * most_rad}, {"usual", geometry::kDegPerRad * usual_rad}}};
-  if (std::ssize(far) > std::max(3, static_cast<int>(calibration::kMostAccidents * judged))) {
+  if (!may_be_accidents(std::ssize(far), judged)) {
     warning.code = "slipped_turns";
     warning.severity = Severity::kDoubt;
     return warning;

@@ -206,6 +206,10 @@ constexpr Words kWords[] = {
     {"far_turn",
      "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike all "
      "others: not used."},
+    {"far_turns",
+     "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike the "
+     "others: too many for accidents, so they are used. The probe was moved on the flange, or "
+     "the angles of these rows mean something else."},
     {"few_turns",
      "Only {rows:turn|turns} of the tool {rows|was|were} measured: too few to see how its "
      "frame sits on the last link. Not used."},

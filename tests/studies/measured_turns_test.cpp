@@ -16,6 +16,7 @@
 #include "studies/compensate.h"
 #include "studies/plausibility.h"
 #include "studies/plausibility_of_fit.h"
+#include "studies/slipped_turns.h"
 #include "tests/support/pose_session.h"
 #include "tests/support/told.h"
 
@@ -114,6 +115,57 @@ TEST(SlippedTurns, ThatAreNoAccidentsAreADoubt) {
   EXPECT_GT(warning->where.rows, 9);
   EXPECT_FALSE(is_clean(*result.warnings));
   EXPECT_EQ(result.turn_errors->at(0).poses, 60);
+}
+
+TEST(SlippedTurns, OfHalfOfAFewAreNoAccidents) {
+  PoseSession made = testing::pose_session({.g1 = 40});
+  const session::SampleLayout layout = session::layout_of(made.session.rig);
+  for (std::size_t row = 6; row < 40; ++row) {
+    session::set_turn(made.session.samples[row], layout, std::nullopt);
+  }
+  PoseSession once = made;
+  for (std::size_t row = 0; row < 6; row += 2) slip(made.session, row, 2.0);
+  const CalibrationResult result = calibrate(made.session, {.method = "lm"});
+  EXPECT_EQ(told(*result.warnings, "slipped_turn"), nullptr);
+  ASSERT_NE(told(*result.warnings, "slipped_turns"), nullptr);
+  EXPECT_FALSE(is_clean(*result.warnings));
+  EXPECT_EQ(result.turn_errors->at(0).poses, 6);
+  slip(once.session, 2, 2.0);
+  const CalibrationResult single = calibrate(once.session, {.method = "lm"});
+  ASSERT_NE(told(*single.warnings, "slipped_turn"), nullptr);
+  EXPECT_EQ(single.turn_errors->at(0).poses, 5);
+}
+
+TEST(FarTurns, AreAccidentsUpToALimit) {
+  EXPECT_TRUE(may_be_accidents(1, 5));
+  EXPECT_FALSE(may_be_accidents(1, 4));  // three turns alone are not used either
+  EXPECT_FALSE(may_be_accidents(2, 13));
+  EXPECT_TRUE(may_be_accidents(2, 14));
+  EXPECT_TRUE(may_be_accidents(15, 100));
+  EXPECT_FALSE(may_be_accidents(16, 100));
+}
+
+TEST(FarTurns, ThatAreNoAccidentsAreADoubtAndStay) {
+  // The probe came off after 60 rows, and was put back turned by ten degrees.
+  PoseSession made = testing::pose_session({.g1 = 60, .g2 = 40});
+  const session::SampleLayout layout = session::layout_of(made.session.rig);
+  for (std::size_t row = 60; row < 100; ++row) {
+    session::Sample& sample = made.session.samples[row];
+    const Vector3d on_flange = 10.0 * geometry::kRadPerDeg * Vector3d(0.6, -0.48, 0.64);
+    const Eigen::Matrix3d R = geometry::turned_by<double>(*turn_of(sample, layout)) *
+                              geometry::turned_by<double>(on_flange);
+    session::set_turn(sample, layout, geometry::rotation_vector(R));
+  }
+  const PlausibleSession judged = plausible(made.session);
+  EXPECT_EQ(told(judged.warnings, "far_turn"), nullptr);
+  const Warning* warning = told(judged.warnings, "far_turns");
+  ASSERT_NE(warning, nullptr);
+  EXPECT_EQ(warning->severity, Severity::kDoubt);
+  EXPECT_EQ(warning->where.rows, 40);
+  EXPECT_THAT(report::warning_line(*warning), HasSubstr("The probe was moved on the flange"));
+  for (const session::Sample& sample : judged.session.samples) {
+    EXPECT_TRUE(session::turn_of(sample, layout));
+  }
 }
 
 TEST(FewTurns, AreNotUsed) {
