@@ -248,7 +248,8 @@ geometry::WorkingMode mode_of(
   return mode ? *mode : rig.robot.working_mode;
 }
 
-geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationModel& model) {
+std::optional<geometry::Rig> rig_of_turns(
+    geometry::Rig filed, const calibration::CompensationModel& model) {
   if (!calibration::fits_turns(filed)) return filed;
   const geometry::RobotModel& robot = *filed.robot.model;
   // Where the measured poses are: a base that was registered without a frame of the instrument
@@ -260,17 +261,18 @@ geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationM
   std::vector<geometry::Pose<double>> X_filed(robot.frames.size()), X(robot.frames.size());
   if (!robot.forward(filed.robot.nominal, q, filed.robot.assembly, X_filed) ||
       !robot.forward(model.nominal, q, filed.robot.assembly, X)) {
-    return filed;
+    return std::nullopt;
   }
   const Eigen::Matrix3d R =
       model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * X[0].R) : X[0].R;
   const auto turned =
       geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
-  if (turned) filed.robot.nominal = *turned;
+  if (!turned) return std::nullopt;
+  filed.robot.nominal = *turned;
   return filed;
 }
 
-geometry::Rig rig_of_turns(const session::Session& session) {
+std::optional<geometry::Rig> rig_of_turns(const session::Session& session) {
   if (!calibration::fits_turns(session.rig)) return session.rig;
   const PlausibleSession judged = plausible(session);
   const geometry::Rig& rig = judged.session.rig;
@@ -281,6 +283,20 @@ geometry::Rig rig_of_turns(const session::Session& session) {
                     .measured_at = middles_of(
                         measured_joints_of(session::trials_of(judged.session, ""), rig)),
                     .frame = judged.frame});
+}
+
+session::Plan read_plan(
+    const std::string& path, const geometry::Rig& filed,
+    const std::optional<geometry::Rig>& turned) {
+  session::Plan plan = session::read_plan(path, turned.value_or(filed));
+  if (turned || !asks_turns(plan)) return plan;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the plan asks for turns of the tool, and the rig file's robot cannot be given the frame "
+      "that the instrument measured",
+      {{"plan", path}},
+      "Turn the tool under robot in rig.toml about as the probe or the board sits, and "
+      "calibrate again; or plan places alone.");
 }
 
 std::optional<Eigen::VectorXd> near_of(

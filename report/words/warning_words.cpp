@@ -197,6 +197,11 @@ constexpr Words kWords[] = {
      "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
      "against the rig file's; half of the turns fit the nominal robot within {left:.2g} deg "
      "then. The fit starts from there."},
+    {"tool_turn_not_set",
+     "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
+     "against the rig file's, and the robot's parameters cannot be set to that from where they "
+     "are. The fit starts at the rig file's: turn the tool there (robot in rig.toml) about as "
+     "the probe or the board sits."},
     {"turns_fit_nowhere",
      "The measured turns of the tool do not fit the nominal robot, however its frame sits on "
      "the last link: half of them are off by {left:.1f} deg or more. They are not used.[ Read "

@@ -1,8 +1,8 @@
 // How the tool's frame sits on the last link, from measured turns against the nominal robot's:
 // the frame of a probe or a board may be turned there by anything, which is no fault. The
-// robot's parameters take that turn over, in closed form, and every fit starts from there.
-// Turns that no such frame explains mean something else than the rig file says, and turns that
-// no parameter can follow tell nothing: both are left out, and said.
+// robot's parameters take that turn over (geometry/tool_turn.h), and every fit starts from
+// there. Turns that no such frame explains mean something else than the rig file says, and
+// turns that no parameter can follow tell nothing: both are left out, and said.
 #include "geometry/tool_turn.h"
 
 #include <Eigen/Dense>
@@ -192,11 +192,13 @@ void look_at_tool_turn(Look& look) {
   // Over all of the joints' ranges: where the measured poses leave a joint at rest, a turn of
   // the link before it would pass for one of the tool.
   const auto turned = geometry::with_tool_turned(*robot.model, robot.nominal, found.R);
-  if (!turned) return;
+  const WarningParts parts{{"turn", turn_rad * geometry::kDegPerRad}, {"left", left_deg}};
+  if (!turned) {
+    look.tell("tool_turn_not_set", Severity::kDoubt, columns, parts);
+    return;
+  }
   robot.nominal = *turned;
-  look.tell(
-      "tool_turn_registered", Severity::kNote, columns,
-      {{"turn", turn_rad * geometry::kDegPerRad}, {"left", left_deg}});
+  look.tell("tool_turn_registered", Severity::kNote, columns, parts);
 }
 
 }  // namespace sixdial::studies::plausibility

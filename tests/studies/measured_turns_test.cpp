@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/units.h"
@@ -62,6 +65,68 @@ TEST(TheProbesFrame, IsATurnOfTheToolAndOfNoLinkWhereTheLastJointRests) {
   EXPECT_EQ(told(*result.warnings, "far_angle"), nullptr);
   EXPECT_LT(result.method("lm")->g2->mean_mm, 0.06);
   EXPECT_LT(result.turn_errors->at(1).mean_rad, 1e-4);
+}
+
+/// An arm whose parameters turn its tool's frame by half a radian about each axis at most.
+struct NarrowTool {
+  static VectorXd limited(
+      const geometry::RobotModel& robot, std::span<const double> v, VectorXd* slope = nullptr) {
+    constexpr double kMost_rad = 0.5;
+    VectorXd to = Eigen::Map<const VectorXd>(v.data(), std::ssize(v));
+    if (slope != nullptr) slope->setOnes(to.size());
+    for (const char* const name : {"tool_rx", "tool_ry", "tool_rz"}) {
+      const auto found = robot.find_parameter(name);
+      EXPECT_TRUE(found) << name;
+      if (!found) continue;
+      const double part = std::tanh(to[*found] / kMost_rad);
+      to[*found] = kMost_rad * part;
+      if (slope != nullptr) (*slope)[*found] = 1.0 - part * part;
+    }
+    return to;
+  }
+  static geometry::Reached forward(
+      const geometry::RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      geometry::Assembly assembly, std::span<geometry::Pose<double>> X) {
+    const VectorXd to = limited(robot, v);
+    return geometry::serial.forward(
+        robot, std::span<const double>(to.data(), v.size()), q, assembly, X);
+  }
+  static geometry::Reached derivative(
+      const geometry::RobotModel& robot, std::span<const double> v, std::span<const double> q,
+      geometry::Assembly assembly, geometry::Frames& at) {
+    VectorXd slope;
+    const VectorXd to = limited(robot, v, &slope);
+    const auto reached = geometry::serial.forward_derivative(
+        robot, std::span<const double>(to.data(), v.size()), q, assembly, at);
+    for (auto& by_v : at.by_v) by_v = by_v * slope.asDiagonal();
+    return reached;
+  }
+};
+
+TEST(TheProbesFrame, ThatNoParametersReachIsADoubt) {
+  static const geometry::RobotKind narrow = [] {
+    geometry::RobotKind kind = geometry::serial;
+    kind.name = "narrow";
+    kind.forward = NarrowTool::forward;
+    kind.forward_derivative = NarrowTool::derivative;
+    return kind;
+  }();
+  for (const double probe_rad : {0.2, 1.9}) {
+    PoseSession made = testing::pose_session({.probe_rad = {0.0, 0.1, probe_rad}});
+    geometry::Robot& robot = made.session.rig.robot;
+    geometry::RobotModel model = *robot.model;
+    model.kind = &narrow;
+    robot.model = std::make_shared<geometry::RobotModel>(std::move(model));
+    const PlausibleSession judged = plausible(made.session);
+    const Warning* warning = told(judged.warnings, "tool_turn_not_set");
+    EXPECT_EQ(warning != nullptr, probe_rad > 1.0);
+    EXPECT_EQ(told(judged.warnings, "tool_turn_registered") != nullptr, probe_rad < 1.0);
+    EXPECT_EQ(is_clean(judged.warnings), probe_rad < 1.0);
+    if (warning == nullptr) continue;
+    EXPECT_LT(std::abs(std::get<double>(warning->parts.at("turn")) - 109.0), 1.0);
+    EXPECT_THAT(report::warning_line(*warning), HasSubstr("cannot be set to that"));
+    EXPECT_EQ(judged.session.rig.robot.nominal, robot.nominal);
+  }
 }
 
 TEST(SlippedTurns, OfTwoDegreesIsLeftOutAndBendsNothing) {
