@@ -148,8 +148,7 @@ bool asks_turns(const session::Plan& plan) {
 
 void check_knows_turns(const CalibrationResult& result, CompensateBy by) {
   if (by == CompensateBy::kBefore) return;
-  const auto& errors = result.turn_errors;  // of sets that have turns; only G1 is fitted
-  if (errors && std::ranges::find(*errors, "G1", &TurnErrors::set) != errors->end()) return;
+  if (result.turn_errors && turns_were_fitted(*result.turn_errors)) return;
   throw StudyError(
       StudyErrorCode::kBadData,
       "the target has a turn, and the calibration was made without turns of the tool",

@@ -10,6 +10,10 @@
 
 namespace sixdial::studies {
 
+bool turns_were_fitted(const std::vector<TurnErrors>& errors) {
+  return std::ranges::find(errors, "G1", &TurnErrors::set) != errors.end();
+}
+
 std::vector<TurnErrors> turn_errors(
     const session::Session& session, const Eigen::VectorXd& nominal,
     const Eigen::VectorXd& identified) {

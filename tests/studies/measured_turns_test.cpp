@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "geometry/units.h"
+#include "report/words/calibration_words.h"
 #include "report/words/warning_words.h"
 #include "session/sample_layout.h"
 #include "session/trials.h"
@@ -157,6 +158,9 @@ TEST(SlippedTurns, AreFoundBesideEachOtherAndNoneWhereNoneIs) {
   const CalibrationResult right = calibrate(made.session, {.method = "lm"});
   EXPECT_EQ(told(*right.warnings, "slipped_turn"), nullptr);
   EXPECT_EQ(right.turn_errors->at(0).poses, 60);
+  const std::string line = report::turn_lines(right).at(0);
+  EXPECT_THAT(line, HasSubstr("60 poses of G1: off by"));
+  EXPECT_THAT(line, HasSubstr("deg before (the frame of the tool was found first), 0.0"));
   const std::vector<double> off_deg{0.1, 3.0, 0.4, 3.0, 1.0};
   for (std::size_t i = 0; i < off_deg.size(); ++i) slip(made.session, 11 * i, off_deg[i]);
   const CalibrationResult result = calibrate(made.session, {.method = "lm"});
@@ -260,6 +264,9 @@ TEST(TurnsOfOneSet, ThatIsNotFittedMakeNoFitOfTurns) {
   const CalibrationResult result = calibrate(made.session, {.method = "lm"});
   EXPECT_EQ(result.assessment->space, "positions");
   EXPECT_EQ(result.turn_errors->at(0).set, "G2");
+  ASSERT_EQ(report::turn_lines(result).size(), 1U);
+  EXPECT_THAT(
+      report::turn_lines(result)[0], HasSubstr("30 poses of G2, not fitted (G1 has none)"));
   EXPECT_LT(result.method("lm")->g2->mean_mm, 0.06);
   try {
     check_knows_turns(result, CompensateBy::kKinematics);
