@@ -250,7 +250,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
     const session::Plan planned = studies::read_plan(
         options.plan_file, session.rig, studies::rig_of_turns(session.rig, model));
     studies::check_commands_turns(session, planned);
-    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by);
+    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by, session);
     const session::Plan plan = studies::compensated_plan(planned, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
@@ -260,7 +260,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  if (given->turn) studies::check_knows_turns(calibrated, by);
+  if (given->turn) studies::check_knows_turns(calibrated, by, session);
   studies::CommandedTarget commanded = studies::compensated_target(model, by, *given, mode);
   commanded.uncertainty = studies::target_uncertainty(calibrated, session.rig, commanded);
   print_target(

@@ -146,9 +146,19 @@ bool asks_turns(const session::Plan& plan) {
   });
 }
 
-void check_knows_turns(const CalibrationResult& result, CompensateBy by) {
-  if (by == CompensateBy::kBefore) return;
-  if (result.turn_errors && turns_were_fitted(*result.turn_errors)) return;
+void check_knows_turns(
+    const CalibrationResult& result, CompensateBy by, const session::Session& session) {
+  if (by == CompensateBy::kBefore) {
+    // Where there were turns, the nominal robot's tool was set as they say.
+    if (result.turn_errors && !result.turn_errors->empty()) return;
+    const PlausibleSession judged = plausible(session);
+    if (std::ranges::find(judged.warnings, "tool_turn_registered", &Warning::code) ==
+        judged.warnings.end()) {
+      return;
+    }
+  } else if (result.turn_errors && turns_were_fitted(*result.turn_errors)) {
+    return;
+  }
   throw StudyError(
       StudyErrorCode::kBadData,
       "the target has a turn, and the calibration was made without turns of the tool",
@@ -301,13 +311,13 @@ session::Plan read_plan(
 std::optional<Eigen::VectorXd> near_of(
     const session::PlanPoint& point, const calibration::CompensationModel& model,
     const geometry::Rig& rig) {
-  constexpr double kSamePose_rad = 0.2;  // as far as a command may be from the nominal one
+  constexpr double kSameTurn_rad = 0.2;  // as far as a command may be from the nominal one
   const calibration::ToolTarget target = model.in_frame(target_of(point, rig));
   if (!target.R) return point.q;
   const geometry::RobotModel& robot = *rig.robot.model;
   std::vector<geometry::Pose<double>> X(robot.frames.size());
   if (!robot.forward(model.nominal, point.q, rig.robot.assembly, X)) return std::nullopt;
-  if (geometry::turn_between(X[0].R, *target.R) > kSamePose_rad) return std::nullopt;
+  if (geometry::turn_between(X[0].R, *target.R) > kSameTurn_rad) return std::nullopt;
   return point.q;
 }
 

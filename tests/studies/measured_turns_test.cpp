@@ -269,12 +269,12 @@ TEST(TurnsOfOneSet, ThatIsNotFittedMakeNoFitOfTurns) {
       report::turn_lines(result)[0], HasSubstr("30 poses of G2, not fitted (G1 has none)"));
   EXPECT_LT(result.method("lm")->g2->mean_mm, 0.06);
   try {
-    check_knows_turns(result, CompensateBy::kKinematics);
+    check_knows_turns(result, CompensateBy::kKinematics, made.session);
     FAIL() << "commanded";
   } catch (const StudyError& error) {
     EXPECT_THAT(error.what(), HasSubstr("made without turns"));
   }
-  check_knows_turns(result, CompensateBy::kBefore);
+  check_knows_turns(result, CompensateBy::kBefore, made.session);
 }
 
 TEST(TooFewPoses, CountTheTurnsThatAreFitted) {
