@@ -218,7 +218,8 @@ TEST(Compensation, SaysOfATurnWhatIsLeftOfItInDegrees) {
   Eigen::VectorXd q(6);
   q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
   std::vector<geometry::Pose<double>> X(arm->frames.size());
-  ASSERT_TRUE(arm->forward(arm->nominal, q, geometry::Assembly::kUp, X));
+  ASSERT_TRUE(arm->forward(
+      arm->nominal, q, static_cast<geometry::Assembly>(arm->assemblies.front().number), X));
   CompensationModel model{
       .tool = geometry::Tool(arm, 3), .nominal = arm->nominal, .v = arm->nominal};
   constexpr double kJump_rad = 0.1;  // 5.7 degrees
