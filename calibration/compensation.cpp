@@ -217,14 +217,10 @@ tl::expected<Position, geometry::KinematicTrouble> modelled_position(
 
 tl::expected<Eigen::Matrix3d, geometry::KinematicTrouble> modelled_turn(
     const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
-  const geometry::RobotModel& robot = model.tool.robot();
-  std::vector<geometry::Pose<double>> X(robot.frames.size());
-  if (const auto reached = robot.forward(model.v, q, assembly, X); !reached) {
-    return tl::unexpected(reached.error());
-  }
-  if (!model.turn_correction) return X[0].R;
+  const auto R = geometry::turn_of_tool(model.tool.robot(), model.v, q, assembly);
+  if (!R || !model.turn_correction) return R;
   const Eigen::Vector3d w = model.turn_correction(q);
-  return Eigen::Matrix3d(geometry::turned_by<double>(w) * X[0].R);
+  return Eigen::Matrix3d(geometry::turned_by<double>(w) * *R);
 }
 
 tl::expected<VectorXd, geometry::KinematicTrouble> joints_for(

@@ -115,6 +115,15 @@ class Turning {
 
 }  // namespace
 
+tl::expected<Matrix3d, KinematicTrouble> turn_of_tool(
+    const RobotModel& robot, const VectorXd& v, const VectorXd& q, Assembly assembly) {
+  std::vector<Pose<double>> X(robot.frames.size());
+  if (const auto reached = robot.forward(v, q, assembly, X); !reached) {
+    return tl::unexpected(reached.error());
+  }
+  return X[0].R;
+}
+
 double turn_between(const Matrix3d& a, const Matrix3d& b) {
   return rotation_vector(a.transpose() * b).norm();
 }

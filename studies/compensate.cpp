@@ -267,15 +267,14 @@ std::optional<geometry::Rig> rig_of_turns(
   const Eigen::VectorXd q = measured == model.measured_at.end()
                                 ? Eigen::VectorXd::Zero(robot.joint_count())
                                 : measured->second;
-  std::vector<geometry::Pose<double>> X_filed(robot.frames.size()), X(robot.frames.size());
-  if (!robot.forward(filed.robot.nominal, q, filed.robot.assembly, X_filed) ||
-      !robot.forward(model.nominal, q, filed.robot.assembly, X)) {
-    return std::nullopt;
-  }
+  const auto R_filed =
+      geometry::turn_of_tool(robot, filed.robot.nominal, q, filed.robot.assembly);
+  const auto R_nominal = geometry::turn_of_tool(robot, model.nominal, q, filed.robot.assembly);
+  if (!R_filed || !R_nominal) return std::nullopt;
   const Eigen::Matrix3d R =
-      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * X[0].R) : X[0].R;
+      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * *R_nominal) : *R_nominal;
   const auto turned =
-      geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
+      geometry::with_tool_turned(robot, filed.robot.nominal, R_filed->transpose() * R);
   if (!turned) return std::nullopt;
   filed.robot.nominal = *turned;
   return filed;
@@ -314,10 +313,9 @@ std::optional<Eigen::VectorXd> near_of(
   constexpr double kSameTurn_rad = 0.2;  // as far as a command may be from the nominal one
   const calibration::ToolTarget target = model.in_frame(target_of(point, rig));
   if (!target.R) return point.q;
-  const geometry::RobotModel& robot = *rig.robot.model;
-  std::vector<geometry::Pose<double>> X(robot.frames.size());
-  if (!robot.forward(model.nominal, point.q, rig.robot.assembly, X)) return std::nullopt;
-  if (geometry::turn_between(X[0].R, *target.R) > kSameTurn_rad) return std::nullopt;
+  const auto R =
+      geometry::turn_of_tool(*rig.robot.model, model.nominal, point.q, rig.robot.assembly);
+  if (!R || geometry::turn_between(*R, *target.R) > kSameTurn_rad) return std::nullopt;
   return point.q;
 }
 

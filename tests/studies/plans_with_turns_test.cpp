@@ -77,9 +77,8 @@ class PlansWithTurns : public testing::CalibratedPoses {
 /// How far these parameters have the tool turned from what the point asks for [rad].
 double off_by(
     const geometry::Robot& robot, const VectorXd& v, const VectorXd& q, const Matrix3d& asked) {
-  std::vector<geometry::Pose<double>> X(robot.model->frames.size());
-  EXPECT_TRUE(robot.model->forward(v, q, robot.assembly, X));
-  return geometry::turn_between(X[0].R, asked);
+  return geometry::turn_between(
+      geometry::turn_of_tool(*robot.model, v, q, robot.assembly).value(), asked);
 }
 
 TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
