@@ -10,7 +10,7 @@
 #include "geometry/units.h"
 #include "session/measured_turn.h"
 #include "session/sample_layout.h"
-#include "studies/turn_errors.h"
+#include "studies/turns_left.h"
 
 namespace sixdial::studies {
 namespace {

@@ -6,24 +6,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "session/session.h"
-#include "simulation/trial.h"
 
 namespace sixdial::studies {
-
-struct TurnLeft {
-  int sample = 0;    // row of the session
-  double rad = 0.0;  // angle between the measured and the modelled frame of the tool
-};
-
-/// What the robot with parameters v leaves of each turn that `trials` of the session measured.
-[[nodiscard]] std::vector<TurnLeft> turns_left(
-    const session::Session& session, std::span<const simulation::Trial> trials,
-    const Eigen::VectorXd& v);
 
 struct TurnErrors {
   std::string set{};
