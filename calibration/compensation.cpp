@@ -10,8 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/lever.h"
 #include "geometry/rotation.h"
 #include "geometry/tool_turn.h"
+#include "geometry/units.h"
 
 namespace sixdial::calibration {
 namespace {
@@ -20,14 +22,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using geometry::JointInfo;
 using geometry::JointKind;
+using geometry::kUsualLever_mm;
 using geometry::Position;
 
 // Half a step of the correction's slope by differences: of a smooth learned function.
 constexpr double kSlopeStep_rad = 1e-5;
 constexpr double kSlopeStep_mm = 1e-3;
 constexpr int kHalvings = 30;
-
-constexpr double kLever_mm = 500.0;  // a turn counts as what it moves at the end of this
 
 tl::unexpected<CompensationTrouble> trouble(
     CompensationTrouble::Kind kind, const ToolTarget& target, std::string_view why) {
@@ -105,7 +106,7 @@ tl::expected<VectorXd, geometry::KinematicTrouble> missing_at(
   const auto turned = modelled_turn(model, q, assembly);
   if (!turned) return tl::unexpected(turned.error());
   VectorXd both(way.size() + 3);
-  both << way, kLever_mm * geometry::rotation_vector(*target.R * turned->transpose());
+  both << way, kUsualLever_mm * geometry::rotation_vector(*target.R * turned->transpose());
   return both;
 }
 
@@ -125,13 +126,21 @@ tl::expected<MatrixXd, geometry::KinematicTrouble> slope_at(
   }
   MatrixXd both(J.rows() + 3, J.cols());
   both << J,
-      kLever_mm * (at.by_q[0].bottomRows<3>() + slope(model.turn_correction, robot, 3, q));
+      kUsualLever_mm * (at.by_q[0].bottomRows<3>() + slope(model.turn_correction, robot, 3, q));
   return both;
 }
 
 void set_closure(const VectorXd& missing, Eigen::Index axes, Compensation& result) {
   result.closure_mm = missing.head(axes).norm();
-  result.closure_rad = missing.tail(missing.size() - axes).norm() / kLever_mm;
+  result.closure_rad = missing.tail(missing.size() - axes).norm() / kUsualLever_mm;
+}
+
+/// What is left of the way: "3.4e+00 mm", "3.4e+00 mm and 1.2e-01 deg".
+std::string left_in_words(const ToolTarget& target, const Compensation& found) {
+  std::string words = fmt::format("{:.1e} mm", found.closure_mm);
+  if (target.R)
+    words += fmt::format(" and {:.1e} deg", geometry::kDegPerRad * found.closure_rad);
+  return words;
 }
 
 /// Damped Newton from `result` on until the tool is at the target.
@@ -148,7 +157,8 @@ tl::expected<Compensation, CompensationTrouble> closed(
     if (++result.iterations > settings.max_iterations) {
       return trouble(
           Kind::kNotConverged, target,
-          fmt::format("{} steps leave {:.1e} mm", settings.max_iterations, missing->norm()));
+          fmt::format(
+              "{} steps leave {}", settings.max_iterations, left_in_words(target, result)));
     }
     const auto J = slope_at(model, target, result.q, assembly);
     if (!J) return trouble(Kind::kUnreachable, target, describe(J.error()));
@@ -167,7 +177,7 @@ tl::expected<Compensation, CompensationTrouble> closed(
     if (!better) {
       return trouble(
           Kind::kNotConverged, target,
-          fmt::format("no step improves on {:.1e} mm", missing->norm()));
+          fmt::format("no step improves on {}", left_in_words(target, result)));
     }
   }
   return result;
@@ -207,14 +217,10 @@ tl::expected<Position, geometry::KinematicTrouble> modelled_position(
 
 tl::expected<Eigen::Matrix3d, geometry::KinematicTrouble> modelled_turn(
     const CompensationModel& model, const VectorXd& q, geometry::Assembly assembly) {
-  const geometry::RobotModel& robot = model.tool.robot();
-  std::vector<geometry::Pose<double>> X(robot.frames.size());
-  if (const auto reached = robot.forward(model.v, q, assembly, X); !reached) {
-    return tl::unexpected(reached.error());
-  }
-  if (!model.turn_correction) return X[0].R;
+  const auto R = geometry::turn_of_tool(model.tool.robot(), model.v, q, assembly);
+  if (!R || !model.turn_correction) return R;
   const Eigen::Vector3d w = model.turn_correction(q);
-  return Eigen::Matrix3d(geometry::turned_by<double>(w) * X[0].R);
+  return Eigen::Matrix3d(geometry::turned_by<double>(w) * *R);
 }
 
 tl::expected<VectorXd, geometry::KinematicTrouble> joints_for(

@@ -140,7 +140,8 @@ std::optional<studies::GivenTarget> asked_target(
   if (options.plan_file.empty()) return studies::given_target(session, options.target);
   if (options.result_file.empty() && options.diagnosis_file.empty()) {
     studies::check_commands_turns(
-        session, session::read_plan(options.plan_file, studies::rig_of_turns(session)));
+        session,
+        studies::read_plan(options.plan_file, session.rig, studies::rig_of_turns(session)));
   }
   return std::nullopt;
 }
@@ -171,8 +172,9 @@ service::ExitCode extend_bundle(
   session.rig.robot.working_mode = commanded_mode(warnings, session.rig);
   const studies::ExtendedCommand command(diagnosis.extended_fit, session.rig, by);
   if (!given) {
-    const session::Plan asked = session::read_plan(
-        options.plan_file, studies::rig_of_turns(session.rig, command.without_causes()));
+    const session::Plan asked = studies::read_plan(
+        options.plan_file, session.rig,
+        studies::rig_of_turns(session.rig, command.without_causes()));
     studies::check_commands_turns(session, asked);
     if (studies::asks_turns(asked)) studies::check_knows_turns(diagnosis.extended_fit);
     const session::Plan plan = studies::extended_plan(
@@ -245,10 +247,10 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   const calibration::CompensationModel model =
       studies::compensation_model(calibrated, session.rig, by);
   if (!given) {
-    const session::Plan planned =
-        session::read_plan(options.plan_file, studies::rig_of_turns(session.rig, model));
+    const session::Plan planned = studies::read_plan(
+        options.plan_file, session.rig, studies::rig_of_turns(session.rig, model));
     studies::check_commands_turns(session, planned);
-    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by);
+    if (studies::asks_turns(planned)) studies::check_knows_turns(calibrated, by, session);
     const session::Plan plan = studies::compensated_plan(planned, model, session.rig);
     print_plan(
         cli, options, studies::to_string(by), plan.points.size(),
@@ -258,7 +260,7 @@ service::ExitCode compensate_bundle(Cli& cli, const CompensateOptions& options) 
   }
   const geometry::WorkingMode mode =
       geometry::working_mode_from(options.mode).value_or(session.rig.robot.working_mode);
-  if (given->turn) studies::check_knows_turns(calibrated, by);
+  if (given->turn) studies::check_knows_turns(calibrated, by, session);
   studies::CommandedTarget commanded = studies::compensated_target(model, by, *given, mode);
   commanded.uncertainty = studies::target_uncertainty(calibrated, session.rig, commanded);
   print_target(

@@ -86,6 +86,14 @@ PlanId Store::save_plan(SessionId id, const session::Plan& plan) {
                 layout.axes.size()),
             "make the plan for this rig");
       }
+      if (point.target_turn_rad) {
+        throw StoreError(
+            StoreTrouble::kRefused, path_,
+            "a point of the plan asks for a turn of the tool, which the store does not keep",
+            "take target_rx_deg, target_ry_deg and target_rz_deg out of the plan, or command "
+            "it "
+            "from the session's folder");
+      }
       insert
           .bind(
               plan_id.value, position, session::as_utf8(point.set), point.point, point.repeat,

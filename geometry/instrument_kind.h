@@ -106,8 +106,8 @@ struct InstrumentKind {
       Observation& out) = nullptr;
   /// It looks at the tool's frame and at no other.
   bool sees_tool_only = false;
-  /// Optional, where a channel has several values for the same pose (a rotation vector): puts
-  /// the one nearest to what was measured into `out`, with its derivatives.
+  /// Optional, where a difference of readings is not how far two poses differ (a rotation
+  /// vector): puts what was measured less that into `out`, with its derivatives.
   void (*nearest)(std::span<const std::optional<double>> measured, Observation& out) = nullptr;
   /// Optional: a closed-form estimate of the parameters that are not known. `x` holds the
   /// nominal values when it is called.

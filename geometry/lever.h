@@ -6,7 +6,7 @@
 
 namespace sixdial::geometry {
 
-/// Of angles that nobody knows the deviation of.
+/// Of angles that nobody knows the deviation of, and of turns in closures and steps.
 inline constexpr double kUsualLever_mm = 500.0;
 
 /// Deviation of the instrument's lengths over that of its angles [mm].

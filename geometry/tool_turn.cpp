@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/base_frame.h"
+#include "geometry/lever.h"
 #include "geometry/rotation.h"
 #include "geometry/units.h"
 
@@ -23,8 +24,7 @@ using Eigen::VectorXd;
 
 constexpr int kDraws = 60;
 constexpr std::size_t kPoses = 12;
-constexpr double kSix = 1e-4;        // sixth singular value over the first: six directions
-constexpr double kLever_mm = 500.0;  // a turn counts as what it moves at the end of this
+constexpr double kSix = 1e-4;  // sixth singular value over the first: six directions
 constexpr double kStep_rad = 10.0 * kRadPerDeg;
 constexpr int kRounds = 12;
 constexpr double kClosure_mm = 1e-7;
@@ -80,9 +80,9 @@ class Turning {
       const Index row = 6 * static_cast<Index>(i);
       missing.segment<3>(row) = from_[i].p - at_.X[0].p;
       const Matrix3d left = from_[i].R * R * at_.X[0].R.transpose();
-      missing.segment<3>(row + 3) = kLever_mm * rotation_vector(left);
+      missing.segment<3>(row + 3) = kUsualLever_mm * rotation_vector(left);
       J.middleRows(row, 6) = at_.by_v[0] * scale_.asDiagonal();
-      J.middleRows(row + 3, 3) *= kLever_mm;
+      J.middleRows(row + 3, 3) *= kUsualLever_mm;
     }
     return true;
   }
@@ -115,6 +115,15 @@ class Turning {
 
 }  // namespace
 
+tl::expected<Matrix3d, KinematicTrouble> turn_of_tool(
+    const RobotModel& robot, const VectorXd& v, const VectorXd& q, Assembly assembly) {
+  std::vector<Pose<double>> X(robot.frames.size());
+  if (const auto reached = robot.forward(v, q, assembly, X); !reached) {
+    return tl::unexpected(reached.error());
+  }
+  return X[0].R;
+}
+
 double turn_between(const Matrix3d& a, const Matrix3d& b) {
   return rotation_vector(a.transpose() * b).norm();
 }
@@ -128,7 +137,7 @@ bool reaches_any_turn(const RobotModel& robot, const VectorXd& v) {
   for (const JointPose& pose : drawn_poses(robot, v)) {
     if (!robot.forward_derivative(v, pose.q, pose.assembly, at)) continue;
     MatrixXd J = at.by_q[0];
-    J.bottomRows<3>() *= kLever_mm;
+    J.bottomRows<3>() *= kUsualLever_mm;
     for (Index k = 0; k < J.cols(); ++k) {
       const double size = J.col(k).norm();
       if (size > 0.0) J.col(k) /= size;

@@ -37,6 +37,11 @@ namespace sixdial::geometry {
 /// Whether they can: what an instrument says of the tool's turn tells parameters then.
 [[nodiscard]] bool turns_its_tool(const RobotModel& robot, const Eigen::VectorXd& v);
 
+/// R_WE: how the tool is turned at these joint values. Fails as RobotModel::forward does.
+[[nodiscard]] tl::expected<Eigen::Matrix3d, KinematicTrouble> turn_of_tool(
+    const RobotModel& robot, const Eigen::VectorXd& v, const Eigen::VectorXd& q,
+    Assembly assembly);
+
 /// The turn [rad] by which two frames differ, 0 to pi.
 [[nodiscard]] double turn_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "geometry/units.h"
+#include "session/measured_turn.h"
 #include "session/nearest.h"
 
 namespace sixdial::session {
@@ -46,10 +47,6 @@ std::vector<HeaderColumn> known_columns(const SampleLayout& layout) {
   return columns;
 }
 
-bool measures_turn(const SampleLayout& layout) {
-  return std::ranges::find(layout.others, "rx", &Channel::name) != layout.others.end();
-}
-
 /// The other names and units in which a file may give what it must give: degrees, and q1, q2
 /// ... of an arm whose joints have names of their own. Commanded values in all of them.
 std::vector<HeaderColumn> other_names(const SampleLayout& layout) {
@@ -78,7 +75,7 @@ std::vector<HeaderColumn> other_names(const SampleLayout& layout) {
     columns.push_back(
         {SampleColumn::kOther, i, layout.others[i].name + "_deg", geometry::kDegPerRad});
   }
-  for (std::size_t i = 0; i < 4 && measures_turn(layout); ++i) {
+  for (std::size_t i = 0; i < 4 && first_turn(layout); ++i) {
     columns.push_back({SampleColumn::kQuaternion, i, std::string("q").append(1, "wxyz"[i])});
   }
   for (std::size_t i = 0; i < layout.axes.size() && layout.dials == 0; ++i) {
@@ -254,7 +251,7 @@ class Missing {
         need(SampleColumn::kQuaternion, i, kQuaternion[i], "a quaternion needs all four");
       }
     }
-    if (!measures_turn(layout_) || parts > 0) return;
+    if (!first_turn(layout_) || parts > 0) return;
     for (std::size_t i = 0; i < layout_.others.size(); ++i) {
       if (layout_.others[i].unit != "rad") continue;
       need(

@@ -136,6 +136,11 @@ class Importer {
           "{} {} left out: no value of every joint, or nothing measured", left_out,
           left_out == 1 ? "row is" : "rows are"));
     }
+    for (const auto& [what, count] : cleared_) {
+      note_once(fmt::format(
+          "{} {}{} {} left out: not all of {} numbers were read", count, what,
+          count == 1 ? "" : "s", count == 1 ? "is" : "are", count == 1 ? "its" : "their"));
+    }
     if (rows_.empty()) throw DataError(file, no_row_left(map_, left_out_));
     Imported result;
     result.session_csv = csv();
@@ -230,25 +235,29 @@ class Importer {
   }
 
   /// x, y and z are there together, or not at all; so are the numbers of a turn.
-  void whole_position(Row& row) const {
-    static const std::array<std::vector<std::string>, 5> kTogether{{
-        {"x_mm", "y_mm", "z_mm"},
-        {"target_x_mm", "target_y_mm", "target_z_mm"},
-        {"rx_deg", "ry_deg", "rz_deg"},
-        {"rx_rad", "ry_rad", "rz_rad"},
-        {"qw", "qx", "qy", "qz"},
+  void whole_position(Row& row) {
+    struct Together {
+      std::string what;
+      std::vector<std::string> names;
+    };
+    static const std::array<Together, 5> kTogether{{
+        {"position", {"x_mm", "y_mm", "z_mm"}},
+        {"target", {"target_x_mm", "target_y_mm", "target_z_mm"}},
+        {"measured turn", {"rx_deg", "ry_deg", "rz_deg"}},
+        {"measured turn", {"rx_rad", "ry_rad", "rz_rad"}},
+        {"measured turn", {"qw", "qx", "qy", "qz"}},
     }};
-    for (const std::vector<std::string>& names : kTogether) {
+    for (const auto& [what, names] : kTogether) {
       std::vector<std::size_t> parts;
-      bool whole = true;
+      std::size_t given = 0;
       for (std::size_t k = 0; k < map_.columns.size(); ++k) {
         if (std::ranges::find(names, map_.columns[k].to) == names.end()) continue;
         parts.push_back(k);
-        whole = whole && !row.cells[k].empty();
+        given += row.cells[k].empty() ? 0U : 1U;
       }
-      for (const std::size_t k : parts) {
-        if (!whole) row.cells[k].clear();
-      }
+      if (given == 0 || given == parts.size()) continue;
+      ++cleared_[what];
+      for (const std::size_t k : parts) row.cells[k].clear();
     }
   }
 
@@ -371,6 +380,7 @@ class Importer {
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
   LeftOut left_out_;
+  std::map<std::string, int> cleared_;  // what a row gave a part of only, and how often
   std::vector<std::string> notes_;
 };
 

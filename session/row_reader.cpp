@@ -12,6 +12,7 @@
 
 #include "geometry/rotation.h"
 #include "geometry/tool.h"
+#include "session/measured_turn.h"
 
 namespace sixdial::session {
 namespace {
@@ -212,9 +213,9 @@ class RowReader {
 
   /// A quaternion, or three angles of the rig file's convention, as a rotation vector.
   std::optional<Mistake> take_turn(const CsvRow& row, Sample& sample) const {
-    std::size_t first = 0;
-    while (first < layout_.others.size() && layout_.others[first].name != "rx") ++first;
-    if (first == layout_.others.size()) return std::nullopt;
+    const std::optional<std::size_t> turns_from = first_turn(layout_);
+    if (!turns_from) return std::nullopt;
+    const std::size_t first = *turns_from;
     Eigen::Vector3d turn;
     const auto is_there = [](const std::optional<double>& each) { return each.has_value(); };
     const auto missing = std::ranges::find_if_not(quaternion_, is_there);

@@ -132,8 +132,8 @@ struct CalibrationResult {
   /// Of a measured position, from the dials alone (studies/position_noise.h); empty as well in
   /// results of early versions.
   std::optional<double> position_noise_mm{};
-  /// Of the tool's turn, where it was measured and fitted; empty elsewhere, and in results of
-  /// early versions.
+  /// Of the tool's turn, where it was measured and can be fitted (only turns of G1 are); empty
+  /// elsewhere, and in results of early versions.
   std::optional<std::vector<TurnErrors>> turn_errors{};
   /// Where the joints stood in G1; empty in results of early versions.
   std::optional<std::vector<MeasuredJoints>> measured_joints{};

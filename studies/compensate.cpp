@@ -146,10 +146,19 @@ bool asks_turns(const session::Plan& plan) {
   });
 }
 
-void check_knows_turns(const CalibrationResult& result, CompensateBy by) {
-  if (by == CompensateBy::kBefore) return;
-  const auto& errors = result.turn_errors;  // of sets that have turns; only G1 is fitted
-  if (errors && std::ranges::find(*errors, "G1", &TurnErrors::set) != errors->end()) return;
+void check_knows_turns(
+    const CalibrationResult& result, CompensateBy by, const session::Session& session) {
+  if (by == CompensateBy::kBefore) {
+    // Where there were turns, the nominal robot's tool was set as they say.
+    if (result.turn_errors && !result.turn_errors->empty()) return;
+    const PlausibleSession judged = plausible(session);
+    if (std::ranges::find(judged.warnings, "tool_turn_registered", &Warning::code) ==
+        judged.warnings.end()) {
+      return;
+    }
+  } else if (result.turn_errors && turns_were_fitted(*result.turn_errors)) {
+    return;
+  }
   throw StudyError(
       StudyErrorCode::kBadData,
       "the target has a turn, and the calibration was made without turns of the tool",
@@ -248,7 +257,8 @@ geometry::WorkingMode mode_of(
   return mode ? *mode : rig.robot.working_mode;
 }
 
-geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationModel& model) {
+std::optional<geometry::Rig> rig_of_turns(
+    geometry::Rig filed, const calibration::CompensationModel& model) {
   if (!calibration::fits_turns(filed)) return filed;
   const geometry::RobotModel& robot = *filed.robot.model;
   // Where the measured poses are: a base that was registered without a frame of the instrument
@@ -257,20 +267,20 @@ geometry::Rig rig_of_turns(geometry::Rig filed, const calibration::CompensationM
   const Eigen::VectorXd q = measured == model.measured_at.end()
                                 ? Eigen::VectorXd::Zero(robot.joint_count())
                                 : measured->second;
-  std::vector<geometry::Pose<double>> X_filed(robot.frames.size()), X(robot.frames.size());
-  if (!robot.forward(filed.robot.nominal, q, filed.robot.assembly, X_filed) ||
-      !robot.forward(model.nominal, q, filed.robot.assembly, X)) {
-    return filed;
-  }
+  const auto R_filed =
+      geometry::turn_of_tool(robot, filed.robot.nominal, q, filed.robot.assembly);
+  const auto R_nominal = geometry::turn_of_tool(robot, model.nominal, q, filed.robot.assembly);
+  if (!R_filed || !R_nominal) return std::nullopt;
   const Eigen::Matrix3d R =
-      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * X[0].R) : X[0].R;
+      model.frame ? Eigen::Matrix3d(model.frame->R.transpose() * *R_nominal) : *R_nominal;
   const auto turned =
-      geometry::with_tool_turned(robot, filed.robot.nominal, X_filed[0].R.transpose() * R);
-  if (turned) filed.robot.nominal = *turned;
+      geometry::with_tool_turned(robot, filed.robot.nominal, R_filed->transpose() * R);
+  if (!turned) return std::nullopt;
+  filed.robot.nominal = *turned;
   return filed;
 }
 
-geometry::Rig rig_of_turns(const session::Session& session) {
+std::optional<geometry::Rig> rig_of_turns(const session::Session& session) {
   if (!calibration::fits_turns(session.rig)) return session.rig;
   const PlausibleSession judged = plausible(session);
   const geometry::Rig& rig = judged.session.rig;
@@ -283,16 +293,29 @@ geometry::Rig rig_of_turns(const session::Session& session) {
                     .frame = judged.frame});
 }
 
+session::Plan read_plan(
+    const std::string& path, const geometry::Rig& filed,
+    const std::optional<geometry::Rig>& turned) {
+  session::Plan plan = session::read_plan(path, turned.value_or(filed));
+  if (turned || !asks_turns(plan)) return plan;
+  throw StudyError(
+      StudyErrorCode::kBadData,
+      "the plan asks for turns of the tool, and the rig file's robot cannot be given the frame "
+      "that the instrument measured",
+      {{"plan", path}},
+      "Turn the tool under robot in rig.toml about as the probe or the board sits, and "
+      "calibrate again; or plan places alone.");
+}
+
 std::optional<Eigen::VectorXd> near_of(
     const session::PlanPoint& point, const calibration::CompensationModel& model,
     const geometry::Rig& rig) {
-  constexpr double kSamePose_rad = 0.2;  // as far as a command may be from the nominal one
+  constexpr double kSameTurn_rad = 0.2;  // as far as a command may be from the nominal one
   const calibration::ToolTarget target = model.in_frame(target_of(point, rig));
   if (!target.R) return point.q;
-  const geometry::RobotModel& robot = *rig.robot.model;
-  std::vector<geometry::Pose<double>> X(robot.frames.size());
-  if (!robot.forward(model.nominal, point.q, rig.robot.assembly, X)) return std::nullopt;
-  if (geometry::turn_between(X[0].R, *target.R) > kSamePose_rad) return std::nullopt;
+  const auto R =
+      geometry::turn_of_tool(*rig.robot.model, model.nominal, point.q, rig.robot.assembly);
+  if (!R || geometry::turn_between(*R, *target.R) > kSameTurn_rad) return std::nullopt;
   return point.q;
 }
 

@@ -83,9 +83,11 @@ void check_commands_turns(const session::Session& session, const session::Plan& 
 [[nodiscard]] bool asks_turns(const session::Plan& plan);
 
 /// What commands has to know of turns, whatever session it was made of. Throws StudyError
-/// bad_data where it was made without any: its tool then sits on the last link as the rig file
-/// says. The nominal robot's does anyway.
-void check_knows_turns(const CalibrationResult& result, CompensateBy by);
+/// bad_data where a calibration was made without any: its tool then sits on the last link as
+/// the rig file says. That of its nominal robot (kBefore) does, too, which is right only where
+/// the turns of `session` fit the rig file's tool.
+void check_knows_turns(
+    const CalibrationResult& result, CompensateBy by, const session::Session& session);
 
 /// Throws StudyError bad_data for a trouble.
 [[nodiscard]] CommandedTarget commanded_target(
@@ -108,15 +110,24 @@ void check_knows_turns(const CalibrationResult& result, CompensateBy by);
 /// The rig of a session by which a plan with turns is read: where `model` commands by the
 /// tool's frame that the instrument measured (studies/plausibility/tool_turn.cpp), the nominal
 /// robot of the rig file has its tool turned on the last link so, too. Its base and all else
-/// stay.
-[[nodiscard]] geometry::Rig rig_of_turns(
+/// stay. Empty: its parameters cannot be brought there, and a plan with turns cannot be read.
+[[nodiscard]] std::optional<geometry::Rig> rig_of_turns(
     geometry::Rig filed, const calibration::CompensationModel& model);
 
 /// The same of what a calibration of this session will command, before it is made.
-[[nodiscard]] geometry::Rig rig_of_turns(const session::Session& session);
+[[nodiscard]] std::optional<geometry::Rig> rig_of_turns(const session::Session& session);
+
+/// The plan of a file, read by `turned` (rig_of_turns); without it by `filed`. Throws
+/// StudyError bad_data where that is missing and the plan asks for turns, and as
+/// session::read_plan.
+[[nodiscard]] session::Plan read_plan(
+    const std::string& path, const geometry::Rig& filed,
+    const std::optional<geometry::Rig>& turned);
 
 /// A planned point's joint values, near which its command is looked for. Empty: they turn the
-/// tool by the nominal robot otherwise than the point asks, and stand in another pose than its.
+/// tool by the nominal robot otherwise than the point asks. Where they put it is not compared:
+/// a base that was registered may stand far from the rig file's, and the joints are near all
+/// the same.
 [[nodiscard]] std::optional<Eigen::VectorXd> near_of(
     const session::PlanPoint& point, const calibration::CompensationModel& model,
     const geometry::Rig& rig);

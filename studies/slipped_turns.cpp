@@ -7,11 +7,10 @@
 #include "calibration/gross_error_parts.h"
 #include "calibration/reading_space.h"
 #include "geometry/registration.h"
-#include "geometry/rotation.h"
-#include "geometry/tool_turn.h"
 #include "geometry/units.h"
 #include "session/measured_turn.h"
 #include "session/sample_layout.h"
+#include "studies/turns_left.h"
 
 namespace sixdial::studies {
 namespace {
@@ -24,29 +23,6 @@ constexpr double kMedianOfThree = 1.538;
 constexpr double kLeastUsual_rad = 1e-6;
 /// Rows more than parameters for each turn that is judged: else a fit follows its slips.
 constexpr int kLeastFreedom = 2;
-
-struct TurnLeft {
-  int sample = 0;  // row of the session
-  double rad = 0.0;
-};
-
-/// How far the robot with parameters v has the tool turned from what was measured.
-std::vector<TurnLeft> turns_left(
-    const session::Session& session, std::span<const simulation::Trial> trials,
-    const Eigen::VectorXd& v) {
-  const session::SampleLayout layout = session::layout_of(session.rig);
-  const geometry::RobotModel& robot = *session.rig.robot.model;
-  std::vector<geometry::Pose<double>> X(robot.frames.size());
-  std::vector<TurnLeft> turns;
-  for (const simulation::Trial& trial : trials) {
-    const auto turn =
-        session::turn_of(session.samples[static_cast<std::size_t>(trial.sample)], layout);
-    if (!turn || !robot.forward(v, trial.q, trial.assembly, X)) continue;
-    const Eigen::Matrix3d measured = geometry::turned_by<double>(*turn);
-    turns.push_back({trial.sample, geometry::turn_between(X[0].R, measured)});
-  }
-  return turns;
-}
 
 /// What is left of most turns; not less than the rig file says of the instrument.
 double usual_of(const std::vector<TurnLeft>& turns, const geometry::Rig& rig) {
@@ -69,6 +45,11 @@ WarningPlace place_of(const session::Session& session, const std::vector<TurnLef
 }
 
 }  // namespace
+
+bool may_be_accidents(std::ptrdiff_t far, std::ptrdiff_t turns) {
+  const double most = std::max(1.0, calibration::kMostAccidents * static_cast<double>(turns));
+  return static_cast<double>(far) <= most && turns - far >= kFewestTurns;
+}
 
 std::optional<Warning> leave_out_slipped_turns(
     session::Session& session, std::span<const simulation::Trial> g1,
@@ -101,7 +82,7 @@ std::optional<Warning> leave_out_slipped_turns(
       Severity::kNote,
       place_of(session, far),
       {{"most", geometry::kDegPerRad * most_rad}, {"usual", geometry::kDegPerRad * usual_rad}}};
-  if (std::ssize(far) > std::max(3, static_cast<int>(calibration::kMostAccidents * judged))) {
+  if (!may_be_accidents(std::ssize(far), judged)) {
     warning.code = "slipped_turns";
     warning.severity = Severity::kDoubt;
     return warning;

@@ -8,6 +8,7 @@
 //   if (const auto slipped = leave_out_slipped_turns(used, trials, {})) show(slipped->code);
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -17,6 +18,14 @@
 #include "studies/plausibility.h"
 
 namespace sixdial::studies {
+
+/// Fewer turns than these do not tell how the tool's frame sits.
+inline constexpr int kFewestTurns = 4;
+
+/// Whether so many of `turns` that are far off may be accidents, and be left out: one, or up to
+/// 15 % of them, and enough stay. More are a fault of the measurement, and nobody knows which
+/// part of them is right.
+[[nodiscard]] bool may_be_accidents(std::ptrdiff_t far, std::ptrdiff_t turns);
 
 /// Takes the turns that slipped out of `session`, positions of the same samples stay. `g1`: its
 /// trials that are fitted. Empty: there are none, or its rig fits no turns. Turns that are too

@@ -17,9 +17,15 @@ struct TurnErrors {
   std::string set{};
   int poses = 0;
   // Angle between the measured and the modelled frame of the tool [rad].
-  double before_mean_rad = 0.0, before_max_rad = 0.0;  // by the nominal robot
-  double mean_rad = 0.0, max_rad = 0.0;                // by the identified one
+  // By the nominal robot: its tool's frame, and its base, set first as they were measured
+  // (`tool_turn_registered`, `base_registered`).
+  double before_mean_rad = 0.0, before_max_rad = 0.0;
+  double mean_rad = 0.0, max_rad = 0.0;  // by the identified one
 };
+
+/// Whether turns were fitted: only those of G1 are. Else these are what a fit of positions
+/// makes of them.
+[[nodiscard]] bool turns_were_fitted(const std::vector<TurnErrors>& errors);
 
 /// Of G1 and of G2, as far as they have turns; none where the rig's robot cannot explain them.
 /// `nominal`, `identified`: the robot's parameters.

@@ -1,7 +1,6 @@
 #include "geometry/instruments/pose.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "geometry/instruments/places.h"
 #include "geometry/rig.h"
@@ -49,18 +48,17 @@ void observe(
   out.by_frames.block<3, 3>(3, 3) = by_turn(w);
 }
 
+/// measured - reading = e, where R_measured = turned_by(e) R. A small turn of the tool by w
+/// leaves turned_by(e) turned_by(-w), so that d(reading)/d(w) is the inverse of the right
+/// Jacobian of SO(3) at e: that of the left one, transposed.
 void nearest(std::span<const std::optional<double>> measured, Observation& out) {
   if (!measured[3] || !measured[4] || !measured[5]) return;
   const Vector3d seen(*measured[3], *measured[4], *measured[5]);
-  const Vector3d w = out.reading.tail<3>();
-  const double angle = w.norm();
-  if (angle < 1e-9) return;
-  const double whole =
-      std::round((seen.dot(w) / angle - angle) / (2 * std::numbers::pi)) * 2 * std::numbers::pi;
-  if (whole == 0.0) return;
-  const Vector3d same = w * (1.0 + whole / angle);
-  out.reading.tail<3>() = same;
-  out.by_frames.block<3, 3>(3, 3) = by_turn(same);
+  if (!seen.allFinite()) return;
+  const Matrix3d R = turned_by<double>(Vector3d(out.reading.tail<3>()));
+  const Vector3d e = rotation_vector(turned_by<double>(seen) * R.transpose());
+  out.reading.tail<3>() = seen - e;
+  out.by_frames.block<3, 3>(3, 3) = by_turn(e).transpose();
 }
 
 }  // namespace

@@ -95,11 +95,18 @@ std::string table_6_text(const studies::CalibrationResult& result) {
 std::vector<std::string> turn_lines(const studies::CalibrationResult& result) {
   std::vector<std::string> lines;
   if (!result.turn_errors) return lines;
+  const bool found_first =
+      result.warnings &&
+      std::ranges::find(*result.warnings, "tool_turn_registered", &studies::Warning::code) !=
+          result.warnings->end();
   for (const studies::TurnErrors& each : *result.turn_errors) {
     lines.push_back(fmt::format(
-        "turn of the tool, {} poses of {}: off by {:.4f} deg before, {:.4f} deg after in the "
-        "mean ({:.4f} and {:.4f} deg at most)",
-        each.poses, each.set, geometry::kDegPerRad * each.before_mean_rad,
+        "turn of the tool, {} poses of {}{}: off by {:.4f} deg before{}, {:.4f} deg after in "
+        "the mean ({:.4f} and {:.4f} deg at most)",
+        each.poses, each.set,
+        studies::turns_were_fitted(*result.turn_errors) ? "" : ", not fitted (G1 has none)",
+        geometry::kDegPerRad * each.before_mean_rad,
+        found_first ? " (the frame of the tool was found first)" : "",
         geometry::kDegPerRad * each.mean_rad, geometry::kDegPerRad * each.before_max_rad,
         geometry::kDegPerRad * each.max_rad));
   }

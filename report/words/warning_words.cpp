@@ -198,6 +198,11 @@ constexpr Words kWords[] = {
      "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
      "against the rig file's; half of the turns fit the nominal robot within {left:.2g} deg "
      "then. The fit starts from there."},
+    {"tool_turn_not_set",
+     "The tool's frame, as it was measured, is turned by {turn:.2f} deg on the last link "
+     "against the rig file's, and the robot's parameters cannot be set to that from where they "
+     "are. The fit starts at the rig file's: turn the tool there (robot in rig.toml) about as "
+     "the probe or the board sits."},
     {"turns_fit_nowhere",
      "The measured turns of the tool do not fit the nominal robot, however its frame sits on "
      "the last link: half of them are off by {left:.1f} deg or more. They are not used.[ Read "
@@ -207,6 +212,10 @@ constexpr Words kWords[] = {
     {"far_turn",
      "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike all "
      "others: not used."},
+    {"far_turns",
+     "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike the "
+     "others: too many for accidents, so they are used. The probe was moved on the flange, or "
+     "the angles of these rows mean something else."},
     {"few_turns",
      "Only {rows:turn|turns} of the tool {rows|was|were} measured: too few to see how its "
      "frame sits on the last link. Not used."},

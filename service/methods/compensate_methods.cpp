@@ -34,7 +34,16 @@ studies::CompensateBy by_of(const Call& call) {
 constexpr std::array<std::string_view, 7> kSides{
     "approach1", "approach2", "approach3", "approach4", "approach5", "approach6", "approach7"};
 
-std::vector<double> place_in(const Json& params) {
+/// x, y and, of a robot that works in space, z [mm].
+std::vector<double> place_in(const Json& params, const geometry::Rig& rig) {
+  const bool in_space = rig.instrument.dimensions == 3;
+  if (params.contains("z_mm") != in_space) {
+    throw studies::StudyError(
+        studies::StudyErrorCode::kInvalidParams,
+        in_space ? "the target has no z_mm; this robot works in space"
+                 : "the target has a z_mm; this robot works in the plane",
+        {{"param", "z_mm"}}, in_space ? "Give x, y and z in mm." : "Give x and y in mm.");
+  }
   std::vector<double> place;
   for (const char* const key : {"x_mm", "y_mm", "z_mm"}) {
     if (params.contains(key)) place.push_back(params[key].get<double>());
@@ -65,7 +74,7 @@ Json target(const Call& call) {
   const auto mode = geometry::working_mode_from(
       param_or<std::string>(call.params, "mode", geometry::to_string(rig.robot.working_mode)));
   const session::Session session = call.service.reader().load_session(record.session);
-  const studies::GivenTarget given = studies::given_target(session, place_in(call.params));
+  const studies::GivenTarget given = studies::given_target(session, place_in(call.params, rig));
   const std::vector<int> sides = sides_in(call.params, *rig.robot.model);
   Json answer;
   if (extended) {

@@ -266,10 +266,20 @@ bool is_far(const geometry::Rig& rig, const Eigen::VectorXd& moved) {
   return furthest > kFarChanges;
 }
 
+/// Brings what a sample measured, place and turn, by X.
+void move_measured(
+    session::Sample& sample, const session::SampleLayout& layout, const Similarity& X) {
+  const auto at = session::position_of(sample, layout.dials);
+  if (at && at->size() == X.t.size()) session::set_position(sample, layout.dials, X(*at));
+  if (const auto turn = session::turn_of(sample, layout)) {
+    const Eigen::Matrix3d turned = X.R * geometry::turned_by<double>(*turn);
+    session::set_turn(sample, layout, geometry::rotation_vector(turned));
+  }
+}
+
 /// What the instrument's frame X takes along: targets, the cuboid's reference, or, of a kind
 /// without parameters for its base, what was measured back to the rig file's frame.
 void bring_along(session::Session& used, const Similarity& X, bool base_moved, bool targets) {
-  const std::size_t dials = used.rig.dials.size();
   const session::SampleLayout layout = session::layout_of(used.rig);
   const Similarity back = X.inverse();
   for (session::Sample& sample : used.samples) {
@@ -278,13 +288,7 @@ void bring_along(session::Session& used, const Similarity& X, bool base_moved, b
       if (base_moved && targets) target = X(*target);
       if (!base_moved && !targets) target = back(*target);
     }
-    if (base_moved) continue;
-    const auto at = session::position_of(sample, dials);
-    if (at && at->size() == X.t.size()) session::set_position(sample, dials, back(*at));
-    if (const auto turn = session::turn_of(sample, layout)) {
-      const Eigen::Matrix3d turned = back.R * geometry::turned_by<double>(*turn);
-      session::set_turn(sample, layout, geometry::rotation_vector(turned));
-    }
+    if (!base_moved) move_measured(sample, layout, back);
   }
   if (base_moved && X.t.size() == 2) {
     used.rig.cuboid.reference_pose_mm = X(used.rig.cuboid.reference_pose_mm);
@@ -359,11 +363,11 @@ session::Session in_rig_frame(const PlausibleSession& judged, const geometry::Ri
   session::Session session = judged.session;
   if (!judged.frame) return session;
   session.rig = filed;
+  const session::SampleLayout layout = session::layout_of(filed);
   const geometry::Similarity back = judged.frame->inverse();
   for (session::Sample& sample : session.samples) {
     if (sample.target_mm) sample.target_mm = back(*sample.target_mm);
-    const auto at = session::position_of(sample, filed.dials.size());
-    if (at) session::set_position(sample, filed.dials.size(), back(*at));
+    plausibility::move_measured(sample, layout, back);
   }
   return session;
 }

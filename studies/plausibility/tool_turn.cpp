@@ -1,20 +1,22 @@
 // How the tool's frame sits on the last link, from measured turns against the nominal robot's:
 // the frame of a probe or a board may be turned there by anything, which is no fault. The
-// robot's parameters take that turn over, in closed form, and every fit starts from there.
-// Turns that no such frame explains mean something else than the rig file says, and turns that
-// no parameter can follow tell nothing: both are left out, and said.
+// robot's parameters take that turn over (geometry/tool_turn.h), and every fit starts from
+// there. Turns that no such frame explains mean something else than the rig file says, and
+// turns that no parameter can follow tell nothing: both are left out, and said.
 #include "geometry/tool_turn.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "geometry/rotation.h"
 #include "geometry/units.h"
 #include "session/measured_turn.h"
 #include "studies/plausibility/check.h"
 #include "studies/plausibility/tool_seen.h"
+#include "studies/slipped_turns.h"
 
 namespace sixdial::studies::plausibility {
 namespace {
@@ -30,7 +32,6 @@ constexpr double kFarTimes = 20.0;
 constexpr double kClearlyBetter = 5.0;
 /// A tool that is turned further than this is put there before the search.
 constexpr double kTurned_rad = 0.5 * geometry::kRadPerDeg;
-constexpr std::size_t kFewestTurns = 4;
 
 /// Where the nominal robot has the tool, and how it was measured.
 struct TurnsSeen {
@@ -128,7 +129,8 @@ void leave_out_turns(Look& look, const session::SampleLayout& layout) {
   }
 }
 
-/// Single turns that are far from all others: of another row, or a target that was lost.
+/// Single turns that are far from all others: of another row, or a target that was lost. Where
+/// they are too many for that, the probe was moved: they stay.
 void leave_out_far_turns(Look& look, const session::SampleLayout& layout, const OnLink& all) {
   const TurnsSeen seen = turns_seen(look.used, layout, look.used.samples.size());
   const double most_rad = std::max(kFits_rad, kFarTimes * all.median_rad);
@@ -138,13 +140,15 @@ void leave_out_far_turns(Look& look, const session::SampleLayout& layout, const 
         seen.nominal[i].transpose() * geometry::turned_by<double>(seen.measured[i]);
     if (geometry::turn_between(all.R, on) > most_rad) far.push_back(seen.row[i]);
   }
+  if (far.empty()) return;
+  const bool accidents = may_be_accidents(std::ssize(far), std::ssize(seen.row));
+  look.tell(
+      accidents ? "far_turn" : "far_turns", accidents ? Severity::kNote : Severity::kDoubt,
+      look.rows(far, "rx, ry, rz"), {{"most", most_rad * geometry::kDegPerRad}});
+  if (!accidents) return;
   for (const std::size_t row : far) {
     session::set_turn(look.used.samples[row], layout, std::nullopt);
   }
-  if (far.empty()) return;
-  look.tell(
-      "far_turn", Severity::kNote, look.rows(far, "rx, ry, rz"),
-      {{"most", most_rad * geometry::kDegPerRad}});
 }
 
 }  // namespace
@@ -153,11 +157,11 @@ void look_at_tool_turn(Look& look) {
   const session::SampleLayout layout = session::layout_of(look.used.rig);
   if (!session::first_turn(layout)) return;
   TurnsSeen seen = turns_seen(look.used, layout);
-  if (seen.row.size() < kFewestTurns) {
+  if (std::ssize(seen.row) < kFewestTurns) {
     seen = turns_seen(look.used, layout, look.used.samples.size());
   }
   if (seen.row.empty()) return;
-  if (seen.row.size() < kFewestTurns) {
+  if (std::ssize(seen.row) < kFewestTurns) {
     leave_out_turns(look, layout);
     look.tell("few_turns", Severity::kNote, look.rows(seen.row, "rx, ry, rz"));
     return;
@@ -188,11 +192,13 @@ void look_at_tool_turn(Look& look) {
   // Over all of the joints' ranges: where the measured poses leave a joint at rest, a turn of
   // the link before it would pass for one of the tool.
   const auto turned = geometry::with_tool_turned(*robot.model, robot.nominal, found.R);
-  if (!turned) return;
+  const WarningParts parts{{"turn", turn_rad * geometry::kDegPerRad}, {"left", left_deg}};
+  if (!turned) {
+    look.tell("tool_turn_not_set", Severity::kDoubt, columns, parts);
+    return;
+  }
   robot.nominal = *turned;
-  look.tell(
-      "tool_turn_registered", Severity::kNote, columns,
-      {{"turn", turn_rad * geometry::kDegPerRad}, {"left", left_deg}});
+  look.tell("tool_turn_registered", Severity::kNote, columns, parts);
 }
 
 }  // namespace sixdial::studies::plausibility

@@ -7,6 +7,8 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "calibration/anfis.h"
 #include "calibration/random.h"
@@ -209,6 +211,32 @@ TEST(Compensation, SaysWhyThereIsNoAnswer) {
 
   const Vector2d nowhere(std::nan(""), 40);
   EXPECT_FALSE(compensate({kTool, kNominal, kNominal}, nowhere, {}));
+}
+
+TEST(Compensation, SaysOfATurnWhatIsLeftOfItInDegrees) {
+  const auto arm = geometry::find_robot_kind("serial")->example();
+  Eigen::VectorXd q(6);
+  q << 0.2, -0.8, 1.0, -0.5, 0.9, 0.1;
+  std::vector<geometry::Pose<double>> X(arm->frames.size());
+  ASSERT_TRUE(arm->forward(
+      arm->nominal, q, static_cast<geometry::Assembly>(arm->assemblies.front().number), X));
+  CompensationModel model{
+      .tool = geometry::Tool(arm, 3), .nominal = arm->nominal, .v = arm->nominal};
+  constexpr double kJump_rad = 0.1;  // 5.7 degrees
+  model.turn_correction = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+    return Eigen::Vector3d(at[0] < q[0] ? kJump_rad : -kJump_rad, 0.0, 0.0);
+  };
+  const auto torn = compensate(model, ToolTarget{X[0].p, X[0].R}, WorkingMode(0), q);
+  ASSERT_FALSE(torn);
+  EXPECT_EQ(torn.error().kind, CompensationTrouble::Kind::kNotConverged);
+  const std::string& said = torn.error().message;
+  const std::size_t turn = said.find(" mm and ");
+  ASSERT_NE(turn, std::string::npos) << said;
+  EXPECT_LT(std::abs(std::stod(said.substr(turn + 8)) - 5.7), 0.05) << said;
+  EXPECT_NE(said.find(" deg"), std::string::npos) << said;
+  const std::size_t place = said.find("improves on ");
+  ASSERT_NE(place, std::string::npos) << said;
+  EXPECT_LT(std::stod(said.substr(place + 12)), 1e-6) << said;
 }
 
 }  // namespace

@@ -54,6 +54,16 @@ TEST_F(StorePlans, WithAPointTwiceAreRefused) {
   EXPECT_FALSE(store_.load_plan(id_).has_value());
 }
 
+TEST_F(StorePlans, WithATurnOfTheToolAreRefused) {
+  // It would come back without its turn, and as another plan.
+  auto plan = session::plan_random(geometry::default_rig(), 4, {.seed = 3}).value();
+  plan.points[2].target_turn_rad = Eigen::Vector3d(0.1, 0.2, 0.3);
+  const StoreError refused = refusal_of([&] { (void)store_.save_plan(id_, plan); });
+  EXPECT_EQ(refused.trouble, StoreTrouble::kRefused);
+  EXPECT_THAT(refused.what(), HasSubstr("asks for a turn of the tool"));
+  EXPECT_FALSE(store_.load_plan(id_).has_value());
+}
+
 class StoreJobs : public StoreSamples {};
 
 TEST_F(StoreJobs, GoThroughTheirStatesAndStayFinal) {

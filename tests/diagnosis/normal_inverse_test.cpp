@@ -35,8 +35,14 @@ TEST(NormalInverse, HasTheDirectionsThatNoReadingShows) {
   EXPECT_LT(std::abs(n[0] / n[1] + 2000.0), 1e-6);
   EXPECT_EQ(n[2], 0.0);
   EXPECT_LT(std::abs(n[3]), 1e-9 * std::abs(n[0]));
-  // The estimate leaves it alone.
-  EXPECT_LT((inverse.estimate.transpose() * VectorXd::Unit(4, 2)).norm(), 1e-15);
+  // The estimate leaves it alone: in units of what each parameter moves, none of its changes
+  // has a part along it. Nor does it move what is held.
+  const VectorXd moves = J.colwise().norm().transpose();
+  const VectorXd along = moves.cwiseProduct(n).normalized();
+  const MatrixXd changes = moves.asDiagonal() * inverse.estimate;
+  EXPECT_LT((changes.transpose() * along).norm(), 1e-9 * changes.norm());
+  EXPECT_GT(changes.norm(), 0.1);
+  EXPECT_EQ(inverse.estimate.row(2).norm(), 0.0);
 }
 
 TEST(NormalInverse, HasNoneWhereEachIsShown) {

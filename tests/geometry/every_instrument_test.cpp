@@ -10,6 +10,7 @@
 #include "geometry/instrument_kind.h"
 #include "geometry/rig.h"
 #include "geometry/rotation.h"
+#include "geometry/units.h"
 
 namespace sixdial::geometry {
 namespace {
@@ -259,20 +260,77 @@ TEST_P(EveryInstrument, StartsAtTheTruthOfAnExactRobot) {
   EXPECT_LT((x - truth).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(Pose, ARotationVectorIsTakenNearestToWhatWasMeasured) {
-  Rig rig = default_rig();
-  rig.instrument.kind = "pose";
-  rig.instrument.dimensions = 3;
-  const auto instrument = instrument_of(rig);
+/// An instrument of poses at a frame that is turned by w.
+class Pose : public testing::Test {
+ protected:
+  Pose() {
+    rig_.instrument.kind = "pose";
+    rig_.instrument.dimensions = 3;
+    instrument_ = instrument_of(rig_);
+  }
+  Observation near(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R) const {
+    std::vector<sixdial::geometry::Pose<double>> X(rig_.robot.model->frames.size());
+    X[0].R = R;
+    Observation out;
+    instrument_->kind->observe(*instrument_, {}, {}, X, false, out);
+    const std::vector<std::optional<double>> read{0.,          0.,          0.,
+                                                  measured[0], measured[1], measured[2]};
+    instrument_->kind->nearest(read, out);
+    return out;
+  }
+
+  Rig rig_ = default_rig();
+  std::shared_ptr<const InstrumentModel> instrument_;
+  std::mt19937_64 random_{7};
+};
+
+TEST_F(Pose, ARotationVectorIsTakenNearestToWhatWasMeasured) {
   // Half a turn and a bit about z: seen as 3.2, computed as 3.2 - 2 pi.
-  std::vector<Pose<double>> X(3);
-  X[0].R = turned_by<double>(Eigen::Vector3d(0, 0, 3.2));
-  Observation out;
-  instrument->kind->observe(*instrument, {}, {}, X, false, out);
-  EXPECT_LT(out.reading[5], 0.0);
-  const std::vector<std::optional<double>> measured{0., 0., 0., 0.0, 0.0, 3.1};
-  instrument->kind->nearest(measured, out);
-  EXPECT_LT(std::abs(out.reading[5] - 3.2), 1e-12);
+  const Eigen::Matrix3d R = turned_by<double>(Eigen::Vector3d(0, 0, 3.2));
+  EXPECT_LT(rotation_vector(R)[2], 0.0);
+  EXPECT_LT(std::abs(near({0.0, 0.0, 3.1}, R).reading[5] - 3.2), 1e-12);
+}
+
+TEST_F(Pose, WhatIsLeftIsTheTurnBetweenTheFramesHoweverFarBothAreTurned) {
+  constexpr double kApart_rad = 1e-3;
+  std::normal_distribution<double> normal;
+  for (const double turned_deg : {0.0, 0.01, 90.0, 150.0, 179.9, 180.0, 180.1, 270.0, 355.0}) {
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector3d axis =
+          Eigen::Vector3d(normal(random_), normal(random_), normal(random_)).normalized();
+      const Eigen::Vector3d apart =
+          kApart_rad *
+          Eigen::Vector3d(normal(random_), normal(random_), normal(random_)).normalized();
+      const Eigen::Vector3d measured = turned_deg * kRadPerDeg * axis;
+      // The tool is turned by `apart` less than was measured.
+      const Eigen::Matrix3d R = turned_by<double>(-apart) * turned_by<double>(measured);
+      const Eigen::Vector3d left = measured - near(measured, R).reading.tail<3>();
+      EXPECT_LT((left - apart).norm(), 1e-12) << turned_deg;
+    }
+  }
+}
+
+TEST_F(Pose, SlopesOfWhatIsLeftAreThoseOfTheTurnBetweenTheFrames) {
+  for (const double turned_rad : {0.3, 2.9, 3.3, 6.1}) {
+    for (const double apart_rad : {0.0, 1e-3, 0.4, 2.5}) {
+      const Eigen::Vector3d measured = turned_rad * Eigen::Vector3d(0.6, -0.48, 0.64);
+      const Eigen::Matrix3d R = turned_by<double>(apart_rad * Eigen::Vector3d(0.0, 0.6, 0.8)) *
+                                turned_by<double>(measured);
+      const Observation exact = near(measured, R);
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto reading_at = [&](double step) -> Eigen::VectorXd {
+          return near(measured, Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(axis)) * R)
+              .reading;
+        };
+        constexpr double kStep = 2e-4;
+        const Eigen::VectorXd slope = (8 * (reading_at(kStep) - reading_at(-kStep)) -
+                                       (reading_at(2 * kStep) - reading_at(-2 * kStep))) /
+                                      (12 * kStep);
+        EXPECT_LT((slope - exact.by_frames.col(3 + axis)).norm(), 1e-9)
+            << turned_rad << ' ' << apart_rad << ' ' << axis;
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(

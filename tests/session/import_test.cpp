@@ -197,7 +197,9 @@ TEST_F(Importing, YamlRecordsByTheirPaths) {
 TEST_F(Importing, ATurnWithoutAllOfItsAnglesIsNone) {
   const auto read = import_files(
       {write(
-          "poses.csv", "a,b,x,y,z,rx,ry,rz\n0.1,0.2,1,2,3,10,,30\n0.3,0.4,1,2,4,10,20,30\n")},
+          "poses.csv",
+          "a,b,x,y,z,rx,ry,rz\n0.1,0.2,1,2,3,10,,30\n0.3,0.4,1,2,4,10,20,30\n"
+          "0.5,0.6,1,2,5,,,\n0.7,0.8,1,2,6,10,20,?\n")},
       map("[instrument]\nkind = \"pose\"\n",
           "[[column]]\nfrom = \"a\"\nto = \"q1_rad\"\n[[column]]\nfrom = \"b\"\nto = "
           "\"q2_rad\"\n"
@@ -207,7 +209,11 @@ TEST_F(Importing, ATurnWithoutAllOfItsAnglesIsNone) {
           "\"ry_deg\"\n"
           "[[column]]\nfrom = \"rz\"\nto = \"rz_deg\"\n"));
   const Session session = this->session(read);
-  ASSERT_EQ(session.samples.size(), 2U);
+  ASSERT_EQ(session.samples.size(), 4U);
+  // Two of them were there in part; a row without any angle has lost nothing.
+  EXPECT_THAT(
+      read.notes,
+      Contains("2 measured turns are left out: not all of their numbers were read"));
   const SampleLayout layout = layout_of(session.rig);
   EXPECT_TRUE(position_of(session.samples[0], 0));
   EXPECT_FALSE(turn_of(session.samples[0], layout));

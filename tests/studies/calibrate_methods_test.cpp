@@ -18,6 +18,7 @@
 #include "studies/method_name.h"
 #include "studies/validate.h"
 #include "tests/support/paths.h"
+#include "tests/support/pose_session.h"
 #include "tests/support/rig_for_tests.h"
 #include "tests/support/simulated.h"
 
@@ -153,10 +154,35 @@ TEST(CalibrationMethod, IsTakenByTheServiceFromCalibrationToReport) {
                               {"by", by}})["result"]["theta_rad"];
   };
   EXPECT_NE(angles("full"), angles("kinematics"));
+  const Json in_space = client.call(
+      "compensate.target",
+      {{"session", "here"}, {"x_mm", 28.0}, {"y_mm", 48.0}, {"z_mm", 0.0}});
+  EXPECT_EQ(in_space["error"]["data"]["at"]["param"], "z_mm") << in_space;
   TempDirectory directory;
   const Json answer = client.call(
       "report.write", {{"session", "here"}, {"path", (directory.path() / "r").string()}});
   ASSERT_TRUE(answer.contains("result")) << answer;
+}
+
+TEST(CompensateTarget, OfARobotInSpaceNeedsZ) {
+  const TempDirectory directory;
+  const auto folder = directory.path() / "poses";
+  session::write_bundle(testing::pose_session().session, folder);
+  RunningService running;
+  LineClient client = running.client();
+  client.call("session.import", {{"path", folder.string()}, {"name", "arm"}});
+  const Json job =
+      client.call("calibrate.start", {{"session", "arm"}, {"method", "lm"}})["result"];
+  ASSERT_EQ(client.call("job.wait", {{"job", job["job"]}})["result"]["state"], "done");
+  Json target{{"session", "arm"}, {"x_mm", -600.0}, {"y_mm", -300.0}, {"by", "kinematics"}};
+  const Json refused = client.call("compensate.target", target);
+  EXPECT_EQ(error_code_of(refused), "invalid_params");
+  EXPECT_EQ(refused["error"]["data"]["at"]["param"], "z_mm") << refused;
+  EXPECT_THAT(refused.dump(), ::testing::Not(HasSubstr("rx,ry,rz")));
+  target["z_mm"] = 400.0;
+  const Json there = client.call("compensate.target", target);
+  ASSERT_TRUE(there.contains("result")) << there;
+  EXPECT_LT(there["result"]["closure_mm"], 1e-9);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "geometry/tool.h"
+#include "session/csv.h"
 #include "session/plan.h"
 #include "session/sample_layout.h"
 #include "studies/calibrate.h"
@@ -76,13 +77,12 @@ class PlansWithTurns : public testing::CalibratedPoses {
 /// How far these parameters have the tool turned from what the point asks for [rad].
 double off_by(
     const geometry::Robot& robot, const VectorXd& v, const VectorXd& q, const Matrix3d& asked) {
-  std::vector<geometry::Pose<double>> X(robot.model->frames.size());
-  EXPECT_TRUE(robot.model->forward(v, q, robot.assembly, X));
-  return geometry::turn_between(X[0].R, asked);
+  return geometry::turn_between(
+      geometry::turn_of_tool(*robot.model, v, q, robot.assembly).value(), asked);
 }
 
 TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
-  const geometry::Rig probes = rig_of_turns(rig(), model());
+  const geometry::Rig probes = rig_of_turns(rig(), model()).value();
   const session::Plan read = read_by(probes);
   ASSERT_EQ(read.points.size(), static_cast<std::size_t>(kPoints));
   for (const session::PlanPoint& point : read.points) {
@@ -93,7 +93,7 @@ TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
   }
   expect_reached(compensated_plan(read, model(), rig()));
   // The same is known before anything is fitted.
-  const geometry::Rig before = rig_of_turns(poses->session);
+  const geometry::Rig before = rig_of_turns(poses->session).value();
   EXPECT_LT((before.robot.nominal - probes.robot.nominal).norm(), 1e-6);
   // Only the tool's frame is another one.
   for (Eigen::Index i = 0; i < rig().robot.nominal.size(); ++i) {
@@ -105,8 +105,30 @@ TEST_F(PlansWithTurns, AreReadByTheFrameThatTheInstrumentMeasured) {
   }
 }
 
+TEST_F(PlansWithTurns, AreRefusedWhereTheMeasuredFrameCannotBeSet) {
+  const testing::TempDirectory directory;
+  const std::string path = (directory.path() / "plan.csv").string();
+  session::write_file(path, plan_file());
+  const auto turned = rig_of_turns(rig(), model());
+  EXPECT_EQ(read_plan(path, rig(), turned).points.size(), std::size_t{kPoints});
+  // A middle of the measured joint values that the robot cannot take tells no frame.
+  calibration::CompensationModel lost = model();
+  lost.measured_at.begin()->second.setConstant(std::nan(""));
+  EXPECT_FALSE(rig_of_turns(rig(), lost));
+  try {
+    static_cast<void>(read_plan(path, rig(), std::nullopt));
+    FAIL() << "read by another frame";
+  } catch (const StudyError& error) {
+    EXPECT_NE(std::string(error.what()).find("asks for turns"), std::string::npos);
+  }
+  session::write_file(
+      path, "set,point,target_x_mm,target_y_mm,target_z_mm\nG1,0,-600,-300,400\n");
+  EXPECT_EQ(read_plan(path, rig(), std::nullopt).points.size(), 1U);
+}
+
 TEST_F(PlansWithTurns, AreNotCommandedNearJointValuesOfAnotherPose) {
-  const session::Plan elsewhere = with_other_joints(read_by(rig_of_turns(rig(), model())));
+  const session::Plan elsewhere =
+      with_other_joints(read_by(rig_of_turns(rig(), model()).value()));
   for (const session::PlanPoint& point : elsewhere.points) {
     EXPECT_FALSE(near_of(point, model(), rig()));
   }
@@ -131,7 +153,7 @@ TEST_F(PlansWithTurns, OfAnExtendedModelMeanTheSameFrame) {
       .measured_joints = calibrated->measured_joints,
       .turns = true};
   const ExtendedCommand command(fit, rig());
-  const session::Plan read = read_by(rig_of_turns(rig(), command.without_causes()));
+  const session::Plan read = read_by(rig_of_turns(rig(), command.without_causes()).value());
   expect_reached(extended_plan(read, command, rig()));
   expect_reached(extended_plan(with_other_joints(read), command, rig()));
 }
@@ -148,7 +170,7 @@ TEST(PlansInAFrameOfTheInstrument, AreReadInTheRigFilesFrameWithTheProbesTurn) {
   const session::Plan read = session::parse_plan(
       "set,point,target_x_mm,target_y_mm,target_z_mm,target_rx_deg,target_ry_deg,"
       "target_rz_deg\nG1,0,-600,-300,400,90,20,10\n",
-      "plan.csv", rig_of_turns(rig, model));
+      "plan.csv", rig_of_turns(rig, model).value());
   const session::PlanPoint& point = read.points.at(0);
   const calibration::ToolTarget there = model.in_frame(target_of(point, rig));
   EXPECT_LT(off_by(rig.robot, model.nominal, point.q, *there.R), 1e-5);

@@ -376,6 +376,29 @@ TEST(TurnsOfASession, ATrackerThatStandsElsewhereHasItsTurnsInItsOwnFrame) {
   EXPECT_LT(geometry::turn_between(made.at(there).R, X.R), 0.02);
 }
 
+TEST(TurnsOfASession, GoBackToTheRigFilesFrameWithTheirPositions) {
+  PoseSession made = testing::pose_session();
+  const session::Session filed = made.session;
+  testing::seen_from(
+      made.session, geometry::turned_by<double>(Vector3d(0.3, 0.4, 1.7)),
+      Vector3d(1500, -200, 300));
+  const PlausibleSession judged = plausible(made.session);
+  ASSERT_TRUE(judged.frame);
+  const session::Session back = in_rig_frame(judged, made.session.rig);
+  const session::SampleLayout layout = session::layout_of(made.session.rig);
+  for (std::size_t i = 0; i < back.samples.size(); ++i) {
+    const auto R = [&](const session::Session& of) {
+      return geometry::turned_by<double>(*session::turn_of(of.samples[i], layout));
+    };
+    // As far as the nominal robot is from the true one.
+    EXPECT_LT(geometry::turn_between(R(back), R(filed)), 0.02);
+    EXPECT_LT(
+        (*session::position_of(back.samples[i], 0) - *session::position_of(filed.samples[i], 0))
+            .norm(),
+        20.0);
+  }
+}
+
 TEST(TurnsOfASession, AToolThatIsAPointIsCalibratedByItsPositions) {
   const PoseSession made = testing::pose_session({.tool_is_frame = false});
   const CalibrationResult result = calibrate(made.session, {.method = "lm"});
