@@ -6,7 +6,7 @@
 namespace sixdial::diagnosis {
 
 bool sizes_are_possible(const JointFit& fit, std::size_t cause) {
-  constexpr double kForSure = 2.0;  // standard deviations
+  constexpr double kForSure = 3.0;  // standard deviations
   Eigen::Index column = fit.model.size();
   for (std::size_t k = 0; k < cause; ++k) column += fitted_count(*fit.effects[k].effect);
   const simulation::ActiveEffect& active = fit.effects[cause];

@@ -1,6 +1,7 @@
-// Sizes that physics forbids: lost motion, compliance and growth by temperature are never less
-// than zero (EffectParameter::never_negative). A fit that wants them so has found something
-// else that looks like it.
+// Sizes that physics forbids: lost motion and compliance are never less than zero
+// (EffectParameter::never_negative). A fit that wants them so has found something else that
+// looks like it. Growth by temperature is not among them: a controller may make up for too
+// much of it.
 #pragma once
 
 #include <cstddef>

@@ -9,7 +9,7 @@ namespace sixdial::simulation {
 namespace {
 
 constexpr EffectParameter kParameters[] = {
-    {"a", "1/K", 2e-5, true},  // what robots are made of grows
+    {"a", "1/K", 2e-5},
 };
 
 double grown(std::span<const double> x, const Circumstance& sample) {
