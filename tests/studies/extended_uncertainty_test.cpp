@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <random>
 #include <vector>
 
@@ -84,7 +83,6 @@ TEST(ExtendedUncertainty, IsThatOfTheTrueErrors) {
   }
   const double place = std::sqrt(sum.place / sum.said_place);
   const double turn = std::sqrt(sum.turn / sum.said_turn);
-  std::printf("PLACE %g TURN %g\n", place, turn);
   EXPECT_LT(place, kFactor);
   EXPECT_GT(place, 1.0 / kFactor);
   EXPECT_LT(turn, kFactor);
@@ -108,7 +106,6 @@ TEST(ExtendedUncertainty, KnowsNoBetterThanBeforeWhatNoPoseShowed) {
   for (const geometry::ParameterInfo& each : robot.model->parameters) {
     if (each.unit == "rad") most_rad = std::max(most_rad, each.change);
   }
-  std::printf("SAID %g CHANGE %g\n", std::sqrt(turned.said_turn), most_rad);
   EXPECT_LT(std::sqrt(turned.said_turn), 2.0 * most_rad);
 }
 
