@@ -379,7 +379,7 @@ class Importer {
   std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
-  LeftOut left_out_;
+  RowsLeftOut left_out_;
   std::map<std::string, int> cleared_;  // what a row gave a part of only, and how often
   std::vector<std::string> notes_;
 };

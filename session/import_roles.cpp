@@ -98,7 +98,7 @@ std::optional<Mistake> nothing_measured(
       hint_for(needed, map, layout, table)};
 }
 
-Mistake no_row_left(const ImportMap& map, const LeftOut& left_out) {
+Mistake no_row_left(const ImportMap& map, const RowsLeftOut& left_out) {
   if (left_out.rows == 0) {
     return {
         0, 0, "", "the file has no row with as many cells as it has columns",

@@ -25,14 +25,14 @@ namespace sixdial::session {
     const ImportMap& map, const SampleLayout& layout, const ImportTable& table);
 
 /// Why rows were left out.
-struct LeftOut {
+struct RowsLeftOut {
   std::size_t rows = 0;  // all
   std::size_t without_joint = 0;
   std::size_t without_measured = 0;     // with all joints
   std::vector<std::size_t> no_value{};  // by column of the map: rows without a value
   std::vector<std::string> odd{};       // what cells could not be read as
 };
-[[nodiscard]] Mistake no_row_left(const ImportMap& map, const LeftOut& left_out);
+[[nodiscard]] Mistake no_row_left(const ImportMap& map, const RowsLeftOut& left_out);
 
 /// The factor of a column that the map gives no unit, from what the file says of it: its row of
 /// units, or brackets in its name. `notes`: what was taken, or contradicts the map.
