@@ -234,6 +234,13 @@ void judge(const Case& each, const Outcome& outcome, const std::string& id) {
       quantile(outcome.recovered_ms, 0.99));
 }
 
+/// Before any fault was ordered the dial did not answer in time: the machine stood still, and
+/// the trial says nothing.
+bool machine_stood_still(const Case& each, const Outcome& outcome) {
+  return !outcome.stored.empty() &&
+         outcome.stored[0].sample.channels[dial_of(each)].reason == session::reason::kTimeout;
+}
+
 // A rig has up to eight threads, which a sanitizer makes ten times slower.
 #ifdef SIXDIAL_SANITIZED
 constexpr int kUsualSpeed = 4;
@@ -264,7 +271,11 @@ TEST(DeviceFaults, EachOfTheEighteenIsNoticedStoredWithItsReasonAndGotOverOnEver
       const Case& each = kCases[i];
       tried.insert(each.fault);
       dials.insert(dial_of(each));
-      const Outcome outcome = running[i - from].get();
+      Outcome outcome = running[i - from].get();
+      constexpr int kMostAgain = 3;  // a dial that never answers is no loaded machine
+      for (int k = 0; k < kMostAgain && machine_stood_still(each, outcome); ++k) {
+        outcome = try_fault(each, repeats, speed);
+      }
       SCOPED_TRACE(name_of(each));
       judge(each, outcome, rig.dials[dial_of(each)].id);
       all_recovered.insert(
