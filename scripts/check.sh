@@ -4,12 +4,12 @@
 # the generated sources that it names.
 #   scripts/check.sh           clang-tidy reads the folders that everything stands on
 #   scripts/check.sh quick     everything but clang-tidy
-#   scripts/check.sh changed   the files of the last commits, newest first, for five minutes at most
+#   scripts/check.sh changed   the files of the last commits, newest first, for four minutes at most
 #   scripts/check.sh all       every folder, tests and benchmarks too
 set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 what=${1:-base}
-tidy_seconds=${SIXDIAL_TIDY_SECONDS:-300}
+tidy_seconds=${SIXDIAL_TIDY_SECONDS:-240}
 
 mapfile -t sources < <(git ls-files '*.cpp' '*.h')
 echo "== clang-format: ${#sources[@]} files"
