@@ -65,7 +65,7 @@ std::string gain_sentence(const DiagnosisResult& result) {
   const std::string by_network = network == nullptr
                                      ? std::string()
                                      : fmt::format(
-                                           "; a network that learns from the joint values "
+                                           "; a network that learns from the joint angles "
                                            "instead (ANFIS) leaves {}",
                                            millimetres(network->mean_mm));
   if (extended == nullptr || !studies::names_an_effect(result)) {
@@ -290,7 +290,7 @@ std::vector<Line> to_do(const DiagnosisResult& result, VerdictKind kind) {
     lines.push_back(
         {"Before repairing anything that these data do not tell apart, measure poses that do: "
          "other "
-         "working modes, a wider range of joint values, both sides of approach."});
+         "working modes, a wider range of joint angles, both sides of approach."});
   }
   if (lines.empty()) {
     lines.push_back(

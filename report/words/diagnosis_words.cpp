@@ -286,7 +286,7 @@ NotTestableWords not_testable_in_words(
         "on these poses the fitted parameters ({}) imitate all but {} % of it",
         fmt::join(limit->absorbed_by, ", "), fmt::format("{:f}", left).substr(0, 4));
   }
-  return {std::move(reason), "other poses: more working modes, a wider range of joint values"};
+  return {std::move(reason), "other poses: more working modes, a wider range of joint angles"};
 }
 
 bool is_beyond_plausible(const studies::Limit& limit, double size) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -27,9 +28,9 @@ constexpr const char* kGantry =
     "[[joint]]\nkind = \"prismatic\"\n"
     "[instrument]\nkind = \"position\"\nsd_mm = 0.01\n";
 constexpr double kStroke_mm = 300.0;
-constexpr double kBacklash_mm = 0.2;
+constexpr double kBacklash_mm = 0.05;
 
-/// Backlash of the first slide; every pose twice, so that the noise is known.
+/// Backlash of the first slide.
 session::Session gantry_session() {
   session::Session session;
   session.name = "gantry";
@@ -48,7 +49,8 @@ session::Session gantry_session() {
     const Eigen::Vector3d q(stroke(engine), stroke(engine), stroke(engine));
     sample.q = q;
     Eigen::VectorXd stood = q;
-    stood[0] += 0.5 * kBacklash_mm * (q[0] > before[0] ? 1.0 : -1.0);
+    // It lags behind; nobody knows from where it came to the first pose.
+    if (i > 0) stood[0] -= 0.5 * kBacklash_mm * (q[0] > before[0] ? 1.0 : -1.0);
     before = q;
     geometry::Position p = tool.position(robot.nominal, stood, robot.assembly).value();
     for (double& each : p) each += 0.01 * normal(engine);
@@ -75,16 +77,18 @@ TEST(GantryDiagnosis, SpeaksOfTravelInMillimetres) {
     ++slides;
   }
   EXPECT_EQ(slides, 3);
-  ASSERT_FALSE(result.causes.empty());
-  const FoundCause& cause = result.causes.front();
-  EXPECT_EQ(cause.id.name(), "joint_backlash@joint1");
+  const auto found = std::ranges::find_if(result.causes, [](const FoundCause& each) {
+    return each.id.name() == "joint_backlash@joint1";
+  });
+  ASSERT_NE(found, result.causes.end()) << report::diagnosis_text(result);
+  const FoundCause& cause = *found;
   ASSERT_TRUE(cause.signature);
   EXPECT_EQ(cause.signature->quantity, Quantity::kJointSlideError);
   EXPECT_EQ(cause.signature->along.axis, CurveAxis::kJointSlide);
   EXPECT_EQ(report::quantity_name(*cause.signature), "travel error of joint 1");
   for (const CurveGroup& group : cause.signature->panels.at(0).groups) {
     for (const double model_mm : group.model) {
-      EXPECT_NEAR(std::abs(model_mm), kBacklash_mm / 2, 0.02);
+      EXPECT_NEAR(std::abs(model_mm), kBacklash_mm / 2, 0.005);
     }
   }
   EXPECT_THAT(report::diagnosis_text(result), Not(HasSubstr("theta")));
@@ -94,7 +98,7 @@ TEST(GantryDiagnosis, SpeaksOfTravelInMillimetres) {
       const auto* figure = std::get_if<report::Figure>(&block);
       if (figure == nullptr) continue;
       titles += figure->title + '|' + figure->here + '\n';
-      for (const report::Panel& panel : figure->panels) {
+      for (const report::Panel& panel : figure->chart.panels) {
         titles += panel.title + '|' + panel.x.label + '|' + panel.y.label + '\n';
       }
     }
