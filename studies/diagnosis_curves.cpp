@@ -278,8 +278,9 @@ SignatureCurve DiagnosisCurves::joint_curve(
   }
   const auto arrives = [&](int sign) {
     return [this, joint, sign](Eigen::Index t) {
-      const auto& trial = data_.readings.trials()[static_cast<std::size_t>(t)];
-      return trial.approach_of(static_cast<std::size_t>(joint)) == sign;
+      // By the column, or by the order of rows where there is none.
+      const auto& came = data_.readings.circumstances()[static_cast<std::size_t>(t)].approach;
+      return joint < came.size() && came[joint] * sign > 0;
     };
   };
   add(groups, group_of(CurveGroupOf::kTurningUp, x, measured, model, arrives(1)));
