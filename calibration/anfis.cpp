@@ -113,7 +113,7 @@ VectorXd refit_dual(
   const Eigen::LLT<MatrixXd> llt(K);
   VectorXd alpha = VectorXd::Zero(samples.padded());
   alpha.head(n) = llt.solve(targets);
-  RuleTables rules(model.inputs, model.functions, samples.padded());
+  AnfisRules rules(model.inputs, model.functions, samples.padded());
   rules.set(samples.nu);
   rules.project(samples.x, alpha, theta);
   VectorXd learned(samples.padded());

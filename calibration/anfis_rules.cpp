@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <stdexcept>
+#include <string>
 
 #include "calibration/anfis_kernels.h"
 
@@ -19,109 +21,137 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, kSamplePad>;
 using V = hn::Vec<D>;
 
-/// N sums over samples [0, n) of w * scaled * x_c, added to result[c].
+constexpr std::size_t kSamples = 64;  // at a time: their arrays stay in the first cache
+
+/// A rule's arrays: one of the first inputs' products, and one of each other input.
+struct RuleFactors {
+  const double* first;
+  const double* other[kMostAnfisInputs];
+  std::size_t others;
+};
+
+HWY_INLINE HWY_ATTR RuleFactors factors_of(const RuleArrays& rules, std::size_t j) {
+  RuleFactors result{};
+  result.others = rules.inputs - rules.inputs_of_first;
+  for (std::size_t i = 0; i < result.others; ++i, j /= rules.functions) {
+    const std::size_t column =
+        (rules.inputs_of_first + i) * rules.functions + j % rules.functions;
+    result.other[i] = rules.nu + column * rules.padded;
+  }
+  return result;
+}
+
+/// Strengths of a rule at one vector of samples, multiplied input by input.
+HWY_INLINE HWY_ATTR V strength(const RuleFactors& rule, std::size_t a) {
+  const D d;
+  V w = hn::LoadU(d, rule.first + a);
+  for (std::size_t i = 0; i < rule.others; ++i) w = hn::Mul(w, hn::LoadU(d, rule.other[i] + a));
+  return w;
+}
+
+/// N sums over samples of w * alpha * x_c.
 template <std::size_t N>
-HWY_INLINE HWY_ATTR void add_sums(
-    std::size_t n, std::size_t stride, const double* w, const double* scaled, const double* x,
+HWY_INLINE HWY_ATTR void sums_of(
+    std::size_t padded, const RuleFactors& rule, const double* alpha, const double* x,
     double* result) {
   const D d;
   V sum[N];
   for (std::size_t c = 0; c < N; ++c) sum[c] = hn::Zero(d);
-  for (std::size_t a = 0; a < n; a += hn::Lanes(d)) {
-    const V wa = hn::Mul(hn::LoadU(d, w + a), hn::LoadU(d, scaled + a));
+  for (std::size_t a = 0; a < padded; a += hn::Lanes(d)) {
+    const V wa = hn::Mul(strength(rule, a), hn::LoadU(d, alpha + a));
     for (std::size_t c = 0; c < N; ++c) {
-      sum[c] = hn::MulAdd(wa, hn::LoadU(d, x + c * stride + a), sum[c]);
+      sum[c] = hn::MulAdd(wa, hn::LoadU(d, x + c * padded + a), sum[c]);
     }
   }
-  for (std::size_t c = 0; c < N; ++c) result[c] += hn::GetLane(hn::SumOfLanes(d, sum[c]));
-}
-
-HWY_ATTR void add_any_sums(
-    std::size_t count, std::size_t n, std::size_t stride, const double* w, const double* scaled,
-    const double* x, double* result) {
-  for (; count >= 4; count -= 4, x += 4 * stride, result += 4) {
-    add_sums<4>(n, stride, w, scaled, x, result);
-  }
-  if (count == 3) add_sums<3>(n, stride, w, scaled, x, result);
-  if (count == 2) add_sums<2>(n, stride, w, scaled, x, result);
-  if (count == 1) add_sums<1>(n, stride, w, scaled, x, result);
+  for (std::size_t c = 0; c < N; ++c) result[c] = hn::GetLane(hn::SumOfLanes(d, sum[c]));
 }
 
 HWY_ATTR void project_rules(
-    std::size_t per_rule, std::size_t padded, const RuleTable& first, const RuleTable& second,
-    const double* x, const double* alpha, double* result) {
-  const D d;
-  constexpr std::size_t kSamples = 512;  // their inputs stay in the first cache
-  alignas(64) double scaled[kSamples];
-  const std::size_t rules = first.size * second.size;
-  std::fill(result, result + rules * per_rule, 0.0);
-  for (std::size_t from = 0; from < padded; from += kSamples) {
-    const std::size_t n = std::min(kSamples, padded - from);
-    for (std::size_t j = 0; j < second.size; ++j) {
-      const double* own = second.arrays + j * padded + from;
-      for (std::size_t a = 0; a < n; a += hn::Lanes(d)) {
-        hn::StoreU(
-            hn::Mul(hn::LoadU(d, own + a), hn::LoadU(d, alpha + from + a)), d, scaled + a);
+    const RuleArrays& rules, const double* x, const double* alpha, double* result) {
+  const std::size_t padded = rules.padded;
+  for (std::size_t j = 0; j < rules.other_count; ++j) {
+    RuleFactors rule = factors_of(rules, j);
+    for (std::size_t i = 0; i < rules.first_count; ++i) {
+      rule.first = rules.first + i * padded;
+      std::size_t left = rules.inputs + 1;
+      const double* column = x;
+      for (; left >= 4; left -= 4, column += 4 * padded, result += 4) {
+        sums_of<4>(padded, rule, alpha, column, result);
       }
-      for (std::size_t i = 0; i < first.size; ++i) {
-        add_any_sums(
-            per_rule, n, padded, first.arrays + i * padded + from, scaled, x + from,
-            result + (i + first.size * j) * per_rule);
-      }
+      if (left == 3) sums_of<3>(padded, rule, alpha, column, result);
+      if (left == 2) sums_of<2>(padded, rule, alpha, column, result);
+      if (left == 1) sums_of<1>(padded, rule, alpha, column, result);
+      result += left;
     }
   }
 }
 
-/// Outputs of one rule at N vectors of samples, added to either sum.
+/// Output of one rule at N vectors of samples, added to each of these sums.
 template <std::size_t N>
-HWY_INLINE HWY_ATTR void add_outputs(
-    std::size_t per_rule, std::size_t stride, const double* first, const double* second,
-    const double* x, const double* b, double* by_first, double* by_second) {
+HWY_INLINE HWY_ATTR void add_output(
+    const RuleArrays& rules, const RuleFactors& rule, const double* x, const double* b,
+    std::size_t a, std::size_t groups, double* const* sums) {
   const D d;
   const std::size_t lanes = hn::Lanes(d);
   V f[N];
   for (std::size_t k = 0; k < N; ++k) f[k] = hn::Zero(d);
-  for (std::size_t c = 0; c < per_rule; ++c, x += stride) {
+  for (std::size_t c = 0; c <= rules.inputs; ++c) {
     const V factor = hn::Set(d, b[c]);
+    const double* column = x + c * rules.padded + a;
     for (std::size_t k = 0; k < N; ++k) {
-      f[k] = hn::MulAdd(factor, hn::LoadU(d, x + k * lanes), f[k]);
+      f[k] = hn::MulAdd(factor, hn::LoadU(d, column + k * lanes), f[k]);
     }
   }
-  for (std::size_t k = 0; k < N; ++k) {
-    const std::size_t a = k * lanes;
-    const V strength = hn::Mul(hn::LoadU(d, first + a), hn::LoadU(d, second + a));
-    const V out = hn::Mul(f[k], strength);
-    hn::StoreU(hn::Add(hn::LoadU(d, by_first + a), out), d, by_first + a);
-    hn::StoreU(hn::Add(hn::LoadU(d, by_second + a), out), d, by_second + a);
+  for (std::size_t k = 0; k < N; ++k) f[k] = hn::Mul(f[k], strength(rule, a + k * lanes));
+  for (std::size_t g = 0; g < groups; ++g) {
+    double* sum = sums[g] + a;
+    for (std::size_t k = 0; k < N; ++k) {
+      hn::StoreU(hn::Add(hn::LoadU(d, sum + k * lanes), f[k]), d, sum + k * lanes);
+    }
+  }
+}
+
+/// Adds the output of each rule with consequents B to one array of each group: arrays
+/// into + group_of(r, g) * padded.
+template <class GroupOf>
+HWY_INLINE HWY_ATTR void add_outputs(
+    const RuleArrays& rules, const double* x, const double* B, std::size_t groups,
+    const GroupOf& group_of, double* into) {
+  const std::size_t lanes = hn::Lanes(D());
+  const std::size_t padded = rules.padded;
+  for (std::size_t from = 0; from < padded; from += kSamples) {
+    const std::size_t to = std::min(from + kSamples, padded);
+    for (std::size_t j = 0; j < rules.other_count; ++j) {
+      RuleFactors rule = factors_of(rules, j);
+      for (std::size_t i = 0; i < rules.first_count; ++i) {
+        rule.first = rules.first + i * padded;
+        const std::size_t r = i + rules.first_count * j;
+        const double* b = B + r * (rules.inputs + 1);
+        double* sums[kMostAnfisInputs];
+        for (std::size_t g = 0; g < groups; ++g) sums[g] = into + group_of(r, g) * padded;
+        std::size_t a = from;
+        for (; a + 4 * lanes <= to; a += 4 * lanes) {
+          add_output<4>(rules, rule, x, b, a, groups, sums);
+        }
+        for (; a < to; a += lanes) add_output<1>(rules, rule, x, b, a, groups, sums);
+      }
+    }
   }
 }
 
 HWY_ATTR void answer_rules(
-    std::size_t per_rule, std::size_t padded, const RuleTable& first, const RuleTable& second,
-    const double* x, const double* B, double* by_first, double* by_second) {
-  constexpr std::size_t kSamples = 64;  // their tables stay in the first cache
-  const std::size_t lanes = hn::Lanes(D());
-  for (std::size_t from = 0; from < padded; from += kSamples) {
-    const std::size_t to = std::min(from + kSamples, padded);
-    for (std::size_t j = 0; j < second.size; ++j) {
-      const double* right = second.arrays + j * padded;
-      double* by_right = by_second + j * padded;
-      for (std::size_t i = 0; i < first.size; ++i) {
-        const double* left = first.arrays + i * padded;
-        double* by_left = by_first + i * padded;
-        const double* b = B + (i + first.size * j) * per_rule;
-        std::size_t a = from;
-        for (; a + 4 * lanes <= to; a += 4 * lanes) {
-          add_outputs<4>(
-              per_rule, padded, left + a, right + a, x + a, b, by_left + a, by_right + a);
-        }
-        for (; a < to; a += lanes) {
-          add_outputs<1>(
-              per_rule, padded, left + a, right + a, x + a, b, by_left + a, by_right + a);
-        }
-      }
-    }
-  }
+    const RuleArrays& rules, const double* x, const double* B, double* out) {
+  add_outputs(
+      rules, x, B, 1, [](std::size_t, std::size_t) { return std::size_t{0}; }, out);
+}
+
+HWY_ATTR void add_rules(
+    const RuleArrays& rules, const double* x, const double* B, double* sums) {
+  const auto column = [&](std::size_t r, std::size_t input) {
+    for (std::size_t i = 0; i < input; ++i) r /= rules.functions;
+    return input * rules.functions + r % rules.functions;
+  };
+  add_outputs(rules, x, B, rules.inputs, column, sums);
 }
 
 }  // namespace sixdial::calibration::HWY_NAMESPACE
@@ -132,6 +162,7 @@ namespace sixdial::calibration {
 
 HWY_EXPORT(project_rules);
 HWY_EXPORT(answer_rules);
+HWY_EXPORT(add_rules);
 
 namespace {
 
@@ -141,57 +172,50 @@ int power(int base, int exponent) {
   return result;
 }
 
-RuleTable table(const Eigen::MatrixXd& arrays) {
-  return {static_cast<std::size_t>(arrays.cols()), arrays.data()};
-}
-
 }  // namespace
 
-RuleTables::RuleTables(int inputs, int functions, int padded)
-    : inputs_(inputs),
-      functions_(functions),
-      padded_(padded),
+AnfisRules::AnfisRules(int inputs, int functions, int padded)
+    : functions_(functions),
       inputs_of_first_((inputs + 1) / 2),
-      first_(padded, power(functions, inputs_of_first_)),
-      second_(padded, power(functions, inputs - inputs_of_first_)),
-      by_first_(padded, first_.cols()),
-      by_second_(padded, second_.cols()) {}
-
-void RuleTables::set(const Eigen::MatrixXd& nu) {
-  anfis_rules(inputs_of_first_, functions_, padded_, nu.data(), first_.data());
-  const int others = inputs_ - inputs_of_first_;
-  if (others == 0) {
-    second_.setOnes();
-    return;
+      first_(padded, power(functions, inputs_of_first_)) {
+  if (inputs > static_cast<int>(kMostAnfisInputs)) {
+    throw std::invalid_argument(
+        "ANFIS: " + std::to_string(inputs) + " inputs; at most " +
+        std::to_string(kMostAnfisInputs) + " can be learned from");
   }
-  const Eigen::Index at = static_cast<Eigen::Index>(inputs_of_first_) * functions_;
-  anfis_rules(others, functions_, padded_, nu.col(at).data(), second_.data());
+  const auto number = [](auto value) { return static_cast<std::size_t>(value); };
+  arrays_ = {
+      number(inputs),
+      number(functions),
+      number(padded),
+      number(inputs_of_first_),
+      number(first_.cols()),
+      number(power(functions, inputs - inputs_of_first_)),
+      nullptr,
+      nullptr};
 }
 
-void RuleTables::project(
+void AnfisRules::set(const Eigen::MatrixXd& nu) {
+  anfis_rules(
+      inputs_of_first_, functions_, static_cast<int>(first_.rows()), nu.data(), first_.data());
+  arrays_.first = first_.data();
+  arrays_.nu = nu.data();
+}
+
+void AnfisRules::project(
     const Eigen::MatrixXd& x, const Eigen::VectorXd& alpha, Eigen::VectorXd& result) const {
-  HWY_DYNAMIC_DISPATCH(project_rules)
-  (static_cast<std::size_t>(inputs_) + 1, static_cast<std::size_t>(padded_), table(first_),
-   table(second_), x.data(), alpha.data(), result.data());
+  HWY_DYNAMIC_DISPATCH(project_rules)(arrays_, x.data(), alpha.data(), result.data());
 }
 
-void RuleTables::answer(
-    const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::VectorXd& out) {
-  by_first_.setZero();
-  by_second_.setZero();
-  HWY_DYNAMIC_DISPATCH(answer_rules)
-  (static_cast<std::size_t>(inputs_) + 1, static_cast<std::size_t>(padded_), table(first_),
-   table(second_), x.data(), B.data(), by_first_.data(), by_second_.data());
-  out = by_second_.rowwise().sum();
+void AnfisRules::answer(
+    const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::VectorXd& out) const {
+  out.setZero();
+  HWY_DYNAMIC_DISPATCH(answer_rules)(arrays_, x.data(), B.data(), out.data());
 }
 
-void RuleTables::add_rules_of(int input, int function, Eigen::VectorXd& sum) const {
-  const bool of_first = input < inputs_of_first_;
-  const Eigen::MatrixXd& by = of_first ? by_first_ : by_second_;
-  const int stride = power(functions_, of_first ? input : input - inputs_of_first_);
-  for (Eigen::Index r = 0; r < by.cols(); ++r) {
-    if (r / stride % functions_ == function) sum += by.col(r);
-  }
+void AnfisRules::add_by_function(
+    const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::MatrixXd& sums) const {
+  HWY_DYNAMIC_DISPATCH(add_rules)(arrays_, x.data(), B.data(), sums.data());
 }
 
 }  // namespace sixdial::calibration

@@ -1,7 +1,7 @@
-// What an ANFIS epoch does over all rules, by two tables: a rule's strength is a factor of the
-// first inputs times one of the others, so that of 3^6 rules only 2 x 27 arrays are kept, which
-// stay in the cache. Layout as in anfis_kernels.h: entry `a` of array `k` is at [k * padded +
-// a].
+// What an ANFIS epoch does over all rules, without keeping them: a rule's strength is a product
+// over the inputs, of which the first half is kept for each combination. Of 3^6 rules only 27
+// arrays are kept, which stay in the cache; the rest is multiplied anew where it is needed.
+// Layout as in anfis_kernels.h: entry `a` of array `k` is at [k * padded + a].
 #pragma once
 
 #include <Eigen/Core>
@@ -9,36 +9,43 @@
 
 namespace sixdial::calibration {
 
-/// So many arrays, one after the other.
-struct RuleTable {
-  std::size_t size;
-  const double* arrays;
+inline constexpr std::size_t kMostAnfisInputs = 64;
+
+/// For the kernels. Rule r = i + first_count * j, with i of the first inputs and j of the
+/// others.
+struct RuleArrays {
+  std::size_t inputs, functions, padded;
+  std::size_t inputs_of_first, first_count, other_count;
+  const double* first;  // first_count arrays
+  const double* nu;     // inputs * functions arrays
 };
 
-/// Strengths of all rules at `padded` samples: rule r = i + first() * j has the strength
-/// first_[i] * second_[j].
-class RuleTables {
+/// All rules at `padded` samples. `nu`, `x`: as of the same samples in every call; nu: padded x
+/// (inputs * functions), normalised memberships; x: padded x (inputs + 1), ones first.
+class AnfisRules {
  public:
-  RuleTables(int inputs, int functions, int padded);
+  /// std::invalid_argument for more than kMostAnfisInputs.
+  AnfisRules(int inputs, int functions, int padded);
 
-  /// From the normalised memberships, padded x (inputs * functions).
+  /// From the normalised memberships, which must stay for the calls below.
   void set(const Eigen::MatrixXd& nu);
 
   /// sum over samples of w_r x_c alpha, for each rule and each of (one, x_1 ..): rules x
-  /// (inputs + 1), rule-major. `x`: padded x (inputs + 1), ones first.
+  /// (inputs + 1), rule-major.
   void project(
       const Eigen::MatrixXd& x, const Eigen::VectorXd& alpha, Eigen::VectorXd& result) const;
 
   /// Output at each sample (38) with consequents B, rule-major.
-  void answer(const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::VectorXd& out);
-  /// After `answer`: what the rules that use function k of an input gave, added to `sum`.
-  void add_rules_of(int input, int function, Eigen::VectorXd& sum) const;
+  void answer(const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::VectorXd& out) const;
+  /// Added to column i * functions + k of `sums`, padded x (inputs * functions): what the rules
+  /// that use function k of input i give to that output.
+  void add_by_function(
+      const Eigen::MatrixXd& x, const Eigen::VectorXd& B, Eigen::MatrixXd& sums) const;
 
  private:
-  int inputs_, functions_, padded_;
-  int inputs_of_first_;
-  Eigen::MatrixXd first_, second_;        // padded x (functions ^ inputs of either)
-  Eigen::MatrixXd by_first_, by_second_;  // outputs of the rules, summed over the other table
+  int functions_, inputs_of_first_;
+  Eigen::MatrixXd first_;
+  RuleArrays arrays_{};
 };
 
 }  // namespace sixdial::calibration

@@ -72,7 +72,7 @@ class Block {
   MatrixXd x_;  // padded x (1 + inputs), ones first
   VectorXd y_;
   MatrixXd nu_, by_centre_, by_width_, by_slope_;  // padded x (inputs * functions)
-  RuleTables rules_;
+  AnfisRules rules_;
   VectorXd out_;
 };
 
@@ -91,7 +91,6 @@ class Trainer {
         strength_(dual_ ? 0 : block.padded_, dual_ ? 0 : rule_count_),
         design_(dual_ ? 0 : block.padded_, dual_ ? 0 : columns_),
         B_(VectorXd::Zero(columns_)),
-        part_(block.padded_),
         error_(block.padded_) {}
 
   /// Consequents by ridge least squares. False if the system cannot be solved.
@@ -130,14 +129,14 @@ class Trainer {
     MatrixXd g_centre(block_.functions_, block_.inputs_);
     MatrixXd g_width = g_centre;
     MatrixXd g_slope = MatrixXd::Zero(g_centre.rows(), g_centre.cols());
+    // d out / dp = d ln(mu)/dp (sum of the rules that use mu - nu * out)
+    parts_ = -(block_.nu_.array().colwise() * block_.out_.array());
+    block_.rules_.add_by_function(block_.x_, B_, parts_);
     for (int i = 0; i < block_.inputs_; ++i) {
       for (int k = 0; k < block_.functions_; ++k) {
-        // d out / dp = d ln(mu)/dp (sum of the rules that use mu - nu * out)
         const Eigen::Index at = static_cast<Eigen::Index>(i) * block_.functions_ + k;
-        part_ = -block_.nu_.col(at).cwiseProduct(block_.out_);
-        block_.rules_.add_rules_of(i, k, part_);
         const auto along = [&](const MatrixXd& by) {
-          return dot3(block_.padded_, error_.data(), part_.data(), by.col(at).data());
+          return dot3(block_.padded_, error_.data(), parts_.col(at).data(), by.col(at).data());
         };
         g_centre(k, i) = along(block_.by_centre_);
         g_width(k, i) = along(block_.by_width_);
@@ -168,7 +167,7 @@ class Trainer {
   MatrixXd strength_;  // padded x rules
   MatrixXd design_;
   VectorXd B_;
-  VectorXd part_;
+  MatrixXd parts_;  // padded x (inputs * functions)
   VectorXd error_;
 };
 

@@ -13,36 +13,18 @@ namespace sixdial::diagnosis {
 namespace {
 
 /// Columns of each block turned so that they are orthogonal there; their squared lengths.
-/// `Small`: holds columns x columns.
-template <class Small>
-void turn_by(
+void turn(
     Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& first_row,
     Eigen::MatrixXd& lambda) {
   const auto blocks = static_cast<Eigen::Index>(first_row.size()) - 1;
   lambda.resize(blocks, columns.cols());
-  Eigen::SelfAdjointEigenSolver<Small> eigen;
-  Eigen::MatrixXd turned;
   for (Eigen::Index b = 0; b < blocks; ++b) {
     const Eigen::Index first = first_row[static_cast<std::size_t>(b)];
     const Eigen::Index rows = first_row[static_cast<std::size_t>(b) + 1] - first;
-    auto block = columns.middleRows(first, rows);
-    const Small normal = block.transpose() * block;
-    eigen.compute(normal);
+    const Eigen::MatrixXd block = columns.middleRows(first, rows);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(block.transpose() * block);
     lambda.row(b) = eigen.eigenvalues().cwiseMax(0.0).transpose();
-    turned.noalias() = block * eigen.eigenvectors();
-    block = turned;
-  }
-}
-
-void turn(
-    Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& first_row,
-    Eigen::MatrixXd& lambda) {
-  constexpr int kFew = 8;  // a thousand small blocks are not worth a thousand allocations
-  using Few = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFew, kFew>;
-  if (columns.cols() <= kFew) {
-    turn_by<Few>(columns, first_row, lambda);
-  } else {
-    turn_by<Eigen::MatrixXd>(columns, first_row, lambda);
+    columns.middleRows(first, rows) = block * eigen.eigenvectors();
   }
 }
 

@@ -116,7 +116,7 @@ TEST(AnfisKernels, GramMatrixOfTheProductFormIsAATransposed) {
   }
 }
 
-TEST(AnfisRules, TwoTablesDoWhatAllRulesDo) {
+TEST(AnfisRules, DoWhatTheDesignDoes) {
   // 600 samples: more than a kernel takes at once.
   for (const auto& [inputs, functions, samples] :
        {std::array{1, 4, 21}, {2, 3, 600}, {3, 2, 40}, {5, 2, 77}, {6, 3, 19}}) {
@@ -139,7 +139,7 @@ TEST(AnfisRules, TwoTablesDoWhatAllRulesDo) {
     VectorXd alpha = VectorXd::Zero(padded), B(A.cols());
     for (int a = 0; a < samples; ++a) alpha[a] = random.normal();
     for (double& each : B) each = random.normal();
-    RuleTables rules(inputs, functions, padded);
+    AnfisRules rules(inputs, functions, padded);
     rules.set(nu);
     VectorXd projected(A.cols()), out(padded);
     rules.project(xs, alpha, projected);
@@ -148,11 +148,12 @@ TEST(AnfisRules, TwoTablesDoWhatAllRulesDo) {
     rules.answer(xs, B, out);
     EXPECT_LT((out.head(samples) - A * B).norm(), kKernel * (A * B).norm()) << inputs;
     // Of the rules that use one function of one input.
+    MatrixXd sums = MatrixXd::Zero(padded, inputs * functions);
+    rules.add_by_function(xs, B, sums);
     int stride = 1;
     for (int i = 0; i < inputs; ++i, stride *= functions) {
       for (int k = 0; k < functions; ++k) {
-        VectorXd some = VectorXd::Zero(padded);
-        rules.add_rules_of(i, k, some);
+        const VectorXd some = sums.col(i * functions + k);
         VectorXd of_rules = VectorXd::Zero(samples);
         for (int r = 0; r < model.rules(); ++r) {
           if (r / stride % functions != k) continue;
