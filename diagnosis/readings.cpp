@@ -216,7 +216,8 @@ Readings Readings::with_joints_bent(
 Readings Readings::without_dial(std::size_t dial) const {
   std::vector<simulation::Trial> trials = *trials_;
   for (auto& trial : trials) trial.reading[dial].reset();
-  Readings result = Readings(*model_, std::move(trials), counts_).with_noise(noise_of_dial_);
+  const Readings others(*model_, std::move(trials), counts_);
+  Readings result = others.with_noise(noise_of_dial_);
   result.rig_allowance_ = rig_allowance_;
   return result;
 }
