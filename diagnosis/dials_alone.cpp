@@ -1,5 +1,6 @@
 #include "diagnosis/dials_alone.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -8,17 +9,13 @@
 namespace sixdial::diagnosis {
 namespace {
 
-std::size_t background_of(const Explanation& of) {
-  return of.unknown.size() - of.unknown_findings();
-}
-
 /// The first name that is not worth its place goes, or another takes it.
 bool one_is_not_worth_it(
     const Search& search, const NamingSettings& settings, Explanation& found) {
   constexpr double kBetter = 0.1;
   for (std::size_t i = 0; i < found.chosen.size(); ++i) {
     Explanation less = search.without_for_dials(found, i);
-    const bool dials = dials_stand_in(found, less);
+    const bool dials = stands_in(found, less) != nullptr;
     // As likely as the dials, a name stays, and is tied with them.
     if (less.evidence > found.evidence - (dials ? 0.0 : settings.least_log_odds)) {
       found = std::move(less);
@@ -36,8 +33,15 @@ bool one_is_not_worth_it(
 
 }  // namespace
 
-bool dials_stand_in(const Explanation& found, const Explanation& less) {
-  return background_of(less) > background_of(found);
+const UnknownCandidate* stands_in(const Explanation& found, const Explanation& less) {
+  for (const UnknownCandidate& each : less.unknown) {
+    const auto same = [&](const UnknownCandidate& other) {
+      return other.kind == each.kind && other.enters == each.enters &&
+             other.covariates == each.covariates;
+    };
+    if (each.is_background() && std::ranges::none_of(found.unknown, same)) return &each;
+  }
+  return nullptr;
 }
 
 void hold_against_dials(

@@ -15,7 +15,8 @@ namespace sixdial::diagnosis {
 void hold_against_dials(
     const Search& search, const NamingSettings& settings, Explanation& found);
 
-/// Whether `less`, which lacks a name of `found`, has more of the dials' background in it.
-[[nodiscard]] bool dials_stand_in(const Explanation& found, const Explanation& less);
+/// Background of `less`, which lacks a name of `found`, that `found` does not have; null: none.
+[[nodiscard]] const UnknownCandidate* stands_in(
+    const Explanation& found, const Explanation& less);
 
 }  // namespace sixdial::diagnosis

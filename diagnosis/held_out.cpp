@@ -35,9 +35,12 @@ bool speaks_against(
   const double variance = std::max(here.s_mm * here.s_mm, left.squaredNorm() / readings);
   const double signal = does.squaredNorm() / variance;
   // A cause that is there has log odds of about half its squared signal, give or take the
-  // signal itself.
+  // signal itself, and more where its size is known by few readings.
   constexpr double kTooLow = 2.5;
-  return log_odds < std::min(0.0, 0.5 * signal - kTooLow * std::sqrt(signal));
+  const double fitted = std::max(1.0, with.weight.sum());
+  const double spread = std::sqrt(signal * (1.0 + readings / fitted));
+  const double here_odds = log_odds * here.s_mm * here.s_mm / variance;
+  return here_odds < std::min(0.0, 0.5 * signal - kTooLow * spread);
 }
 
 }  // namespace sixdial::diagnosis

@@ -6,7 +6,7 @@
 namespace sixdial::diagnosis {
 namespace {
 
-// A session of 150 points has fits of a megabyte. Of a long one only the last few are kept.
+// A session of 150 points has fits of a megabyte. Of a long one the last few are kept, or none.
 constexpr double kMostBytes = 24e6;
 
 bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
@@ -29,7 +29,7 @@ bool KnownFits::Question::operator==(const Question& other) const {
          same(start, other.start) && same(random, other.random);
 }
 
-double KnownFits::Known::bytes() const {
+double KnownFits::bytes_of(const Question& question, const JointFit& fit) {
   const Eigen::Index numbers = question.random.size() + fit.random.size() + fit.J.size() +
                                fit.covariance.size() + 4 * fit.residual_mm.size();
   return static_cast<double>(numbers) * sizeof(double);
@@ -57,11 +57,13 @@ JointFit KnownFits::fit(
   }
   ++fitted_;
   JointFit fit = fit_jointly(readings, start, question.effects, near, random);
+  const double bytes = bytes_of(question, fit);
+  if (bytes > kMostBytes) return fit;
   const std::lock_guard lock(using_);
-  known_.push_front({std::move(question), fit});
-  bytes_ += known_.front().bytes();
+  known_.push_front({std::move(question), fit, bytes});
+  bytes_ += bytes;
   while (bytes_ > kMostBytes) {
-    bytes_ -= known_.back().bytes();
+    bytes_ -= known_.back().bytes;
     known_.pop_back();
   }
   return fit;

@@ -39,8 +39,10 @@ class KnownFits {
   struct Known {
     Question question;
     JointFit fit;
-    [[nodiscard]] double bytes() const;
+    double bytes;
   };
+
+  [[nodiscard]] static double bytes_of(const Question& question, const JointFit& fit);
 
   std::mutex using_;
   std::list<Known> known_;  // newest first

@@ -158,7 +158,7 @@ Finding finding_of(
   const Explanation bare = search.without(found, i);
   const Explanation less = search.without_for_dials(found, i);
   const double evidence = found.evidence - less.evidence;
-  const bool dials = dials_stand_in(found, less);
+  const bool dials = stands_in(found, less) != nullptr;
   Finding finding{
       found.chosen[i].candidate.hypothesis,
       found.fit.effects[i],
@@ -166,7 +166,7 @@ Finding finding_of(
       {},
       !dials && evidence < settings.tie_log_odds};
   if (dials && evidence < settings.tie_log_odds) {
-    finding.tied_with_unknown = less.unknown.back().covariates;
+    finding.tied_with_unknown = stands_in(found, less)->covariates;
     finding.unknown_log_odds = evidence;
   }
   finding.settled = found.fit.converged;
@@ -272,10 +272,14 @@ std::vector<KindOfNames> kinds_of_names(
 void doubt_beside_structure(
     const Readings& readings, const Explanation& found, NamedCauses& result) {
   const bool described = found.fit.s_mm < kMakersWord * readings.rig_noise_mm();
-  if (found.unknown.empty() || described) return;
+  // Unequal masses come with the name of a weight, and are no structure that lacks one.
+  const auto smooth = std::ranges::find_if(found.unknown, [](const UnknownCandidate& each) {
+    return each.kind != UnknownKind::kMasses;
+  });
+  if (smooth == found.unknown.end() || described) return;
   const auto doubt = [&](auto& each) {
     if (!each.tied_with_unknown.empty()) return;
-    each.tied_with_unknown = found.unknown.front().covariates;
+    each.tied_with_unknown = smooth->covariates;
     each.unknown_log_odds = 0.0;  // nobody can weigh what has no description
   };
   std::ranges::for_each(result.findings, doubt);
@@ -375,6 +379,8 @@ NamedCauses name_causes_on_this_rig(Readings& readings, const NamingSettings& se
   RigKnown known = rig_known(readings, opened.extended);
   readings = readings.allowing_rig_by(std::move(known.of_a_workshop));
   opened.extended = std::move(known.fit);
+  opened.baseline = fit_jointly(readings, opened.baseline.model, {}, &opened.baseline);
+  opened.gross = gross_readings(readings, opened.extended);
   return opened;
 }
 

@@ -54,11 +54,12 @@ double largest_change(const std::vector<double>& before, const std::vector<doubl
 
 RigKnown rig_known(const Readings& readings, const JointFit& fit) {
   const Eigen::MatrixXd smooth = fit.random.rightCols(fit.random.cols() - fit.known);
-  RigKnown result{{}, fit};
-  for (const auto& each : readings.rig_quantities()) {
-    if (!each.stated) result.of_a_workshop.push_back(each.times);
-  }
-  Readings allowing = readings;
+  const auto quantities = readings.rig_quantities();
+  const auto claimed =
+      std::ranges::count_if(quantities, [](const auto& each) { return !each.stated; });
+  RigKnown result{std::vector<double>(static_cast<std::size_t>(claimed), 1.0), {}};
+  Readings allowing = readings.allowing_rig_by(result.of_a_workshop);
+  result.fit = fit_jointly(allowing, fit.model, fit.effects, &fit, smooth);
   for (int step = 0; step < kMostSteps; ++step) {
     std::vector<double> now = next_step(allowing, result.fit);
     const bool settled = largest_change(result.of_a_workshop, now) < kSettled;

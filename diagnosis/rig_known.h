@@ -20,8 +20,9 @@ struct RigKnown {
   JointFit fit;                       // on readings that allow that
 };
 
-/// `readings` allow a rig that is not as its file says, and `fit` is of them; its smooth
-/// functions stay in it. A fit that does not settle ends it: what was reached before stands.
+/// Begins with a rig as a workshop knows it, whatever `readings` allow; `fit` is of them, and
+/// its smooth functions stay in it. A fit that does not settle ends it: what was reached before
+/// stands.
 [[nodiscard]] RigKnown rig_known(const Readings& readings, const JointFit& fit);
 
 }  // namespace sixdial::diagnosis

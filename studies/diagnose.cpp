@@ -116,10 +116,10 @@ bool has_turns(const Readings& readings) {
   });
 }
 
-/// Something smooth that nobody named is fitted beside the causes, and missing from the fit
-/// that commands: that one leaves so much more.
+/// Something smooth that nobody named, or unequal masses, are fitted beside the causes, and
+/// missing from the fit that commands: that one leaves so much more.
 double left_sd_mm(const Diagnosis& found) {
-  if (found.named.unknown.empty()) return 0.0;
+  if (found.named.unknown.empty() && found.named.masses.empty()) return 0.0;
   const double all_mm = found.commanding.s_mm;
   const double rest_mm = found.named.extended.s_mm;
   return std::sqrt(std::max(0.0, all_mm * all_mm - rest_mm * rest_mm));
