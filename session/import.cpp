@@ -214,7 +214,7 @@ class Importer {
       } else if (at[k] == table.names.size()) {
         row.cells.push_back(of_file);
       } else {
-        row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
+        row.cells.push_back(value_of(k, cells[at[k]], table.decimal_of(at[k]), table.lines[i]));
       }
       const std::string& value = row.cells.back();
       if (value.empty()) ++left_out_.no_value[k];
@@ -383,32 +383,6 @@ class Importer {
   std::map<std::string, int> cleared_;  // what a row gave a part of only, and how often
   std::vector<std::string> notes_;
 };
-
-/// The columns of several tables beside each other, row by row.
-ImportTable beside(std::vector<ImportTable> tables) {
-  ImportTable all = std::move(tables.front());
-  for (std::size_t t = 1; t < tables.size(); ++t) {
-    ImportTable& next = tables[t];
-    if (next.rows.size() != all.rows.size()) {
-      throw DataError(
-          next.file,
-          Mistake{
-              0, 0, "",
-              fmt::format(
-                  "has {} rows, {} has {}", next.rows.size(), all.file, all.rows.size()),
-              "files side by side need the same rows"});
-    }
-    for (const std::string& name : next.names) {
-      const bool taken = std::ranges::find(all.names, name) != all.names.end();
-      all.names.push_back(taken ? fmt::format("{}:{}", t + 1, name) : name);
-    }
-    for (std::size_t i = 0; i < all.rows.size(); ++i) {
-      std::ranges::move(next.rows[i], std::back_inserter(all.rows[i]));
-    }
-    for (const std::string& note : next.notes) all.notes.push_back(next.file + ": " + note);
-  }
-  return all;
-}
 
 }  // namespace
 

@@ -224,7 +224,7 @@ class Guesser {
 
   [[nodiscard]] bool any_without_zone(const SeenColumn& each) const {
     return std::ranges::any_of(table_.rows, [&](const auto& row) {
-      const auto time = time_in(row[each.column], table_.decimal);
+      const auto time = time_in(row[each.column], table_.decimal_of(each.column));
       return time && time->zone_assumed;
     });
   }

@@ -22,8 +22,8 @@ ColumnValues values_of(const ImportTable& table, std::size_t column) {
   for (const auto& row : table.rows) {
     const std::string& cell = row[column];
     if (cell.empty()) continue;
-    if (time_in(cell, table.decimal)) ++values.times;
-    const auto number = number_in(cell, table.decimal);
+    if (time_in(cell, table.decimal_of(column))) ++values.times;
+    const auto number = number_in(cell, table.decimal_of(column));
     if (!number || !std::isfinite(*number)) {
       ++values.others;
       continue;
