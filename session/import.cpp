@@ -116,10 +116,10 @@ class Importer {
       at.push_back(static_cast<std::size_t>(found - table.names.begin()));
     }
     std::vector<std::string> notes = table.notes;
-    factors_.assign(map_.columns.size(), 1.0);
+    scales_.assign(map_.columns.size(), {});
     for (std::size_t k = 0; k < map_.columns.size(); ++k) {
       if (at[k] == table.names.size()) continue;
-      factors_[k] = stated_factor(map_.columns[k], table, at[k], notes);
+      scales_[k] = stated_scale(map_.columns[k], table, at[k], notes);
     }
     for (const std::string& note : notes) note_once(table.file + ": " + note);
     const std::string of_file = name_from_path(table.file, map_.file_parts);
@@ -194,7 +194,8 @@ class Importer {
       is_odd(k, cell, line);
       return "";
     }
-    const double value = *number * column.factor * factors_[k] + column.offset;
+    const UnitScale& scale = scales_[k];
+    const double value = *number * column.factor * scale.factor + column.offset + scale.offset;
     if (std::isfinite(value)) return decimal(value, kDigits);
     is_odd(k, cell, line);
     return "";
@@ -375,7 +376,7 @@ class Importer {
   geometry::Rig rig_;
   SampleLayout layout_;
   std::vector<std::string> missing_joints_;  // that no [[column]] gives
-  std::vector<double> factors_;  // by column of the map: what the file says of units
+  std::vector<UnitScale> scales_;  // by column of the map: what the file says of units
   std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
