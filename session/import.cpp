@@ -116,10 +116,10 @@ class Importer {
       at.push_back(static_cast<std::size_t>(found - table.names.begin()));
     }
     std::vector<std::string> notes = table.notes;
-    factors_.assign(map_.columns.size(), 1.0);
+    scales_.assign(map_.columns.size(), {});
     for (std::size_t k = 0; k < map_.columns.size(); ++k) {
       if (at[k] == table.names.size()) continue;
-      factors_[k] = stated_factor(map_.columns[k], table, at[k], notes);
+      scales_[k] = stated_scale(map_.columns[k], table, at[k], notes);
     }
     for (const std::string& note : notes) note_once(table.file + ": " + note);
     const std::string of_file = name_from_path(table.file, map_.file_parts);
@@ -194,7 +194,8 @@ class Importer {
       is_odd(k, cell, line);
       return "";
     }
-    const double value = *number * column.factor * factors_[k] + column.offset;
+    const UnitScale& scale = scales_[k];
+    const double value = *number * column.factor * scale.factor + column.offset + scale.offset;
     if (std::isfinite(value)) return decimal(value, kDigits);
     is_odd(k, cell, line);
     return "";
@@ -214,7 +215,7 @@ class Importer {
       } else if (at[k] == table.names.size()) {
         row.cells.push_back(of_file);
       } else {
-        row.cells.push_back(value_of(k, cells[at[k]], table.decimal, table.lines[i]));
+        row.cells.push_back(value_of(k, cells[at[k]], table.decimal_of(at[k]), table.lines[i]));
       }
       const std::string& value = row.cells.back();
       if (value.empty()) ++left_out_.no_value[k];
@@ -375,7 +376,7 @@ class Importer {
   geometry::Rig rig_;
   SampleLayout layout_;
   std::vector<std::string> missing_joints_;  // that no [[column]] gives
-  std::vector<double> factors_;  // by column of the map: what the file says of units
+  std::vector<UnitScale> scales_;  // by column of the map: what the file says of units
   std::map<std::string, double> joint_unit_;  // by column; one of it in rad or mm
   std::vector<Row> rows_;
   std::vector<Odd> odd_;  // by column of the map
@@ -383,32 +384,6 @@ class Importer {
   std::map<std::string, int> cleared_;  // what a row gave a part of only, and how often
   std::vector<std::string> notes_;
 };
-
-/// The columns of several tables beside each other, row by row.
-ImportTable beside(std::vector<ImportTable> tables) {
-  ImportTable all = std::move(tables.front());
-  for (std::size_t t = 1; t < tables.size(); ++t) {
-    ImportTable& next = tables[t];
-    if (next.rows.size() != all.rows.size()) {
-      throw DataError(
-          next.file,
-          Mistake{
-              0, 0, "",
-              fmt::format(
-                  "has {} rows, {} has {}", next.rows.size(), all.file, all.rows.size()),
-              "files side by side need the same rows"});
-    }
-    for (const std::string& name : next.names) {
-      const bool taken = std::ranges::find(all.names, name) != all.names.end();
-      all.names.push_back(taken ? fmt::format("{}:{}", t + 1, name) : name);
-    }
-    for (std::size_t i = 0; i < all.rows.size(); ++i) {
-      std::ranges::move(next.rows[i], std::back_inserter(all.rows[i]));
-    }
-    for (const std::string& note : next.notes) all.notes.push_back(next.file + ": " + note);
-  }
-  return all;
-}
 
 }  // namespace
 

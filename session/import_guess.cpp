@@ -21,8 +21,6 @@ namespace {
 
 using What = NameRole::What;
 
-constexpr double kMostMetres = 20.0;  // a place beyond it is given in millimetres
-
 class Guesser {
  public:
   Guesser(const ImportTable& table, const SampleLayout* layout)
@@ -82,6 +80,10 @@ class Guesser {
       if (found == all.end() || each.values.numbers == 0) continue;
       const std::string to = found->column();
       const bool fits = each.unit != nullptr && factor_of(to, *each.unit);
+      if (each.unit != nullptr && !fits) {
+        leave(each, fmt::format("{}, which is no unit of {}", each.unit_from, to));
+        continue;
+      }
       take(
           {.column = each.column,
            .to = to,
@@ -92,10 +94,15 @@ class Guesser {
   }
 
   /// The columns of a kind, by key; of several for one key the likeliest.
-  std::map<std::string, const SeenColumn*> of_kind(What what, std::string_view in_words) {
+  std::map<std::string, const SeenColumn*> of_kind(
+      What what, UnitKind kind, std::string_view in_words) {
     std::map<std::string, const SeenColumn*> best;
     for (const SeenColumn& each : seen_) {
       if (each.role.what != what || is_used(each.column) || each.values.numbers == 0) continue;
+      if (each.unit != nullptr && !each.is_in(kind)) {
+        leave(each, fmt::format("{}, which is no unit of {}", each.unit_from, each.role.key));
+        continue;
+      }
       if (each.role.commanded) {
         leave(each, "what was commanded, not measured");
         continue;
@@ -121,8 +128,8 @@ class Guesser {
   }
 
   void turns() {
-    auto quaternion = of_kind(What::kQuaternion, "the measured turn");
-    auto angles = of_kind(What::kTurn, "the measured turn");
+    auto quaternion = of_kind(What::kQuaternion, UnitKind::kNone, "the measured turn");
+    auto angles = of_kind(What::kTurn, UnitKind::kAngle, "the measured turn");
     const bool whole = quaternion.size() == 4;
     for (const auto& [key, each] : quaternion) {
       if (!measures_turns()) {
@@ -162,7 +169,7 @@ class Guesser {
   }
 
   void places() {
-    const auto found = of_kind(What::kPlace, "the measured place");
+    const auto found = of_kind(What::kPlace, UnitKind::kLength, "the measured place");
     double most = 0.0;
     for (const auto& [key, each] : found) {
       if (each->unit == nullptr) most = std::max(most, each->values.most());
@@ -176,10 +183,6 @@ class Guesser {
       }
       if (layout_ != nullptr && !layout_->gives_position) {
         leave(*each, "the rig's instrument gives no positions");
-        continue;
-      }
-      if (each->unit != nullptr && each->unit->kind != UnitKind::kLength) {
-        leave(*each, fmt::format("{}, which is no unit of a place", each->unit_from));
         continue;
       }
       doubtful = doubtful || (each->unit == nullptr && metres);
@@ -224,7 +227,7 @@ class Guesser {
 
   [[nodiscard]] bool any_without_zone(const SeenColumn& each) const {
     return std::ranges::any_of(table_.rows, [&](const auto& row) {
-      const auto time = time_in(row[each.column], table_.decimal);
+      const auto time = time_in(row[each.column], table_.decimal_of(each.column));
       return time && time->zone_assumed;
     });
   }
@@ -267,7 +270,11 @@ class Guesser {
   void temperature(const SeenColumn& each) {
     GuessedColumn column{
         .column = each.column, .to = "temperature_c", .why = "its name speaks of temperature"};
-    if (each.unit != nullptr && each.unit->kind == UnitKind::kTemperature) {
+    if (each.unit != nullptr && !each.is_in(UnitKind::kTemperature)) {
+      leave(each, each.unit_from + ", which is no unit of a temperature");
+      return;
+    }
+    if (each.unit != nullptr) {
       column.factor = each.unit->in_stored;
       column.offset = each.unit->offset;
       column.why += "; " + each.unit_from;

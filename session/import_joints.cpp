@@ -41,14 +41,47 @@ class JointGuesser {
           "only commanded values of the joints are in the file: they are taken for where the "
           "joints stood");
     }
+    leave_other_kinds(stood);
+    leave_other_kinds(commanded);
     take(stood, false);
-    for (auto each = commanded.begin(); each != commanded.end();) {
-      each = stood.contains(each->first) ? std::next(each) : commanded.erase(each);
-    }
+    leave_part_of_commands(stood, commanded);
     take(commanded, true);
   }
 
  private:
+  using ByJoint = std::map<std::size_t, const SeenColumn*>;
+
+  void leave_other_kinds(ByJoint& at) {
+    std::erase_if(at, [&](const auto& one) {
+      const auto& [joint, each] = one;
+      const bool length = slides(joint, *each);
+      if (each->unit == nullptr || each->is_in(length ? UnitKind::kLength : UnitKind::kAngle)) {
+        return false;
+      }
+      guess_.left_out.emplace(
+          each->column, fmt::format(
+                            "{}, but joint {} of the rig {}", each->unit_from, joint + 1,
+                            length ? "slides" : "turns"));
+      return true;
+    });
+  }
+
+  /// A session has commands of all its joints, or of none.
+  void leave_part_of_commands(const ByJoint& stood, ByJoint& commanded) {
+    const std::size_t joints = layout_ == nullptr ? stood.size() : layout_->joints.size();
+    const auto both = static_cast<std::size_t>(std::ranges::count_if(
+        commanded, [&](const auto& one) { return stood.contains(one.first); }));
+    if (both == joints && commanded.size() == joints) return;
+    for (const auto& [joint, each] : commanded) {
+      guess_.left_out.emplace(
+          each->column, fmt::format(
+                            "commands of {} of {} joints, beside where they stood: a session "
+                            "has them of all joints, or of none",
+                            both, joints));
+    }
+    commanded.clear();
+  }
+
   [[nodiscard]] bool is_used(const SeenColumn& each) const {
     return std::ranges::find(guess_.columns, each.column, &GuessedColumn::column) !=
                guess_.columns.end() ||
@@ -79,9 +112,14 @@ class JointGuesser {
     for (const SeenColumn& each : seen_) {
       if (is_used(each) || each.role.commanded != commanded || each.values.numbers == 0)
         continue;
-      if (const auto joint = by_own_name(each); joint && at.emplace(*joint, &each).second) {
+      const auto joint = by_own_name(each);
+      const bool may_be =
+          each.unit == nullptr || each.is_in(UnitKind::kAngle) || each.is_in(UnitKind::kLength);
+      if (!may_be && (joint || each.role.what == What::kJoint)) {
+        guess_.left_out.emplace(each.column, each.unit_from + ", which is no unit of a joint");
         continue;
       }
+      if (joint && at.emplace(*joint, &each).second) continue;
       if (each.role.what == What::kJoint) rest.push_back(&each);
     }
     if (layout_ != nullptr && at.size() == layout_->joints.size()) {
@@ -181,14 +219,6 @@ class JointGuesser {
     bool metres = false;
     for (const auto& [joint, each] : at) {
       const bool length = slides(joint, *each);
-      const UnitKind kind = length ? UnitKind::kLength : UnitKind::kAngle;
-      if (each->unit != nullptr && each->unit->kind != kind) {
-        guess_.left_out.emplace(
-            each->column, fmt::format(
-                              "{}, but joint {} of the rig {}", each->unit_from, joint + 1,
-                              length ? "slides" : "turns"));
-        continue;
-      }
       std::string to = joint_target(layout_, joint, commanded).to;
       if (length) to = to.substr(0, to.rfind('_')) + "_mm";
       AngleUnit unit = length ? length_unit(*each, lengths) : angle_unit(*each, angles);

@@ -85,6 +85,8 @@ constexpr auto kOwnWords = std::to_array<std::string_view>(
     {// what a controller works out by itself
      "tcp", "robot", "rob", "flange", "flansch", "fk", "controller"});
 
+constexpr auto kLetters = std::to_array<std::string_view>({"w", "x", "y", "z"});
+
 struct OneWord {
   std::string_view word;
   What what;
@@ -172,7 +174,7 @@ std::optional<NameRole> place_or_turn_in(const Words& words) {
   bool second_point = false;
   for (const std::string& word : words) {
     if (is_number(word) && word != "1") second_point = true;
-    if (word != "x" && word != "y" && word != "z" && word != "w") continue;
+    if (!is_one_of(kLetters, word)) continue;
     if (!letter.empty()) return std::nullopt;
     letter = word;
   }
@@ -214,6 +216,31 @@ std::vector<std::string> words_of(std::string_view name) {
   }
   end_word();
   return words;
+}
+
+std::optional<TurnLetter> turn_letter_of(std::string_view name) {
+  const Words words = words_of(unit_in_name(name).base);
+  if (!any_of(words, kTurnWords)) return std::nullopt;
+  TurnLetter part;
+  for (const std::string& word : words) {
+    if (!is_one_of(kLetters, word)) {
+      part.stem += (part.stem.empty() ? "" : " ") + word;
+    } else if (!std::exchange(part.letter, word).empty()) {
+      return std::nullopt;
+    }
+  }
+  if (part.letter.empty()) return std::nullopt;
+  return part;
+}
+
+bool are_words_of_names(std::string_view text) {
+  return std::ranges::all_of(words_of(text), [](const std::string& word) {
+    return is_number(word) || is_one_of(kLetters, word) || is_one_of(kJointWords, word) ||
+           is_one_of(kBesideAJoint, word) || is_one_of(kCommanded, word) ||
+           is_one_of(kMeasuredWords, word) || is_one_of(kOwnWords, word) ||
+           is_one_of(kTurnWords, word) || is_one_of(kTimeWords, word) ||
+           is_one_of(kTemperatureWords, word) || is_one_of(kOtherWords, word);
+  });
 }
 
 NameRole role_of(std::string_view name) {

@@ -36,6 +36,18 @@ struct NameRole {
 /// `name` may have its unit in it.
 [[nodiscard]] NameRole role_of(std::string_view name);
 
+/// A quaternion that is named as a turn: "pose.orientation.w" is the letter "w" of "pose
+/// orientation". Empty: the name speaks of no turn, or of no letter or several.
+struct TurnLetter {
+  std::string stem;    // the other words
+  std::string letter;  // w, x, y or z
+};
+[[nodiscard]] std::optional<TurnLetter> turn_letter_of(std::string_view name);
+
+/// Whether every word of it is a number, a letter from x on, or one that says what a column is
+/// of: "meas", "TCP", "0". What stands in a name's brackets is no unit then.
+[[nodiscard]] bool are_words_of_names(std::string_view text);
+
 /// Words of a name in lower case: "ActJoint1_pos" -> "act", "joint", "1", "pos".
 [[nodiscard]] std::vector<std::string> words_of(std::string_view name);
 

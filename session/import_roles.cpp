@@ -8,6 +8,7 @@
 #include "session/csv.h"
 #include "session/import_guess.h"
 #include "session/import_seen.h"
+#include "session/import_units.h"
 
 namespace sixdial::session {
 namespace {
@@ -121,33 +122,47 @@ Mistake no_row_left(const ImportMap& map, const RowsLeftOut& left_out) {
       hint.empty() ? "look at the map's columns" : hint};
 }
 
-double stated_factor(
+UnitScale stated_scale(
     const MapColumn& column, const ImportTable& table, std::size_t at,
     std::vector<std::string>& notes) {
+  if (column.is_text) return {};
   const StatedUnit stated = stated_unit(table, at);
-  if (stated.unit == nullptr) return 1.0;
-  const auto factor = factor_of(column.to, *stated.unit);
+  const auto tell = [&](const std::string& said) {
+    notes.push_back(fmt::format("column {}: {}", column.from, said));
+  };
   if (column.has_scale) {
-    const bool differs =
-        !column.unit.empty() && factor && std::abs(*factor - column.factor) > 1e-9 * *factor;
-    if (differs) {
-      notes.push_back(fmt::format(
-          "column {}: {}, the map {}: the map counts", column.from, stated.from, column.unit));
+    if (stated.unit == nullptr || column.unit.empty()) return {};
+    const auto of_file = factor_of(column.to, *stated.unit);
+    const auto of_map = factor_to(column.to, column.unit);
+    if (!of_file || !of_map || std::abs(*of_file - *of_map) > 1e-9 * *of_map) {
+      tell(fmt::format("{}, the map {}: the map counts", stated.from, column.unit));
     }
-    return 1.0;
+    return {};
   }
-  if (!factor || *factor == 1.0) return 1.0;
+  for (const std::string& doubt : stated.doubts) tell(doubt);
   const std::string of_to = column.to.substr(column.to.rfind('_') + 1);
-  if (!stated.certain) {
-    notes.push_back(fmt::format(
-        "column {}: {}, the map no unit: it is read in {}; if that is wrong, write unit = "
-        "\"{}\"",
-        column.from, stated.from, of_to, stated.unit->name));
-    return 1.0;
+  if (!stated.unknown.empty() && find_import_unit(of_to) != nullptr) {
+    tell(fmt::format(
+        "{}: it is read in {}; if that is wrong, write unit or factor", stated.unknown, of_to));
   }
-  notes.push_back(
-      fmt::format("column {}: {}: turned into {}", column.from, stated.from, of_to));
-  return *factor;
+  if (stated.unit == nullptr) return {};
+  const auto scale = scale_of(column.to, *stated.unit);
+  if (!scale) {
+    tell(fmt::format(
+        "{}, which does not turn into {}: the numbers are taken as they are; look at from and "
+        "to, or write factor",
+        stated.from, column.to));
+    return {};
+  }
+  if (scale->factor == 1.0 && scale->offset == 0.0) return {};
+  if (!stated.certain) {
+    tell(fmt::format(
+        "{}, the map no unit: it is read in {}; if that is wrong, write unit = \"{}\"",
+        stated.from, of_to, stated.unit->name));
+    return {};
+  }
+  tell(fmt::format("{}: turned into {}", stated.from, of_to));
+  return *scale;
 }
 
 }  // namespace sixdial::session

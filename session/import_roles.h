@@ -8,6 +8,7 @@
 
 #include "session/data_error.h"
 #include "session/import.h"
+#include "session/import_seen.h"
 #include "session/sample_layout.h"
 
 namespace sixdial::session {
@@ -34,9 +35,10 @@ struct RowsLeftOut {
 };
 [[nodiscard]] Mistake no_row_left(const ImportMap& map, const RowsLeftOut& left_out);
 
-/// The factor of a column that the map gives no unit, from what the file says of it: its row of
-/// units, or brackets in its name. `notes`: what was taken, or contradicts the map.
-[[nodiscard]] double stated_factor(
+/// How a column that the map gives no unit is turned into that of its `to`, from what the file
+/// says of it: its row of units, or brackets in its name. `notes`: what was taken, contradicts
+/// the map, or cannot be turned.
+[[nodiscard]] UnitScale stated_scale(
     const MapColumn& column, const ImportTable& table, std::size_t at,
     std::vector<std::string>& notes);
 

@@ -23,10 +23,12 @@ struct ColumnValues {
 
 /// What the file says of a column's unit.
 struct StatedUnit {
-  const ImportUnit* unit = nullptr;  // null: nothing
+  const ImportUnit* unit = nullptr;  // null: nothing; may be of a kind that no session holds
   bool certain = false;              // by a row of units or in brackets, not by a name's ending
   std::string from{};                // "the row of units says deg"
   std::vector<std::string> doubts{};  // what contradicts it, in words
+  /// What may be a unit and is none that is known, in words; empty: there is nothing.
+  std::string unknown{};
 };
 [[nodiscard]] StatedUnit stated_unit(const ImportTable& table, std::size_t column);
 
@@ -38,8 +40,13 @@ struct SeenColumn {
   const ImportUnit* unit = nullptr;  // that the file states
   std::string unit_from{};           // by what it states it, in words
   std::vector<std::string> doubts{};
+  [[nodiscard]] bool is_in(UnitKind kind) const {
+    return unit != nullptr && unit->kind == kind;
+  }
 };
 [[nodiscard]] std::vector<SeenColumn> seen_columns(const ImportTable& table);
+
+inline constexpr double kMostMetres = 20.0;  // a place beyond it is given in millimetres
 
 /// The unit that an angle is read in.
 struct AngleUnit {
@@ -56,5 +63,13 @@ struct AngleUnit {
 /// What one of `unit` is in the unit that the column of session.csv ends with; empty: it is of
 /// another kind.
 [[nodiscard]] std::optional<double> factor_of(const std::string& to, const ImportUnit& unit);
+
+/// value = cell * factor + offset, in the unit of a column of session.csv.
+struct UnitScale {
+  double factor = 1.0;
+  double offset = 0.0;
+};
+/// As factor_of, and of temperatures, too.
+[[nodiscard]] std::optional<UnitScale> scale_of(const std::string& to, const ImportUnit& unit);
 
 }  // namespace sixdial::session

@@ -374,6 +374,12 @@ ImportTable yaml_table(const std::string& text, const std::string& file) {
   if (table.rows.empty()) {
     throw DataError(file, Mistake{1, 1, "", "the YAML has no records", "give some"});
   }
+  if (table.names.empty()) {
+    throw DataError(
+        file, Mistake{
+                  1, 1, "", "the records of the YAML hold no values",
+                  "give a list of records, such as - {J1: 10.5, x: 100}"});
+  }
   return table;
 }
 

@@ -7,6 +7,7 @@
 //   table.rows[0][0];  // the cell as it stands in the file
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,12 +34,22 @@ struct ImportTable {
   /// all: there is no such row.
   std::vector<std::string> units{};
   char decimal = '.';
+  /// Of each column, where tables beside each other do not agree; none at all: `decimal`.
+  std::vector<char> decimals{};
   std::vector<std::string> notes{};  // what was found out, and what was odd
+
+  [[nodiscard]] char decimal_of(std::size_t column) const {
+    return decimals.empty() ? decimal : decimals[column];
+  }
 };
 
 /// Throws DataError where the text is no table at all.
 [[nodiscard]] ImportTable read_table(
     std::string_view text, const std::string& file, const TableFormat& format);
+
+/// The columns of one table or more beside each other, row by row; a name that appears again
+/// is "2:name". Throws DataError where they have not the same number of rows.
+[[nodiscard]] ImportTable beside(std::vector<ImportTable> tables);
 
 /// A cell as a number; empty: it is none.
 [[nodiscard]] std::optional<double> number_in(std::string_view cell, char decimal);

@@ -33,17 +33,17 @@ struct Spelling {
   std::string_view name;  // of the unit
 };
 constexpr std::array kSpellings{
-    Spelling{"millimeter", "mm"},  Spelling{"millimeters", "mm"}, Spelling{"millimetre", "mm"},
-    Spelling{"millimetres", "mm"}, Spelling{"meter", "m"},        Spelling{"meters", "m"},
-    Spelling{"metre", "m"},        Spelling{"metres", "m"},       Spelling{"centimeter", "cm"},
-    Spelling{"centimetre", "cm"},  Spelling{"\u00B5m", "um"},     Spelling{"\u03BCm", "um"},
-    Spelling{"micron", "um"},      Spelling{"microns", "um"},     Spelling{"micrometer", "um"},
-    Spelling{"micrometre", "um"},  Spelling{"inch", "in"},        Spelling{"inches", "in"},
-    Spelling{"zoll", "in"},        Spelling{"radian", "rad"},     Spelling{"radians", "rad"},
-    Spelling{"degree", "deg"},     Spelling{"degrees", "deg"},    Spelling{"\u00B0", "deg"},
-    Spelling{"\u00BA", "deg"},     Spelling{"celsius", "degC"},   Spelling{"\u00B0c", "degC"},
-    Spelling{"c", "degC"},         Spelling{"kelvin", "K"},       Spelling{"\u00B0f", "degF"},
-    Spelling{"fahrenheit", "degF"}};
+    Spelling{"millimeter", "mm"},   Spelling{"millimeters", "mm"}, Spelling{"millimetre", "mm"},
+    Spelling{"millimetres", "mm"},  Spelling{"meter", "m"},        Spelling{"meters", "m"},
+    Spelling{"metre", "m"},         Spelling{"metres", "m"},       Spelling{"centimeter", "cm"},
+    Spelling{"centimetre", "cm"},   Spelling{"\u00B5m", "um"},     Spelling{"\u03BCm", "um"},
+    Spelling{"micron", "um"},       Spelling{"microns", "um"},     Spelling{"micrometer", "um"},
+    Spelling{"micrometre", "um"},   Spelling{"inch", "in"},        Spelling{"inches", "in"},
+    Spelling{"zoll", "in"},         Spelling{"radian", "rad"},     Spelling{"radians", "rad"},
+    Spelling{"degree", "deg"},      Spelling{"degrees", "deg"},    Spelling{"\u00B0", "deg"},
+    Spelling{"\u00BA", "deg"},      Spelling{"celsius", "degC"},   Spelling{"\u00B0c", "degC"},
+    Spelling{"c", "degC"},          Spelling{"kelvin", "K"},       Spelling{"\u00B0f", "degF"},
+    Spelling{"fahrenheit", "degF"}, Spelling{"f", "degF"}};
 
 /// Units of what a session does not hold: a row of units has them beside the others.
 constexpr auto kOthers = std::to_array<std::string_view>(
@@ -51,10 +51,15 @@ constexpr auto kOthers = std::to_array<std::string_view>(
      "kn",   "v",   "mv",    "a",     "ma",       "%",     "kg",  "g",      "bar", "pa", "hpa",
      "mm/s", "m/s", "deg/s", "rad/s", "\u00B0/s", "steps", "inc", "counts", "grad"});
 
-/// Endings of a name that are taken for a unit; "in" and "c" are words or letters.
+/// Endings of a name that are taken for a unit.
 constexpr auto kEndings = std::to_array<std::string_view>(
-    {"mm", "m", "cm", "um", "\u00B5m", "\u03BCm", "inch", "rad", "mrad", "deg", "degrees",
-     "radians", "gon", "degc"});
+    {"mm", "m", "cm", "um", "\u00B5m", "\u03BCm", "inch", "inches", "rad", "mrad", "deg",
+     "degrees", "radians", "gon", "degc"});
+
+/// Endings that may be a unit, or a word or a letter: told, not taken.
+constexpr auto kDoubtfulEndings = std::to_array<std::string_view>(
+    {"in", "ft",     "feet",  "mil",    "mils",  "thou", "dm",    "arcmin", "arcsec", "f",
+     "k",  "counts", "ticks", "pulses", "steps", "inc",  "turns", "revs",   "nm",     "grad"});
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
@@ -79,6 +84,9 @@ std::size_t last_bracket(std::string_view name) {
   }
   return name.npos;
 }
+
+/// "q[1]", "axis/1" are no numbers without a unit.
+bool is_index(std::string_view text) { return text == "1" || text == "-"; }
 
 }  // namespace
 
@@ -118,13 +126,14 @@ NameWithUnit unit_in_name(std::string_view whole) {
   const auto found = [&](std::size_t end_of_base, std::string_view text, bool certain) {
     return NameWithUnit{
         std::string(trimmed(name.substr(0, end_of_base))), std::string(without_brackets(text)),
-        find_import_unit(text), certain};
+        is_index(without_brackets(text)) ? nullptr : find_import_unit(text), certain};
   };
+
   const std::size_t bracket = last_bracket(name);
   if (bracket != name.npos && bracket > 0) {
     const NameWithUnit split = found(bracket, name.substr(bracket), true);
     if (split.unit != nullptr && !split.base.empty()) return split;
-    return {std::string(name), "", nullptr, false};
+    return {std::string(name), "", nullptr, false, split.text};
   }
   const std::size_t at = name.find_last_of("_ /,.");
   if (at == name.npos || at == 0 || at + 1 >= name.size()) {
@@ -142,6 +151,9 @@ NameWithUnit unit_in_name(std::string_view whole) {
       split.certain = true;
     }
     if (!split.base.empty()) return split;
+  }
+  if (std::ranges::find(kDoubtfulEndings, in_lower_case(ending)) != kDoubtfulEndings.end()) {
+    return {std::string(name), "", nullptr, false, std::string(ending)};
   }
   return {std::string(name), "", nullptr, false};
 }

@@ -14,6 +14,7 @@ enum class UnitKind {
   kAngle,
   kTemperature,
   kOther,  // known as a unit, of nothing that a session holds
+  kNone,   // no unit at all: of a quaternion
 };
 
 struct ImportUnit {
@@ -40,6 +41,9 @@ struct NameWithUnit {
   /// In brackets or behind a '/': it can be nothing else. An ending may: "x_m" is x in metres,
   /// or x as it was measured.
   bool certain = false;
+  /// What stands in brackets and is no unit that is known, or an ending that may be one, or a
+  /// word: "[ft]", "_in". With a `unit` it is empty.
+  std::string unknown{};
 };
 [[nodiscard]] NameWithUnit unit_in_name(std::string_view name);
 

@@ -149,13 +149,23 @@ bool asks_turns(const session::Plan& plan) {
 void check_knows_turns(
     const CalibrationResult& result, CompensateBy by, const session::Session& session) {
   if (by == CompensateBy::kBefore) {
-    // Where there were turns, the nominal robot's tool was set as they say.
-    if (result.turn_errors && !result.turn_errors->empty()) return;
-    const PlausibleSession judged = plausible(session);
-    if (std::ranges::find(judged.warnings, "tool_turn_registered", &Warning::code) ==
-        judged.warnings.end()) {
-      return;
+    // Where there were turns, the nominal robot's tool was set as they say, if it could be.
+    const auto told = [](const std::vector<Warning>& warnings, std::string_view code) {
+      return std::ranges::find(warnings, code, &Warning::code) != warnings.end();
+    };
+    const std::vector<Warning> warnings =
+        result.warnings ? *result.warnings : plausible(session).warnings;
+    if (told(warnings, "tool_turn_not_set")) {
+      throw StudyError(
+          StudyErrorCode::kBadData,
+          "the target has a turn, and the nominal robot's tool could not be set to the "
+          "measured "
+          "turns",
+          {{"session", result.inputs.session}},
+          "Write how the tool is turned into [robot] of rig.toml, and calibrate again.");
     }
+    if (result.turn_errors && !result.turn_errors->empty()) return;
+    if (!told(plausible(session).warnings, "tool_turn_registered")) return;
   } else if (result.turn_errors && turns_were_fitted(*result.turn_errors)) {
     return;
   }
