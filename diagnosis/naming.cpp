@@ -342,10 +342,6 @@ NamedCauses name_causes_with_noise(Readings& readings, const NamingSettings& set
   return result;
 }
 
-}  // namespace
-
-namespace {
-
 /// What the names would be worth on a rig that is exactly as its file says, less what they are
 /// worth where it is open: below 0, the opening is needed.
 double log_odds_of_exactness(
@@ -403,10 +399,6 @@ NamedCauses identify_from(
   }
   return result;
 }
-
-}  // namespace
-
-namespace {
 
 NamedCauses name_causes_of_joints_as_read(Readings& readings, const NamingSettings& settings) {
   const Readings as_measured = readings;
