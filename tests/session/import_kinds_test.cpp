@@ -100,6 +100,17 @@ TEST(ImportKinds, AColumnInAUnitOfNoAngleAndNoLengthIsLeftOut) {
       10.0 * kDeg, 1e-9);
 }
 
+TEST(ImportKinds, AChannelOfTheRigInAnotherUnitIsLeftOut) {
+  const std::string wire = std::string(kArm).substr(0, std::string(kArm).find("[instrument]")) +
+                           "[instrument]\nkind = \"distance\"\nsd_mm = 0.05\n[[anchor]]\n"
+                           "name = \"K1\"\nat_mm = [1000.0, 0.0, 0.0]\n";
+  const FirstMap volts = guess_of("J1,J2,J3,distance_K1 [V]\n90,2,3,4\n", wire.c_str());
+  EXPECT_THAT(volts.text, HasSubstr("its name says V, which is no unit of distance_K1_mm"));
+  EXPECT_THAT(volts.open, Contains(HasSubstr("distance_K1_mm")));
+  const FirstMap metres = guess_of("J1,J2,J3,distance_K1 [m]\n90,2,3,4\n", wire.c_str());
+  EXPECT_THAT(metres.text, HasSubstr("to = \"distance_K1_mm\"\nunit = \"m\""));
+}
+
 TEST(ImportKinds, AUnitThatIsNotKnownIsALook) {
   const std::string rest = ",J2,J3,y,z\n50,400,20,30,500,600\n";
   for (const char* first :
