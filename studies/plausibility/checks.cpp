@@ -81,7 +81,7 @@ const std::vector<PlausibilityCheck>& checks() {
       {"frame_moved", {"frame_moved"}, look_for_moved_frame},
       {"tool_turn",
        {"few_turns", "turns_fit_nowhere", "turns_not_explained", "far_turn", "far_turns",
-        "tool_turn_registered"},
+        "tool_turn_registered", "tool_turn_not_set"},
        look_at_tool_turn},
       // Which joint values are right, once all else is.
       {"joint_values",

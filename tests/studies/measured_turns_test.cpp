@@ -127,6 +127,16 @@ TEST(TheProbesFrame, ThatNoParametersReachIsADoubt) {
     EXPECT_LT(std::abs(std::get<double>(warning->parts.at("turn")) - 109.0), 1.0);
     EXPECT_THAT(report::warning_line(*warning), HasSubstr("cannot be set to that"));
     EXPECT_EQ(judged.session.rig.robot.nominal, robot.nominal);
+    // Nor is a turn commanded by that nominal robot.
+    CalibrationResult result;
+    result.turn_errors = {TurnErrors{}};
+    for (const bool stored : {true, false}) {
+      if (stored)
+        result.warnings = judged.warnings;
+      else
+        result.warnings.reset();
+      EXPECT_THROW(check_knows_turns(result, CompensateBy::kBefore, made.session), StudyError);
+    }
   }
 }
 
