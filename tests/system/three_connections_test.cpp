@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "geometry/robots/five_bar.h"
 #include "mock_devices/mock_rig.h"
 #include "mock_devices/session_generator.h"
+#include "session/reason.h"
 #include "session/session.h"
 #include "tests/system/temporary_folder.h"
 
@@ -28,6 +30,19 @@ constexpr double kSpeed = 20.0;
 // Noise of a reading is 0.002 mm, of an active three's x or y up to 0.003 mm; six sigma of the
 // difference of two.
 constexpr double kSamePosition_mm = 0.026;
+
+/// A dial whose answer a loaded machine has made late is asked again.
+std::vector<acquisition::Reading> answered_scan(acquisition::DialBank& bank) {
+  constexpr int kMostAgain = 20;
+  std::vector<acquisition::Reading> scan = bank.scan({});
+  const auto is_late = [](const acquisition::Reading& each) {
+    return each.reason == session::reason::kTimeout;
+  };
+  for (int k = 0; k < kMostAgain && std::ranges::any_of(scan, is_late); ++k) {
+    scan = bank.scan({});
+  }
+  return scan;
+}
 
 TEST(ThreeConnections, GiveTheSamePositionForTheSamePose) {
   const TemporaryFolder folder;
@@ -63,7 +78,7 @@ TEST(ThreeConnections, GiveTheSamePositionForTheSamePose) {
     std::map<std::string, Vector2d> positions;
     for (const auto& [kind, bank] : banks) {
       std::vector<geometry::DialReading> readings;
-      const auto scan = bank->scan({});
+      const auto scan = answered_scan(*bank);
       ASSERT_EQ(scan.size(), 6U);
       for (std::size_t i = 0; i < scan.size(); ++i) {
         ASSERT_NE(scan[i].quality, session::Quality::kBad)
