@@ -90,6 +90,11 @@ class Guesser {
            .unit = fits ? std::string(each.unit->name) : "",
            .why =
                fmt::format("the rig calls a channel so{}", fits ? "; " + each.unit_from : "")});
+      if (each.unit == nullptr) {
+        guess_.open.push_back(fmt::format(
+            "column {}: no unit is in the file; it is taken as {} has it: look at unit",
+            shown(each.name), to));
+      }
     }
   }
 
@@ -206,22 +211,33 @@ class Guesser {
         most));
   }
 
+  /// A column that is named a time counts before one that only has cells like one.
   void times() {
+    std::vector<const SeenColumn*> found;
     for (const SeenColumn& each : seen_) {
-      if (is_used(each.column) || given_.contains("time_utc")) continue;
+      if (is_used(each.column)) continue;
       const ColumnValues& values = each.values;
       const int cells = values.numbers + values.others;
       const bool named = each.role.what == What::kTime;
       const bool all_stamps = values.numbers == 0 && values.times == cells;
       if (cells > 0 && 2 * values.times >= cells && (named || all_stamps)) {
-        take({.column = each.column, .to = "time_utc", .why = "its cells are times"});
-        if (any_without_zone(each)) {
-          guess_.open.push_back(fmt::format(
-              "times in column {} name no zone: they are taken as UTC", shown(each.name)));
-        }
-        continue;
+        found.push_back(&each);
+      } else if (const std::string why = no_time(each); !why.empty()) {
+        leave(each, why);
       }
-      if (const std::string why = no_time(each); !why.empty()) leave(each, why);
+    }
+    std::ranges::stable_sort(
+        found, {}, [](const SeenColumn* each) { return each->role.what != What::kTime; });
+    for (const SeenColumn* each : found) {
+      if (!take({.column = each->column, .to = "time_utc", .why = "its cells are times"})) {
+        leave(*each, "another column was taken for the time");
+        guess_.open.push_back(fmt::format(
+            "column {} has times too: look which one is that of the measurement",
+            shown(each->name)));
+      } else if (any_without_zone(*each)) {
+        guess_.open.push_back(fmt::format(
+            "times in column {} name no zone: they are taken as UTC", shown(each->name)));
+      }
     }
   }
 

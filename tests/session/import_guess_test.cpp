@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <string>
 
+#include "geometry/units.h"
 #include "tests/session/imported.h"
 
 namespace sixdial::session {
@@ -36,10 +36,10 @@ struct DrawnUnit {
   const char* name;
   double stored;  // one of it, in rad or mm
 };
-constexpr double kDeg = std::numbers::pi / 180.0;
+using geometry::kRadPerDeg;
 constexpr std::array kAngles{
-    DrawnUnit{"deg", kDeg}, DrawnUnit{"rad", 1.0}, DrawnUnit{"mrad", 1e-3},
-    DrawnUnit{"gon", 0.9 * kDeg}};
+    DrawnUnit{"deg", kRadPerDeg}, DrawnUnit{"rad", 1.0}, DrawnUnit{"mrad", 1e-3},
+    DrawnUnit{"gon", 0.9 * kRadPerDeg}};
 constexpr std::array kLengths{
     DrawnUnit{"mm", 1.0}, DrawnUnit{"m", 1000.0}, DrawnUnit{"um", 1e-3}, DrawnUnit{"cm", 10.0}};
 
@@ -186,7 +186,7 @@ TEST(ImportGuess, SaysWhatTheFileLeavesOpen) {
       IsEmpty());
   // One file, one unit: a joint that hardly moved is in degrees as the others are.
   const Taken one = taken("J1,J2,J3,x,y,z\n90,2,-40,100,200,300\n");
-  EXPECT_NEAR(one.session.samples[0].q[1], 2.0 * kDeg, 1e-9);
+  EXPECT_NEAR(one.session.samples[0].q[1], 2.0 * kRadPerDeg, 1e-9);
   EXPECT_THAT(
       open("J1 [deg],J2 [deg],A1 [deg],x [mm],y [mm],z [mm]\n1,2,3,4,5,6\n"),
       AllOf(
@@ -224,7 +224,7 @@ TEST(ImportGuess, KnowsTheRigsJoints) {
   // The first joint slides: millimetres, and no degrees.
   const Taken slide = taken("q1,q2,q3,x,y,z\n250,90,45,1,2,300\n", kGantry);
   EXPECT_NEAR(slide.session.samples[0].q[0], 250.0, 1e-9);
-  EXPECT_NEAR(slide.session.samples[0].q[1], 90.0 * kDeg, 1e-8);
+  EXPECT_NEAR(slide.session.samples[0].q[1], 90.0 * kRadPerDeg, 1e-8);
   const SampleLayout gantry = layout_of_text(kGantry);
   const FirstMap wrong =
       guessed_map({"a.csv", "q1_deg,q2,q3,x,y,z\n250,90,45,1,2,300\n"}, "", &gantry);
@@ -237,7 +237,7 @@ TEST(ImportGuess, KnowsTheRigsJoints) {
       taken("A1,A2,A3,A4,Soll A1,Soll A2,Soll A3,x,y,z\n90,45,10,3,91,46,11,100,200,300\n");
   EXPECT_THAT(both.map.text, HasSubstr("the rig has 3 joints"));
   ASSERT_EQ(both.session.samples[0].q_command.size(), 3);
-  EXPECT_NEAR(both.session.samples[0].q_command[0], 91.0 * kDeg, 1e-8);
+  EXPECT_NEAR(both.session.samples[0].q_command[0], 91.0 * kRadPerDeg, 1e-8);
 }
 
 TEST(ImportGuess, SaysWhyATimeIsNone) {
@@ -248,6 +248,15 @@ TEST(ImportGuess, SaysWhyATimeIsNone) {
       text("time;J1\n03/04/2026 10:09;1\n"), HasSubstr("day and month cannot be told apart"));
   EXPECT_THAT(text("time;J1\n10:09:25;1\n"), HasSubstr("a time needs both in one column"));
   EXPECT_THAT(text("time;J1\n12.5;1\n"), HasSubstr("numbers that are no seconds since 1970"));
+}
+
+TEST(ImportGuess, OfTwoColumnsOfTimesTheNamedOneCountsAndTheOtherIsTold) {
+  const SampleLayout layout = layout_of_text(kArm);
+  const std::string row = "2026-11-29T08:00:00Z,0.5,0.4,0.3,100,200,300,2026-11-30T09:00:00Z\n";
+  const FirstMap map =
+      guessed_map({"a.csv", "created,J1,J2,J3,x,y,z,timestamp\n" + row}, "rig.toml", &layout);
+  EXPECT_THAT(map.text, HasSubstr("from = \"timestamp\"\nto = \"time_utc\""));
+  EXPECT_THAT(map.open, Contains(HasSubstr("column 'created' has times too")));
 }
 
 TEST(ImportTable, BlanksThatSeparateColumnsAreToldAndATimeStampIsOneColumn) {

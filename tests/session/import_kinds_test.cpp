@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <string>
 
+#include "geometry/units.h"
 #include "session/bundle.h"
 #include "session/data_error.h"
 #include "session/import.h"
@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
+using geometry::kRadPerDeg;
 
 constexpr const char* kSideBySide =
     "rig = \"rig.toml\"\n[file]\ntogether = \"columns\"\n"
@@ -38,7 +38,7 @@ Sample beside_each_other(const std::string& joints, const std::string& places) {
 
 TEST(ImportSideBySide, EachFileKeepsItsUnitsAndItsDecimalMark) {
   const Sample first = beside_each_other("J1,J2,J3\ndeg,deg,deg\n90,2,3\n", "x,y,z\n4,5,6\n");
-  EXPECT_NEAR(first.q[0], 90.0 * kDeg, 1e-9);
+  EXPECT_NEAR(first.q[0], 90.0 * kRadPerDeg, 1e-9);
   EXPECT_NEAR(position_of(first, 0).value()[0], 4.0, 1e-9);
   const Sample second =
       beside_each_other("J1,J2,J3\n0.1,0.2,0.3\n", "x,y,z\nm,m,m\n0.4,0.5,0.6\n");
@@ -91,13 +91,13 @@ TEST(ImportKinds, AColumnInAUnitOfNoAngleAndNoLengthIsLeftOut) {
   const Taken both = taken(
       "J1 [Nm],J1 [deg],J2 [deg],J3 [deg],x [deg],x [mm],y [mm],z [mm]\n"
       "7,10,20,30,9,100,200,300\n");
-  EXPECT_NEAR(both.session.samples.at(0).q[0], 10.0 * kDeg, 1e-9);
+  EXPECT_NEAR(both.session.samples.at(0).q[0], 10.0 * kRadPerDeg, 1e-9);
   EXPECT_NEAR(position_of(both.session.samples[0], 0).value()[0], 100.0, 1e-9);
   EXPECT_THAT(both.map.open, IsEmpty());
   // An index is no unit.
   EXPECT_NEAR(
       taken("q[1],q[2],q[3],x,y,z\n10,20,30,100,200,300\n").session.samples.at(0).q[0],
-      10.0 * kDeg, 1e-9);
+      10.0 * kRadPerDeg, 1e-9);
 }
 
 TEST(ImportKinds, AChannelOfTheRigInAnotherUnitIsLeftOut) {
@@ -109,6 +109,9 @@ TEST(ImportKinds, AChannelOfTheRigInAnotherUnitIsLeftOut) {
   EXPECT_THAT(volts.open, Contains(HasSubstr("distance_K1_mm")));
   const FirstMap metres = guess_of("J1,J2,J3,distance_K1 [m]\n90,2,3,4\n", wire.c_str());
   EXPECT_THAT(metres.text, HasSubstr("to = \"distance_K1_mm\"\nunit = \"m\""));
+  EXPECT_THAT(metres.open, Not(Contains(HasSubstr("distance_K1"))));
+  const FirstMap silent = guess_of("J1,J2,J3,distance_K1\n90,2,3,4\n", wire.c_str());
+  EXPECT_THAT(silent.open, Contains(HasSubstr("column 'distance_K1': no unit is in the file")));
 }
 
 TEST(ImportKinds, AUnitThatIsNotKnownIsALook) {
