@@ -15,7 +15,8 @@ namespace sixdial::diagnosis {
 void hold_against_dials(
     const Search& search, const NamingSettings& settings, Explanation& found);
 
-/// Background of `less`, which lacks a name of `found`, that `found` does not have; null: none.
+/// `less` is `found` without one name. The first background term (of the dials, unequal masses)
+/// that `less` took in to make up for it; null: none.
 [[nodiscard]] const UnknownCandidate* stands_in(
     const Explanation& found, const Explanation& less);
 

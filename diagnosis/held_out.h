@@ -7,9 +7,9 @@
 
 namespace sixdial::diagnosis {
 
-/// Whether `log_odds`, those of a cause on the held-out readings, are too low for a cause that
-/// is there. `with` and `without`: fits to the other readings. What effects of other samples
-/// (a step that comes later) do there is nothing, and then nothing is asked.
+/// True if `log_odds` (held-out readings, with against without the cause) are negative and more
+/// than 2.5 standard deviations below what the fitted effect foretells. `with` and `without`:
+/// fits to the other readings. False for an effect that changes no held-out reading.
 [[nodiscard]] bool speaks_against(
     const Readings& held_out, const JointFit& with, const JointFit& without, double log_odds);
 

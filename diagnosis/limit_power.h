@@ -14,11 +14,11 @@
 
 namespace sixdial::diagnosis {
 
-inline constexpr int kLimitDraws = 160;  // a power is known to 3 %
+inline constexpr int kLimitDraws = 160;  // near 80 % a power has a standard deviation of 3 %
 
-/// A hypothesis' weighted columns at one searched value. What is shared by two, C'PD with P for
-/// all that was fitted, is weighted' x projected: with random columns in the fit, which have
-/// priors, P is no projection of the readings alone, so that P P is not P.
+/// A hypothesis' weighted columns at one searched value. P takes off what the fit explains; the
+/// product of two hypotheses' columns C and D is C'PD, which is weighted' x projected. Not
+/// projected' x projected: random columns of the fit have priors, so that P P is not P.
 struct LimitColumns {
   Eigen::MatrixXd weighted;
   Eigen::MatrixXd projected;

@@ -1,7 +1,7 @@
-// Sizes that physics forbids: lost motion and compliance are never less than zero
-// (EffectParameter::never_negative). A fit that wants them so has found something else that
-// looks like it. Growth by temperature is not among them: a controller may make up for too
-// much of it.
+// Sizes that physics forbids (EffectParameter::never_negative): backlash, and compliance under
+// the plungers' forces, are never less than zero. A fit that wants them so has found something
+// else. Sag under weight and growth by temperature may have either sign: a controller may make
+// up for too much of them.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,8 @@
 
 namespace sixdial::diagnosis {
 
-/// Whether effect number `cause` of the fit can have the sizes that it got. One that is never
-/// negative may lie below zero by no more than its uncertainty; and of an effect none of whose
-/// sizes is ever negative at least one is not below zero.
+/// False if a size of effect number `cause` that cannot be negative lies more than three
+/// standard deviations below zero, or if the effect has only such sizes and all are below zero.
 [[nodiscard]] bool sizes_are_possible(const JointFit& fit, std::size_t cause);
 
 }  // namespace sixdial::diagnosis

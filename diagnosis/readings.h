@@ -92,9 +92,9 @@ class Readings {
   [[nodiscard]] const std::vector<double>& noise_of_dial() const { return noise_of_dial_; }
   /// The same session, dial d's noise so many times the common one.
   [[nodiscard]] Readings with_noise(std::vector<double> of_dials) const;
-  /// The same session, on a rig whose file claims more than holds: what it gives as exact is
-  /// known to so many times what a workshop knows (simulation/rig_quantities.h).
-  /// 0: all that the file gives as exact is. Empty: nobody has asked.
+  /// The same session, on a rig whose file claims more than holds: each quantity without a
+  /// stated deviation is known to `of_a_workshop` times what a workshop knows of it
+  /// (simulation/rig_quantities.h). 0: it is taken as exact. Empty: not decided yet.
   [[nodiscard]] Readings allowing_rig(std::optional<double> of_a_workshop) const;
   /// The same, one number for each of simulation::claimed_quantities, in their order.
   [[nodiscard]] Readings allowing_rig_by(std::vector<double> of_a_workshop) const;

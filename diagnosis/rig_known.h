@@ -1,12 +1,14 @@
 // How well a rig is known whose file claims exactness and is wrong: kind by kind (places across
 // the axes, tip radii, ...), as far as the readings tell, and as a workshop knows it otherwise.
 //
-// With names and robot in the fit, x_j is what quantity j of a kind is off by, in what a
-// workshop knows of it: x_j ~ N(0, t^2). Each kind's t is raised to the largest posterior
-// density by expectation maximisation (Dempster, Laird, Rubin 1977):
+// x_j is how far quantity j of a kind is off, in standard deviations that a workshop reaches;
+// its prior is N(0, t^2), one t for each kind. With names and robot in the fit, the t of the
+// largest posterior density are found by expectation maximisation (Dempster, Laird, Rubin
+// 1977):
 //   t^2 = (1 + sum_j (E[x_j]^2 + Var[x_j])) / (1 + n)
-// where the 1 is the workshop's own figure, which counts as one more quantity of the kind. Of a
-// kind that the readings say nothing of, Var[x_j] is 1 and t stays 1.
+// where the 1 is the workshop's own figure, which counts as one more quantity of the kind. t
+// grows where the readings show large deviations, shrinks where they show small ones, and stays
+// 1 where they show nothing (Var[x_j] is 1).
 #pragma once
 
 #include <vector>

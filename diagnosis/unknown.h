@@ -22,7 +22,8 @@ enum class UnknownKind {
   kRigGeometry,  // places and sizes that the rig file claims exactly
 };
 
-/// No fault: dials are as good as their makers say, and no arm's masses are alike.
+/// No fault: dials are as good as their makers say, and the links of an arm never have equal
+/// masses.
 [[nodiscard]] constexpr bool is_background(UnknownKind kind) {
   return kind == UnknownKind::kDialCurves || kind == UnknownKind::kDialHabits ||
          kind == UnknownKind::kMasses;

@@ -106,8 +106,8 @@ struct InstrumentKind {
       Observation& out) = nullptr;
   /// It looks at the tool's frame and at no other.
   bool sees_tool_only = false;
-  /// Optional, where a difference of readings is not how far two poses differ (a rotation
-  /// vector): puts what was measured less that into `out`, with its derivatives.
+  /// Optional, where measured - reading is not how far two poses differ (rotation vectors):
+  /// makes out.reading measured - e, where e is that difference, and its derivatives.
   void (*nearest)(std::span<const std::optional<double>> measured, Observation& out) = nullptr;
   /// Optional: a closed-form estimate of the parameters that are not known. `x` holds the
   /// nominal values when it is called.

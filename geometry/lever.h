@@ -6,7 +6,8 @@
 
 namespace sixdial::geometry {
 
-/// Of angles that nobody knows the deviation of, and of turns in closures and steps.
+/// Where the instrument states no deviations; and weighs turns against lengths in Newton steps
+/// and in what they leave.
 inline constexpr double kUsualLever_mm = 500.0;
 
 /// Deviation of the instrument's lengths over that of its angles [mm].

@@ -91,7 +91,7 @@ struct FirstMap {
 [[nodiscard]] FirstMap guessed_map(
     const NamedText& file, const std::string& rig_file, const SampleLayout* layout = nullptr);
 
-/// What a value in `unit` is times in the unit of `to` ("q1_rad", "deg": 0.01745...). Empty:
+/// Factor from `unit` to the unit of `to` ("q1_rad", "deg": 0.01745...). Empty:
 /// there is no such unit, or it is of another kind.
 [[nodiscard]] std::optional<double> factor_to(const std::string& to, std::string_view unit);
 

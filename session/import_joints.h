@@ -20,8 +20,7 @@ struct JointTarget {
 [[nodiscard]] JointTarget joint_target(
     const SampleLayout* layout, std::size_t joint, bool commanded);
 
-/// Adds columns, what was left out and what is open to `guess`. Columns that it uses already
-/// are not touched.
+/// Fills guess.columns, .left_out and .open for the joints; columns in use already stay.
 void guess_joints(
     const std::vector<SeenColumn>& seen, const SampleLayout* layout, Guess& guess);
 

@@ -45,7 +45,7 @@ struct TurnLetter {
 [[nodiscard]] std::optional<TurnLetter> turn_letter_of(std::string_view name);
 
 /// Whether every word of it is a number, a letter from x on, or one that says what a column is
-/// of: "meas", "TCP", "0". What stands in a name's brackets is no unit then.
+/// of: "meas", "TCP", "0". If so, brackets with this text hold no unit: "x (TCP)".
 [[nodiscard]] bool are_words_of_names(std::string_view text);
 
 /// Words of a name in lower case: "ActJoint1_pos" -> "act", "joint", "1", "pos".

@@ -27,7 +27,7 @@ namespace sixdial::session {
 
 /// Why rows were left out.
 struct RowsLeftOut {
-  std::size_t rows = 0;  // all
+  std::size_t rows = 0;  // read, left out or not
   std::size_t without_joint = 0;
   std::size_t without_measured = 0;     // with all joints
   std::vector<std::size_t> no_value{};  // by column of the map: rows without a value

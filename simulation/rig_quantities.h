@@ -17,9 +17,9 @@ namespace sixdial::simulation {
 struct RigQuantity {
   std::string name;  // "place of dial C across its axis"
   std::string unit;  // "mm" or "rad"
-  double sd = 0.0;   // in it: stated, or what a workshop knows
+  double sd = 0.0;   // in it, as fits use it: stated, or what a workshop knows, by `times`
   bool stated = false;
-  double times = 1.0;  // sd is so many times what was known before the readings
+  double times = 1.0;  // 1 until the readings have changed it (diagnosis/rig_known.h)
   Place place{};
   const Effect* effect = nullptr;  // one parameter: by how much it is off
 };

@@ -22,11 +22,10 @@ class Weight {
   /// Of joint values that have no pose nothing is set.
   void take(const Eigen::VectorXd& q, geometry::Assembly assembly, Circumstance& sample);
 
-  /// The same moments, of masses that are not equal: joints x any [m for a unit of weight]. One
-  /// column for a mass at each frame, then three for one that lies off each frame, along its
-  /// axes, by a share of the longest link that ends there: together the linear parameters that
-  /// the torque of gravity has in the links' masses and centres of mass. Empty where nothing
-  /// would be set, or there is no pose.
+  /// The same moments of single masses: joints x 4n [m for a unit of weight], n frames without
+  /// the tool's. Columns 0 to n - 1: a mass at each frame. Then three for each frame: what
+  /// changes if that mass lies off it along x, y, z by a fifth of the longer link that meets
+  /// there. Empty where `take` would set nothing.
   [[nodiscard]] Eigen::MatrixXd of_each_mass(
       const Eigen::VectorXd& q, geometry::Assembly assembly);
 

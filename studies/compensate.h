@@ -82,10 +82,11 @@ void check_commands_turns(const session::Session& session, const session::Plan& 
 /// Whether a point of the plan asks for a turn of the tool.
 [[nodiscard]] bool asks_turns(const session::Plan& plan);
 
-/// What commands has to know of turns, whatever session it was made of. Throws StudyError
-/// bad_data where a calibration was made without any: its tool then sits on the last link as
-/// the rig file says. That of its nominal robot (kBefore) does, too, which is right only where
-/// the turns of `session` fit the rig file's tool.
+/// Throws StudyError bad_data where turns cannot be commanded: the calibration fitted none, so
+/// that its tool sits on the last link as the rig file says; or, by kBefore, the nominal
+/// robot's tool could not be set as the turns were measured (tool_turn_not_set), or was not
+/// when the calibration was made, though the turns of `session` ask for it
+/// (tool_turn_registered).
 void check_knows_turns(
     const CalibrationResult& result, CompensateBy by, const session::Session& session);
 

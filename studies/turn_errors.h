@@ -23,8 +23,8 @@ struct TurnErrors {
   double mean_rad = 0.0, max_rad = 0.0;  // by the identified one
 };
 
-/// Whether turns were fitted: only those of G1 are. Else these are what a fit of positions
-/// makes of them.
+/// Whether turns were fitted: G1 has some, and only those are. Else the figures show what a fit
+/// to positions alone leaves of them.
 [[nodiscard]] bool turns_were_fitted(const std::vector<TurnErrors>& errors);
 
 /// Of G1 and of G2, as far as they have turns; none where the rig's robot cannot explain them.

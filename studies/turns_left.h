@@ -17,8 +17,8 @@ struct TurnLeft {
   double rad = 0.0;  // angle between the measured and the modelled frame of the tool
 };
 
-/// Of each turn that `trials` of the session measured, by the robot with parameters v; less
-/// those in whose poses it cannot be.
+/// Of each turn that `trials` of the session measured, by the robot with parameters v. Poses
+/// that the robot cannot take are skipped.
 [[nodiscard]] std::vector<TurnLeft> turns_left(
     const session::Session& session, std::span<const simulation::Trial> trials,
     const Eigen::VectorXd& v);

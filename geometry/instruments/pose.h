@@ -1,8 +1,8 @@
 // An instrument that measures where the tool is and how it is turned: tracker with a 6-D probe,
 // camera on a board. Channels x, y, z [mm] and the rotation vector rx, ry, rz [rad] of the
-// tool's frame in W. Differences of rotation vectors are no turns: they grow across the axis,
-// 1.6 times at half a turn, 71 times near a whole one. `nearest` gives a reading whose
-// difference from what was measured is the turn between the two frames.
+// tool's frame in W. The difference of two rotation vectors is not the turn between their
+// frames: across the axis of rotation it is larger by (a/2) / sin(a/2) at an angle a, 1.6 times
+// at 180 degrees. `nearest` shifts the reading so that measured - reading is that turn.
 #pragma once
 
 #include "geometry/instrument_kind.h"

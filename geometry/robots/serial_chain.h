@@ -140,7 +140,8 @@ inline constexpr std::array<std::string_view, 18> kFileKeys{
     "base_x_mm",  "base_y_mm", "base_z_mm", "base_rx_deg", "base_ry_deg", "base_rz_deg",
     "tool_x_mm",  "tool_y_mm", "tool_z_mm", "tool_rx_deg", "tool_ry_deg", "tool_rz_deg"};
 
-/// Laws of a row that both kinds of file hold it to.
+// What a row of a rig file and a joint of a URDF are held to.
+
 /// A name that a column of a session file can have.
 [[nodiscard]] inline bool can_name_a_joint(std::string_view name) {
   const auto parts_columns = [](char each) {

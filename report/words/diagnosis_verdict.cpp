@@ -321,9 +321,11 @@ std::string chance_sentence(const DiagnosisResult& result) {
            "like a "
            "cause (by formula, none were simulated).";
   }
-  return fmt::format(
-      "A share of {} of all sessions with nothing but noise would look as much like a cause.",
-      simulation::in_digits(chance, 2));
+  constexpr double kRare = 0.01;
+  const std::string share = chance < kRare
+                                ? fmt::format("About one in {:.0f}", 1.0 / chance)
+                                : fmt::format("About {:.2g} % of the", 100.0 * chance);
+  return share + " sessions with nothing but noise would look as much like a cause.";
 }
 
 std::vector<std::string> trust(const DiagnosisResult& result) {

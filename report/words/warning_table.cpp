@@ -194,8 +194,8 @@ constexpr WarningWords kWords[] = {
      "others: not used."},
     {"far_turns",
      "{rows:turn|turns} of the tool {rows|is|are} off by more than {most:.1f} deg, unlike the "
-     "others: too many for accidents, so they are used. The probe was moved on the flange, or "
-     "the angles of these rows mean something else."},
+     "others: too many of them, or too few would be left, to leave them out, so they are used. "
+     "The probe was moved on the flange, or the angles of these rows mean something else."},
     {"few_turns",
      "Only {rows:turn|turns} of the tool {rows|was|were} measured: too few to see how its "
      "frame sits on the last link. Not used."},
@@ -204,9 +204,9 @@ constexpr WarningWords kWords[] = {
      "robot that all others agree on, where {usual:.2g} deg is usual: not used."},
     {"slipped_turns",
      "{rows:turn|turns} of the tool in G1 {rows|is|are} off by up to {most:.2g} deg from the "
-     "robot that the others agree on, where {usual:.2g} deg is usual: too many for accidents, "
-     "so they are used. The probe was moved on the flange, or the angles of these rows mean "
-     "something else."},
+     "robot that the others agree on, where {usual:.2g} deg is usual: too many of them, or "
+     "too few would be left, to leave them out, so they are used. The probe was moved on the "
+     "flange, or the angles of these rows mean something else."},
     {"turns_not_explained",
      "The turn of the tool was measured, but no parameter of this robot follows it: it is not "
      "used. An arm needs tool = \"frame\" under robot in rig.toml."},
